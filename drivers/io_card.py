@@ -1,0 +1,106 @@
+"""Contract of the real-time I/O card: analog out, analog in and digital lines on one sample clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.identity import Identity
+from drivers.timeline import SampleClock, Timeline
+
+
+@dataclass(frozen=True)
+class CardCapabilities:
+    """What the card can do: number of analog inputs and outputs, full scales in V, sample clock, longest timeline."""
+
+    inputs: int
+    outputs: int
+    input_full_scale_v: float
+    output_full_scale_v: float
+    clock: SampleClock
+    max_samples: int
+
+
+class CardState(StrEnum):
+    """Life of a card: IDLE -> program() -> PROGRAMMED -> arm() -> ARMED -> trigger() -> RUNNING -> IDLE."""
+
+    IDLE = "idle"
+    PROGRAMMED = "programmed"
+    ARMED = "armed"
+    RUNNING = "running"
+    CLOSED = "closed"
+
+
+@dataclass(frozen=True)
+class ChunkFlags:
+    """The card's own verdict on a chunk; any True means the shot cannot be used as data.
+
+    overwritten: the samples were overwritten before they were read; corrupted: overwritten while they were read;
+    lost_steps: the output was late somewhere, so the excitation was not the one asked for.
+    """
+
+    overwritten: bool = False
+    corrupted: bool = False
+    lost_steps: bool = False
+
+    def names(self) -> tuple[str, ...]:
+        """Names of the flags that are set."""
+        return tuple(n for n in ("overwritten", "corrupted", "lost_steps") if getattr(self, n))
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """A contiguous run of samples.
+
+    first_sample: index of the first sample, counted by the card from the trigger (not by the reader);
+    volts: (inputs, n) float32, V at the ADC input; flags: the card's verdict on exactly these samples.
+    """
+
+    first_sample: int
+    volts: NDArray[np.float32]
+    flags: ChunkFlags
+
+
+class IoCard(Protocol):
+    """Real-time I/O card.  Blocking; one owner thread, except `stop()`, which any thread may call at any time."""
+
+    def identity(self) -> Identity:
+        """Who the card is, read from the card.  Raises DeviceTimeout, DeviceProtocolError."""
+
+    def capabilities(self) -> CardCapabilities:
+        """What the card can do; constant while it is open."""
+
+    def state(self) -> CardState:
+        """Where the card is in its life cycle."""
+
+    def program(self, timeline: Timeline) -> None:
+        """Load a timeline.  Outputs stay zero and lines low.
+
+        Allowed when IDLE or PROGRAMMED, else DeviceStateError.  Raises SequenceRejected if the card cannot play it
+        exactly (clock, length, amplitude, output number): it never clamps or rounds.
+        """
+
+    def arm(self) -> None:
+        """Make ready for the trigger.  PROGRAMMED only, else DeviceStateError."""
+
+    def trigger(self) -> None:
+        """Start outputs, lines and recording together at sample 0.  ARMED only, else DeviceStateError."""
+
+    def read(self, max_samples: int) -> Chunk:
+        """Wait for and return the next samples, at most `max_samples`, at least one.
+
+        The card's own filter delay is compensated to the nearest sample: sample k is the instant k / rate after the
+        trigger.  The state becomes IDLE with the last sample.  Raises DeviceStateError if nothing is running (also
+        after a stop), DeviceTimeout if samples stay away, DeviceProtocolError on a reply that makes no sense.
+        """
+
+    def stop(self) -> None:
+        """All outputs zero and all lines low, at once, in any state; the card is IDLE afterwards.  Never raises for
+        a card that is already quiet; raises DeviceError only if it cannot confirm that outputs are off."""
+
+    def close(self) -> None:
+        """`stop()`, then let go of the card.  Idempotent."""

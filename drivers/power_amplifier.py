@@ -1,0 +1,54 @@
+"""Contract of the class-D power amplifier, all channels of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from drivers.identity import Identity
+
+
+@dataclass(frozen=True)
+class AmplifierStatus:
+    """Read-back: enabled, muted, fault text (None if healthy), heat-sink temperature in deg C, clipped since the
+    last `enable()`."""
+
+    enabled: bool
+    muted: bool
+    fault: str | None
+    temperature_c: float
+    clipped: bool
+
+    @property
+    def can_put_out_power(self) -> bool:
+        """True if nothing but the gate line keeps power from the coils."""
+        return self.enabled and not self.muted and self.fault is None
+
+
+class PowerAmplifier(Protocol):
+    """Class-D amplifier.  Power reaches the coils only if enabled, not muted, without fault, and while the card's line
+    PA_GATE is high.  It starts disabled and muted, also after a reconnect."""
+
+    def identity(self) -> Identity:
+        """Who the amplifier is.  Raises DeviceTimeout, DeviceProtocolError."""
+
+    def status(self) -> AmplifierStatus:
+        """Fresh read-back.  Raises DeviceTimeout, DeviceProtocolError."""
+
+    def enable(self) -> None:
+        """Switch the power stage on (still muted).  Raises DeviceFault if a fault is latched."""
+
+    def disable(self) -> None:
+        """Switch the power stage off and mute.  In any state; idempotent; any thread."""
+
+    def mute(self) -> None:
+        """Silence the outputs.  Idempotent."""
+
+    def unmute(self) -> None:
+        """Let the input through.  Raises DeviceStateError unless enabled."""
+
+    def reset_fault(self) -> None:
+        """Clear a latched fault; the amplifier is disabled and muted afterwards."""
+
+    def close(self) -> None:
+        """`disable()` and let go.  Idempotent."""

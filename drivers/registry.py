@@ -1,0 +1,126 @@
+"""Finds back ends by entry point and builds a platform from its configuration.
+
+A third party adds a device by publishing an entry point in the group `platform_daemon.backends`:
+
+    [project.entry-points."platform_daemon.backends"]
+    mycard = "my_package:MyBackend"
+
+and naming it in the platform's TOML: `[io_card]` with `backend = "mycard"`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import entry_points
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.calibration import ReceiveCalibration
+from drivers.clock import SystemClock
+from drivers.errors import ConfigError, DeviceNotFound
+from drivers.platform import Backend, Platform
+
+GROUP = "platform_daemon.backends"
+
+
+class DeviceSection(BaseModel):
+    """A device table: which back end, and whatever that back end wants to know."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    backend: Annotated[str, Field(min_length=1, strict=True)]
+
+    def options(self) -> dict[str, Any]:
+        """The device's own keys."""
+        return dict(self.__pydantic_extra__ or {})
+
+
+class PlatformSection(BaseModel):
+    """The part of a platform file that this room reads: name, device tables, options per back end."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: Annotated[str, Field(min_length=1, strict=True)]
+    io_card: DeviceSection
+    tx_rx_switch: DeviceSection
+    power_amplifier: DeviceSection
+    lna: DeviceSection
+    thermometer: DeviceSection | None = None
+    coils: DeviceSection
+    calibration: DeviceSection | None = None
+    backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
+
+    def used_backends(self) -> tuple[str, ...]:
+        """Names of the back ends that the device tables refer to, each once, in order of appearance."""
+        tables = (self.io_card, self.tx_rx_switch, self.power_amplifier, self.lna, self.thermometer,
+                  self.coils, self.calibration)  # fmt: skip
+        return tuple(dict.fromkeys(t.backend for t in tables if t is not None))
+
+
+def installed_backends() -> dict[str, str]:
+    """Back ends that are installed: name -> "module:attribute"."""
+    return {e.name: e.value for e in entry_points(group=GROUP)}
+
+
+def load_backend(name: str, options: Mapping[str, Any]) -> Backend:
+    """Import and construct one back end.  Raises DeviceNotFound if no such back end is installed."""
+    found = [e for e in entry_points(group=GROUP) if e.name == name]
+    if not found:
+        raise DeviceNotFound(
+            f"no back end is called {name!r}",
+            why=f"installed are: {', '.join(sorted(installed_backends())) or 'none'}",
+            remedy=f"correct the name, or install the package that publishes it in the entry-point group {GROUP}",
+        )
+    backend: Backend = found[0].load()(options)
+    return backend
+
+
+def build_platform(section: PlatformSection, calibration: ReceiveCalibration | None = None) -> Platform:
+    """Build every device of a platform.  Outputs are off when it returns.
+
+    `calibration` replaces the one a back end would supply (a file, say).  Raises ConfigError and DeviceError; devices
+    already opened are closed again.
+    """
+    unused = set(section.backends) - set(section.used_backends())
+    if unused:
+        raise ConfigError(
+            f"options for back ends that no device uses: {', '.join(sorted(unused))}",
+            where="backends",
+            remedy="remove the table, or name the back end in a device table",
+        )
+    backends = {name: load_backend(name, section.backends.get(name, {})) for name in section.used_backends()}
+    if calibration is None:
+        if section.calibration is None:
+            raise ConfigError("the platform has no calibration", where="calibration", remedy="add [calibration]")
+        calibration = backends[section.calibration.backend].receive_calibration(section.calibration.options())
+    opened: list[Any] = []
+
+    def device(kind: str) -> Any:
+        table: DeviceSection = getattr(section, kind)
+        opened.append(getattr(backends[table.backend], kind)(table.options()))
+        return opened[-1]
+
+    try:
+        return Platform(
+            name=section.name,
+            card=device("io_card"),
+            switch=device("tx_rx_switch"),
+            amplifier=device("power_amplifier"),
+            lna=device("lna"),
+            thermometer=device("thermometer") if section.thermometer else None,
+            transmit=backends[section.coils.backend].transmit_channels(section.coils.options()),
+            calibration=calibration,
+            clock=_clock(backends),
+            backends=backends,
+        )
+    except Exception:
+        for each in reversed(opened):
+            each.close()
+        raise
+
+
+def _clock(backends: Mapping[str, Backend]) -> Any:
+    """The one clock that is not the system's, if there is one: simulated time must win over real time."""
+    clocks = [b.clock() for b in backends.values()]
+    return next((c for c in clocks if not isinstance(c, SystemClock)), SystemClock())

@@ -1,0 +1,115 @@
+"""The sample-exact timeline: what the I/O card is told to play, and what it must record.
+
+A shot is one contiguous run of samples: TX window, switch window, RX window (paper, section "Measurement Sequence").
+Sample k is the instant k / rate after the trigger, for outputs, lines and inputs alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class SampleClock:
+    """The converter clock and its decimation; the paper's card runs at 125 MHz / 2048."""
+
+    base_frequency_hz: float
+    decimation: int
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return self.base_frequency_hz / self.decimation
+
+
+class Line(StrEnum):
+    """Digital lines that the card switches sample-exactly.  Low is the safe level of each."""
+
+    PA_GATE = "pa_gate"
+    """High: the power amplifier may put out power (if it is also enabled and not muted)."""
+
+    RX_CONNECT = "rx_connect"
+    """High: the Tx/Rx switch connects the coils to the receiver."""
+
+
+@dataclass(frozen=True)
+class Burst:
+    """A gated sine on one analog output.
+
+    In volts at the DAC: `amplitude_v * sin(2 pi frequency_hz (t - start) + phase_rad)` for samples
+    `start_sample <= k < stop_sample`, zero elsewhere.
+    """
+
+    output: int
+    start_sample: int
+    stop_sample: int
+    frequency_hz: float
+    amplitude_v: float
+    phase_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class LineLevel:
+    """`line` is high for samples `start_sample <= k < stop_sample`; a line is low wherever no entry raises it."""
+
+    line: Line
+    start_sample: int
+    stop_sample: int
+
+
+@dataclass(frozen=True)
+class Timeline:
+    """Everything the card plays and records in one shot.
+
+    After the last sample, and after any stop, every output is zero and every line low: a card that cannot promise
+    that must not be driven.
+    """
+
+    clock: SampleClock
+    tx_samples: int
+    switch_samples: int
+    rx_samples: int
+    bursts: tuple[Burst, ...] = ()
+    lines: tuple[LineLevel, ...] = ()
+
+    def __post_init__(self) -> None:
+        if min(self.tx_samples, self.switch_samples) < 0 or self.rx_samples < 1:
+            raise ValueError("a timeline needs tx >= 0, switch >= 0 and rx >= 1 samples")
+        parts: tuple[Burst | LineLevel, ...] = (*self.bursts, *self.lines)
+        for part in parts:
+            if not 0 <= part.start_sample < part.stop_sample <= self.total_samples:
+                raise ValueError(f"{part} lies outside samples 0..{self.total_samples}")
+
+    @property
+    def total_samples(self) -> int:
+        """Samples in the whole frame."""
+        return self.tx_samples + self.switch_samples + self.rx_samples
+
+    @property
+    def rx_start(self) -> int:
+        """Index of the first RX sample, the time zero of every fit."""
+        return self.tx_samples + self.switch_samples
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the whole frame in seconds."""
+        return self.total_samples / self.clock.rate_hz
+
+    def is_high(self, line: Line, sample: int) -> bool:
+        """Level of `line` at `sample`."""
+        return any(e.line is line and e.start_sample <= sample < e.stop_sample for e in self.lines)
+
+    def output_volts(self, output: int, start: int, stop: int) -> NDArray[np.float64]:
+        """The DAC samples `start..stop` of one output: (stop - start,) float64, V."""
+        k = np.arange(start, stop)
+        volts = np.zeros(k.size)
+        for b in self.bursts:
+            if b.output == output:
+                on = (k >= b.start_sample) & (k < b.stop_sample)
+                t = (k[on] - b.start_sample) / self.clock.rate_hz
+                volts[on] += b.amplitude_v * np.sin(2 * np.pi * b.frequency_hz * t + b.phase_rad)
+        return volts
