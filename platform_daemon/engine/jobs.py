@@ -1,0 +1,128 @@
+"""A job: what was asked, how far it is, what came out."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+from typing import Any
+
+from drivers.clock import Clock, SystemClock
+
+
+class Cancelled(Exception):
+    """Somebody asked the job to stop, and it did at a safe point."""
+
+
+class JobState(StrEnum):
+    """queued -> running -> done | failed | cancelled; a queued job may be cancelled at once."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def final(self) -> bool:
+        """True if nothing more will happen."""
+        return self in (JobState.DONE, JobState.FAILED, JobState.CANCELLED)
+
+
+@dataclass(frozen=True)
+class Progress:
+    """`done` of `total` in `unit`, the phase it is in, and the seconds left by this computer's clock (None: not known)."""
+
+    done: float
+    total: float
+    unit: str
+    phase: str
+    time_left_s: float | None = None
+
+    @property
+    def fraction(self) -> float:
+        """Share done, 0 to 1."""
+        return min(1.0, self.done / self.total) if self.total > 0 else 1.0
+
+
+@dataclass
+class Job:
+    """One piece of work.  Its worker thread writes it, anybody may read it."""
+
+    kind: str
+    request: dict[str, Any]
+    total: float
+    unit: str
+    clock: Clock = field(default_factory=SystemClock)
+    identifier: str = ""
+    state: JobState = JobState.QUEUED
+    phase: str = "waiting"
+    done: float = 0.0
+    result: dict[str, Any] = field(default_factory=dict)
+    error: Exception | None = None
+    warnings: list[str] = field(default_factory=list)
+    created: datetime | None = None
+    started: datetime | None = None
+    finished: datetime | None = None
+    cancel_requested: threading.Event = field(default_factory=threading.Event)
+    ended: threading.Event = field(default_factory=threading.Event)
+    _started_s: float = 0.0
+    _lock: threading.RLock = field(default_factory=threading.RLock)
+
+    def __post_init__(self) -> None:
+        self.created = self.clock.utc()
+        stamp = self.created.strftime("%Y%m%dT%H%M%S")
+        self.identifier = self.identifier or f"{self.kind}-{stamp}-{secrets.token_hex(3)}"
+
+    def begin(self) -> bool:
+        """From queued to running; False if it was cancelled before."""
+        with self._lock:
+            if self.state is not JobState.QUEUED:
+                return False
+            self.state, self.started, self._started_s = JobState.RUNNING, self.clock.utc(), self.clock.monotonic_s()
+            return True
+
+    def at(self, done: float, phase: str) -> None:
+        """Report progress."""
+        with self._lock:
+            self.done, self.phase = done, phase
+
+    def progress(self) -> Progress:
+        """How far it is; time left from the mean pace so far."""
+        with self._lock:
+            left = None
+            if self.state is JobState.RUNNING and self.done > 0:
+                left = (self.clock.monotonic_s() - self._started_s) * max(0.0, self.total - self.done) / self.done
+            elif self.state.final:
+                left = 0.0
+            return Progress(self.done, self.total, self.unit, self.phase, left)
+
+    def request_cancel(self) -> None:
+        """Ask it to stop; a queued job is cancelled at once, a running one at its next safe point."""
+        self.cancel_requested.set()
+        with self._lock:
+            if self.state is JobState.QUEUED:
+                self.end(JobState.CANCELLED)
+
+    def end(self, state: JobState, error: Exception | None = None) -> None:
+        """Final state, once."""
+        with self._lock:
+            if not self.state.final:
+                self.state, self.error, self.finished, self.phase = state, error, self.clock.utc(), str(state)
+        self.ended.set()
+
+    def run(self, work: Callable[[Job], None]) -> None:
+        """Run `work(self)` and end in done, in cancelled if it raises Cancelled, or in failed with the error."""
+        if not self.begin():
+            return
+        try:
+            work(self)
+        except Cancelled:
+            self.end(JobState.CANCELLED)
+        except Exception as error:
+            self.end(JobState.FAILED, error)
+        else:
+            self.end(JobState.DONE)

@@ -1,0 +1,153 @@
+"""One shot: the only code of the daemon that lets power out.
+
+The order is the safety argument: the receiver is disconnected and read back before the amplifier is enabled; the card's
+lines then keep gate and receiver apart sample-exactly (checked on the timeline before it is programmed); the amplifier
+is disabled as soon as the TX window is over; and every way out ends in `Platform.outputs_off`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import DeviceFault, InterlockError, ShotRefused
+from drivers.io_card import ChunkFlags
+from drivers.platform import Platform
+from drivers.tx_rx_switch import SwitchPosition
+from platform_daemon.engine.jobs import Cancelled
+from sequences.compiler import ShotPlan
+
+CHUNK_S = 0.1  # how often cancel is looked at and progress reported
+
+
+@dataclass(frozen=True)
+class RawShot:
+    """What came back from the card.
+
+    volts: (inputs, n) float32, V at the ADC input, n = all samples of the timeline unless the shot was refused early;
+    reason: None for a good shot, else why it must not be used.
+    """
+
+    volts: NDArray[np.float32]
+    started: datetime
+    started_monotonic_s: float
+    temperature_c: float | None
+    flags: ChunkFlags
+    amplifier_clipped: bool
+    lna_overloaded: bool
+    reason: str | None = None
+    truth: dict[str, object] = field(default_factory=dict)
+
+
+def run_shot(
+    platform: Platform,
+    plan: ShotPlan,
+    *,
+    cancelled: Callable[[], bool] = lambda: False,
+    progress: Callable[[int], None] = lambda samples: None,
+) -> RawShot:
+    """Make one shot; outputs are off when it returns or raises.
+
+    `cancelled` is asked and `progress(samples so far)` told every 0.1 s of samples.  A shot whose samples are flagged or
+    not contiguous comes back with a `reason`.  Raises Cancelled, InterlockError if the receiver cannot be confirmed
+    disconnected, DeviceError if a device fails.
+    """
+    try:
+        _prepare(platform, plan)
+        started, monotonic = platform.clock.utc(), platform.clock.monotonic_s()
+        platform.card.trigger()
+        volts, flags, reason, clipped = _collect(platform, plan, cancelled, progress)
+        overloaded = platform.lna.overloaded()
+    finally:
+        platform.outputs_off()
+    return RawShot(
+        volts=volts,
+        started=started,
+        started_monotonic_s=monotonic,
+        temperature_c=platform.thermometer.temperature_c() if platform.thermometer else None,
+        flags=flags,
+        amplifier_clipped=clipped,
+        lna_overloaded=overloaded,
+        reason=reason or _device_verdict(clipped, overloaded),
+        truth=platform.ground_truth(),
+    )
+
+
+def _prepare(platform: Platform, plan: ShotPlan) -> None:
+    """Receiver off and read back, timeline loaded, then the amplifier (its gate is still low)."""
+    platform.switch.to_transmit()
+    if platform.switch.position() is not SwitchPosition.TRANSMIT:
+        raise InterlockError(
+            "the receiver is not confirmed disconnected, so the amplifier stays off",
+            where="tx_rx_switch",
+            remedy="check the switch and its read-back",
+        )
+    platform.lna.clear_overload()
+    platform.card.program(plan.timeline)
+    platform.card.arm()
+    if not plan.blank:
+        platform.amplifier.enable()
+        platform.amplifier.unmute()
+
+
+def _collect(
+    platform: Platform, plan: ShotPlan, cancelled: Callable[[], bool], progress: Callable[[int], None]
+) -> tuple[NDArray[np.float32], ChunkFlags, str | None, bool]:
+    """All samples of the timeline; the amplifier is disabled once TX is over."""
+    timeline = plan.timeline
+    volts = np.empty((platform.card.capabilities().inputs, timeline.total_samples), dtype=np.float32)
+    step = max(1, round(CHUNK_S * timeline.clock.rate_hz))
+    done, flags, clipped, powered = 0, ChunkFlags(), False, not plan.blank
+    while done < timeline.total_samples:
+        if cancelled():
+            raise Cancelled
+        try:
+            piece = platform.card.read(min(step, timeline.total_samples - done))
+            _check_contiguous(piece.first_sample, piece.volts.shape, volts.shape, done)
+        except ShotRefused as refusal:
+            return volts[:, :done], flags, str(refusal), clipped
+        volts[:, done : done + piece.volts.shape[1]] = piece.volts
+        done += piece.volts.shape[1]
+        flags = _merged(flags, piece.flags)
+        if powered and done >= timeline.tx_samples:
+            clipped, powered = _end_of_power(platform), False
+        progress(done)
+    reason = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
+    return volts, flags, reason, clipped
+
+
+def _check_contiguous(first: int, shape: tuple[int, ...], wanted: tuple[int, ...], done: int) -> None:
+    """The card's own count must go on where the last chunk ended."""
+    if shape[0] != wanted[0] or shape[1] < 1 or first + shape[1] > wanted[1]:
+        raise ShotRefused(f"a chunk of shape {shape} at sample {first} does not fit a shot of shape {wanted}")
+    if first != done:
+        raise ShotRefused(f"samples {done} to {first} are missing" if first > done else f"sample {first} came twice")
+
+
+def _merged(a: ChunkFlags, b: ChunkFlags) -> ChunkFlags:
+    return ChunkFlags(a.overwritten or b.overwritten, a.corrupted or b.corrupted, a.lost_steps or b.lost_steps)
+
+
+def _end_of_power(platform: Platform) -> bool:
+    """Disable the amplifier after TX; returns whether it clipped, raises DeviceFault if it tripped during TX."""
+    status = platform.amplifier.status()
+    platform.amplifier.disable()
+    if status.fault is not None:
+        raise DeviceFault(
+            f"the amplifier tripped during the shot: {status.fault}",
+            where="power_amplifier",
+            remedy="find the cause, then reset the fault",
+        )
+    return status.clipped
+
+
+def _device_verdict(clipped: bool, overloaded: bool) -> str | None:
+    if clipped:
+        return "the power amplifier clipped, so the excitation is not the one asked for"
+    if overloaded:
+        return "the low-noise amplifier was overloaded"
+    return None

@@ -1,0 +1,123 @@
+"""Reads the TOML files and hands each room its own section.
+
+Files are named by path, or by the name of one that ships in `config/` (`thread` for `config/resonators/thread.toml`).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from drivers.errors import ConfigError
+from drivers.registry import PlatformSection
+from drivers.specimen import Specimen
+from drivers.validation import validated
+from sequences.limits import SafetyLimits
+from sequences.request import SequenceRequest
+
+
+@dataclass(frozen=True)
+class PlatformFile:
+    """A platform file taken apart: what the registry builds from, the safety envelope, and the text for the record.
+
+    calibration_file: a recording or calibration file that replaces the back end's calibration, None: there is none.
+    """
+
+    path: Path
+    text: str
+    section: PlatformSection
+    limits: SafetyLimits
+    calibration_file: Path | None
+
+
+def locate(kind: str, name: str | Path) -> Path:
+    """Path of a configuration file: `name` itself if it is a path that exists, else the shipped one of that name.
+
+    kind: "platforms", "resonators" or "sequences".  Raises ConfigError that lists what ships.
+    """
+    path = Path(name)
+    if path.suffix == ".toml" or path.exists():
+        return path
+    folder = Path(str(files("config"))) / kind
+    shipped = folder / f"{name}.toml"
+    if shipped.is_file() and shipped.parent == folder:
+        return shipped
+    names = ", ".join(sorted(p.stem for p in folder.glob("*.toml")))
+    raise ConfigError(f"no {kind[:-1]} {str(name)!r}", remedy=f"give the path of a TOML file, or one of: {names}")
+
+
+def read_toml(path: Path) -> tuple[dict[str, Any], str]:
+    """The tables and the text of a TOML file.  Raises ConfigError if it is missing, unreadable or not TOML."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(text), text
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise ConfigError("cannot be read", where=str(path), why=why, remedy="check the path") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError("is not TOML", where=str(path), why=str(error), remedy="correct the line named") from None
+
+
+def load_platform(name: str | Path, overrides: Sequence[str] = ()) -> PlatformFile:
+    """A platform file, with `KEY=VALUE` overrides (dotted keys, TOML values) applied.  Raises ConfigError."""
+    path = locate("platforms", name)
+    tables, text = read_toml(path)
+    for override in overrides:
+        apply_override(tables, override)
+    where = str(path)
+    calibration = _calibration_file(tables, path)
+    if "limits" not in tables:
+        raise ConfigError("table 'limits' is missing", where=where, remedy="add [limits], see docs/configuration.md")
+    limits = validated(SafetyLimits, _table(tables.pop("limits"), f"{where}: limits"), f"{where}: limits")
+    section = validated(PlatformSection, tables, where)
+    note = "".join(f"# override: {o}\n" for o in overrides)
+    return PlatformFile(path, note + text, section, limits, calibration)
+
+
+def _calibration_file(tables: dict[str, Any], path: Path) -> Path | None:
+    """`[calibration] file = "..."`, relative to the platform file; taken out of the tables."""
+    table = tables.get("calibration")
+    if not isinstance(table, dict) or "file" not in table:
+        return None
+    if set(table) != {"file"} or not isinstance(table["file"], str):
+        remedy = "give either file = 'path' or a back end"
+        raise ConfigError("key 'file' must be a path and stand alone", where=f"{path}: calibration", remedy=remedy)
+    del tables["calibration"]
+    return path.parent / table["file"]
+
+
+def _table(value: Any, where: str) -> dict[str, Any]:
+    if not isinstance(value, dict):
+        raise ConfigError("must be a table", where=where, remedy="write it as [name]")
+    return value
+
+
+def apply_override(tables: dict[str, Any], override: str) -> None:
+    """Set one dotted key: `backends.simulated.seed=7`.  Raises ConfigError if it is not KEY=VALUE in TOML."""
+    key, _, value = override.partition("=")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError as error:
+        remedy = "write KEY=VALUE with a TOML value, text in quotes"
+        raise ConfigError(f"cannot read {override!r}", where="--set", why=str(error), remedy=remedy) from None
+    *parents, last = key.strip().split(".")
+    for name in parents:
+        tables = _table(tables.setdefault(name, {}), f"--set {key}")
+    tables[last] = parsed
+
+
+def load_specimen(name: str | Path) -> tuple[Specimen, str]:
+    """A resonator file and its text.  Raises ConfigError."""
+    path = locate("resonators", name)
+    tables, text = read_toml(path)
+    return validated(Specimen, tables, str(path)), text
+
+
+def load_sequence(name: str | Path) -> SequenceRequest:
+    """A sequence file.  Raises ConfigError."""
+    path = locate("sequences", name)
+    return validated(SequenceRequest, read_toml(path)[0], str(path))

@@ -1,0 +1,100 @@
+"""The safety envelope: site limits that every sequence must keep, checked before hardware moves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.errors import SequenceRejected
+from drivers.io_card import CardCapabilities
+from drivers.timeline import Line, Timeline
+from drivers.tx_rx_switch import SwitchTiming
+from sequences.drive import ChannelDrive
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+
+
+class SafetyLimits(BaseModel):
+    """Table `[limits]` of a platform file.
+
+    max_field_t: field amplitude at the rotor, T; max_coil_current_a: per coil, A; max_tx_s: length of the TX window, s;
+    max_tx_duty: share of a shot that may be TX; settle_warning: share of the deflection that may remain at the next
+    shot before a warning is given.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    max_field_t: Positive
+    max_coil_current_a: Positive
+    max_tx_s: Positive
+    max_tx_duty: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
+    settle_warning: Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)] = 0.03
+
+
+def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLimits) -> None:
+    """Field, coil current and amplifier voltage within limits, else SequenceRejected naming limit and remedy."""
+    _at_most("the field amplitude", field_t, limits.max_field_t, "T", "limits.max_field_t", "field_t")
+    for d in drives:
+        name = f"the current of coil {d.channel.axis}"
+        _at_most(name, abs(d.current_a), limits.max_coil_current_a, "A", "limits.max_coil_current_a", "field_t")
+        name = f"the amplifier voltage of coil {d.channel.axis}"
+        _at_most(name, d.amplifier_v, d.channel.amplifier_limit_v, "V", "the amplifier's limit", "field_t")
+
+
+def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilities, switch: SwitchTiming) -> None:
+    """Times, DAC range and the exclusion of power and receiver; raises SequenceRejected.
+
+    It looks only at the finished timeline, not at how it was made, so that a mistake in the compiler shows here.
+    """
+    rate = timeline.clock.rate_hz
+    tx_s = timeline.tx_samples / rate
+    _at_most("the TX window", tx_s, limits.max_tx_s, "s", "limits.max_tx_s", "tx_periods")
+    duty = timeline.tx_samples / timeline.total_samples
+    _at_most("the share of TX in the shot", duty, limits.max_tx_duty, "", "limits.max_tx_duty", "tx_periods")
+    total = timeline.total_samples
+    _at_most("the length of the shot", total, card.max_samples, "samples", "the card's memory", "rx_s")
+    for output in {b.output for b in timeline.bursts}:
+        peak = float(np.max(np.abs(timeline.output_volts(output, 0, timeline.tx_samples))))
+        name = f"DAC output {output}"
+        _at_most(name, peak, card.output_full_scale_v, "V", "the card's output range", "field_t")
+    _check_exclusion(timeline, switch)
+
+
+def _check_exclusion(timeline: Timeline, switch: SwitchTiming) -> None:
+    """Power and receiver never together, and the receiver settled before RX begins."""
+    power = [level for level in timeline.lines if level.line is Line.PA_GATE]
+    receive = [level for level in timeline.lines if level.line is Line.RX_CONNECT]
+    for p in power:
+        for r in receive:
+            if r.start_sample <= p.stop_sample and p.start_sample <= r.stop_sample:
+                raise SequenceRejected(
+                    "the receiver would be connected while the amplifier can put out power",
+                    where=f"samples {max(p.start_sample, r.start_sample)} to {min(p.stop_sample, r.stop_sample)}",
+                    remedy="leave a guard between the two lines",
+                )
+    for b in timeline.bursts:
+        if not all(timeline.is_high(Line.PA_GATE, k) for k in (b.start_sample, b.stop_sample - 1)):
+            raise SequenceRejected("a burst lies outside the amplifier's gate", where=f"output {b.output}")
+    settled = [r.start_sample + switch.total_s * timeline.clock.rate_hz for r in receive]
+    if not receive or min(settled) > timeline.rx_start:
+        rate = timeline.clock.rate_hz
+        have = (timeline.rx_start - receive[0].start_sample) / rate if receive else 0.0
+        raise SequenceRejected(
+            f"the receiver is connected {have * 1e3:.2f} ms before RX begins",
+            where="sequence.switch_s",
+            why=f"the switch needs {switch.total_s * 1e3:.2f} ms until receive data are good",
+            remedy="make the switch window longer or the guard shorter",
+        )
+
+
+def _at_most(what: str, value: float, limit: float, unit: str, source: str, key: str) -> None:
+    if not value <= limit:
+        raise SequenceRejected(
+            f"{what} would be {value:.4g} {unit}".rstrip(),
+            where=f"sequence.{key}",
+            why=f"{source} is {limit:.4g} {unit}".rstrip(),
+            remedy=f"lower sequence.{key}, or have the limit changed by whoever is responsible for the platform",
+        )

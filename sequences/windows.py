@@ -1,0 +1,44 @@
+"""Window lengths in samples, and what they make of the requested frequency and times."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from drivers.errors import SequenceRejected
+from drivers.timeline import SampleClock
+from sequences.request import SequenceRequest
+
+
+@dataclass(frozen=True)
+class Windows:
+    """Samples per window and the excitation frequency that fits whole periods into them."""
+
+    tx_samples: int
+    switch_samples: int
+    rx_samples: int
+    frequency_hz: float
+
+
+def realise(request: SequenceRequest, clock: SampleClock) -> Windows:
+    """Whole samples for the three windows.
+
+    The TX window holds a whole number of periods and of samples, so the frequency moves a little: 10 periods of 212 Hz
+    at 125 MHz/2048 become 2879 samples and 212.0013 Hz.  Raises SequenceRejected for a frequency that the clock cannot
+    play with at least 8 samples per period, or an RX window below one sample.
+    """
+    if request.f_tx_hz > clock.rate_hz / 8:
+        raise SequenceRejected(
+            f"{request.f_tx_hz:g} Hz is too high for a sampling rate of {clock.rate_hz:.1f} Hz",
+            where="sequence.f_tx_hz",
+            remedy=f"ask for at most {clock.rate_hz / 8:.0f} Hz",
+        )
+    tx = round(request.tx_periods * clock.rate_hz / request.f_tx_hz)
+    rx = round(request.rx_s * clock.rate_hz)
+    if rx < 1:
+        raise SequenceRejected(
+            f"an RX window of {request.rx_s:g} s holds no sample",
+            where="sequence.rx_s",
+            remedy=f"ask for at least {1 / clock.rate_hz:.2g} s",
+        )
+    return Windows(tx, math.ceil(request.switch_s * clock.rate_hz), rx, request.tx_periods * clock.rate_hz / tx)
