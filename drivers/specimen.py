@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -70,3 +70,11 @@ class Specimen(_Section):
     thread: ThreadBearing | None = None
     measured: Measured
     pose: Pose
+
+    @model_validator(mode="after")
+    def _bearing_fits_variant(self) -> Specimen:
+        if (self.jewel is None) != (self.variant == "thread") or (self.thread is None) != (self.variant == "jewel"):
+            raise ValueError(f"a {self.variant} resonator needs the table [{self.variant}] and no other bearing")
+        if self.variant == "thread" and self.measured.tf_over_i_rad_per_s2:
+            raise ValueError("the thread's equation of motion has no dry friction: leave tf_over_i_rad_per_s2 out")
+        return self

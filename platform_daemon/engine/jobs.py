@@ -34,7 +34,7 @@ class JobState(StrEnum):
 
 @dataclass(frozen=True)
 class Progress:
-    """`done` of `total` in `unit`, the phase it is in, and the seconds left by this computer's clock (None: not known)."""
+    """`done` of `total` in `unit`, the phase it is in, and the seconds left (None: not known yet)."""
 
     done: float
     total: float

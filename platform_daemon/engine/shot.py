@@ -52,8 +52,8 @@ def run_shot(
 ) -> RawShot:
     """Make one shot; outputs are off when it returns or raises.
 
-    `cancelled` is asked and `progress(samples so far)` told every 0.1 s of samples.  A shot whose samples are flagged or
-    not contiguous comes back with a `reason`.  Raises Cancelled, InterlockError if the receiver cannot be confirmed
+    `cancelled` is asked and `progress(samples so far)` told every 0.1 s of samples.  A shot whose samples are flagged
+    or not contiguous comes back with a `reason`.  Raises Cancelled, InterlockError if the receiver cannot be confirmed
     disconnected, DeviceError if a device fails.
     """
     try:

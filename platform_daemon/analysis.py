@@ -1,0 +1,192 @@
+"""From a recording to fits: calibrate, estimate the noise, fit every frame, and say it in the fixed JSON form."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean, median, stdev
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import InputError, PlatformError, RecordingError
+from platform_daemon.estimation import (
+    PARAMETER_NAMES,
+    CalibrationError,
+    FitResult,
+    RingDownRecord,
+    calibrate,
+    fit_ring_down,
+)
+from platform_daemon.store import Calibration, Recording
+
+Window = str | float
+VARIANTS = ("thread", "jewel")
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """How to fit: variant ("thread" or "jewel"), window ("n50", "d30" or seconds), parameters held fixed."""
+
+    variant: str
+    window: Window = "d30"
+    fixed: Mapping[str, float] | None = None
+
+
+def parse_window(text: str) -> Window:
+    """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
+    if text in ("n50", "d30"):
+        return text
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise InputError(f"no window {text!r}", where="window", remedy="give n50, d30, or a positive number of seconds")
+    return seconds
+
+
+def choose_variant(recording: Recording, variant: str | None) -> str:
+    """The caller's variant, else the file's.  Raises InputError if neither names one."""
+    chosen = variant or recording.variant
+    if chosen is None:
+        raise RecordingError(
+            "the file does not say which resonator it holds",
+            where=f"{recording.path}: /resonator/variant",
+            remedy="name it with --variant thread or --variant jewel",
+        )
+    if chosen not in VARIANTS:
+        raise InputError(f"no variant {chosen!r}", where="variant", remedy="give thread or jewel")
+    return chosen
+
+
+def ring_down(rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None) -> RingDownRecord:
+    """The record that a fit takes: calibrated dm/dt (3, n) A m^2/s, or volts (c, n) if there is no calibration.
+
+    Raises RecordingError if the calibration does not fit the data.
+    """
+    if calibration is None:
+        return RingDownRecord(samples=rx_volts, sampling_rate_hz=rate_hz, quantity="voltage")
+    try:
+        done = calibrate(
+            rx_volts, rate_hz, calibration.sensitivity, calibration.frequency_hz, calibration.frequency_response
+        )
+    except CalibrationError as error:
+        raise RecordingError(str(error), where="/calibration", remedy="give another with --calibration") from None
+    return RingDownRecord(
+        samples=done.dmdt,
+        sampling_rate_hz=rate_hz,
+        quantity="dmdt",
+        valid_from=done.valid_from,
+        valid_to=done.valid_to,
+    )
+
+
+def fit_frame(
+    rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None, ask: FitRequest
+) -> FitResult:
+    """Calibrate and fit one RX window, (c, n) V."""
+    return fit_ring_down(ring_down(rx_volts, rate_hz, calibration), ask.variant, ask.window, fixed=ask.fixed)
+
+
+def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
+    """One frame in the fixed JSON form, plus notes, warnings and chi2 by channel."""
+    return {
+        "frame": frame,
+        "verdict": fit.verdict,
+        "reason": fit.reason,
+        "parameters": {n: {"value": e.value, "std": e.std} for n, e in fit.parameters.items()},
+        "r2": fit.r2,
+        "nrmse": fit.nrmse,
+        "chi2_per_dof": fit.chi2_per_dof,
+        "chi2_per_dof_by_channel": None if fit.chi2_per_dof_by_channel is None else list(fit.chi2_per_dof_by_channel),
+        "window_s": fit.window_s,
+        "samples": fit.samples,
+        "warnings": list(fit.warnings),
+        "notes": list(fit.notes),
+        "seconds": fit.seconds,
+    }
+
+
+def refused_report(frame: int, reason: str) -> dict[str, Any]:
+    """A frame that could not even be offered to the fit."""
+    empty = dict.fromkeys(("r2", "nrmse", "chi2_per_dof", "chi2_per_dof_by_channel", "window_s"), None)
+    base = {"frame": frame, "verdict": "refused", "reason": reason, "parameters": {}, "samples": 0}
+    return {**base, **empty, "warnings": [], "notes": [], "seconds": 0.0}
+
+
+def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float | None]]:
+    """Mean and scatter of each parameter over the good frames; psi averaged on the circle; std None for one frame."""
+    good = [f["parameters"] for f in frames if f["verdict"] == "good"]
+    result: dict[str, dict[str, float | None]] = {}
+    for name in PARAMETER_NAMES:
+        values = [p[name]["value"] for p in good if name in p]
+        if values:
+            result[name] = _mean_and_scatter(values, circular=name == "psi_start_rad")
+    return result
+
+
+def _mean_and_scatter(values: list[float], *, circular: bool) -> dict[str, float | None]:
+    offset = 0.0
+    if circular:  # turn the mean direction to zero so that 0 and 2 pi are neighbours
+        offset = math.atan2(fmean(map(math.sin, values)), fmean(map(math.cos, values)))
+        values = [math.remainder(v - offset, 2 * math.pi) for v in values]
+    mean = fmean(values) + offset
+    mean = mean % (2 * math.pi) if circular else mean
+    return {"mean": mean, "std": stdev(values) if len(values) > 1 else None}
+
+
+def fit_recording(
+    recording: Recording,
+    ask: FitRequest,
+    *,
+    calibration: Calibration | None = None,
+    progress: Callable[[int], None] = lambda frames: None,
+) -> dict[str, Any]:
+    """Fit every excited frame of a recording; the fixed JSON form for one file.
+
+    `calibration` replaces the file's own.  Frames that the daemon refused, blank shots and frames with bad samples are
+    refused with their reason; one bad frame does not stop the others.
+    """
+    used = calibration or recording.calibration
+    frames = []
+    for k in range(recording.frames):
+        frames.append(_fit_or_refuse(recording, k, used, ask))
+        progress(k + 1)
+    return file_report(str(recording.path), ask, frames, used)
+
+
+def _fit_or_refuse(recording: Recording, k: int, calibration: Calibration | None, ask: FitRequest) -> dict[str, Any]:
+    info = recording.frame_info[k]
+    if info.verdict != "good" or info.blank:
+        return refused_report(k, "a blank shot, without excitation" if info.blank else info.reason)
+    try:
+        volts = recording.rx_volts(k)
+    except PlatformError as error:
+        return refused_report(k, str(error))
+    return frame_report(k, fit_frame(volts, recording.sequence.rate_hz, calibration, ask))
+
+
+def file_report(
+    file: str, ask: FitRequest, frames: list[dict[str, Any]], calibration: Calibration | None
+) -> dict[str, Any]:
+    """The fixed JSON form for one file from its frames' reports."""
+    windows = [f["window_s"] for f in frames if f["verdict"] == "good"]
+    notes = []
+    if calibration is None:
+        notes.append(
+            "no calibration: only voltage-domain quantities can be estimated (f_nat, lambda, T_f/I, phi_max, psi)"
+        )
+    return {
+        "file": str(Path(file)),
+        "variant": ask.variant,
+        "window": ask.window,
+        "window_s": median(windows) if windows else None,
+        "calibration": None if calibration is None else calibration.identifier,
+        "notes": notes,
+        "frames": frames,
+        "summary": summary(frames),
+    }

@@ -1,0 +1,68 @@
+"""Fits of stored recordings as jobs; results are kept on disk."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from fastapi import APIRouter, Response
+
+from drivers.errors import InputError
+from platform_daemon.analysis import FitRequest, choose_variant, fit_recording
+from platform_daemon.api.context import Shared, job_body
+from platform_daemon.api.models import FitBody, JobModel, ProblemModel
+from platform_daemon.api.recording_routes import opened
+from platform_daemon.engine.jobs import Cancelled, Job
+from platform_daemon.estimation import PARAMETER_NAMES
+from platform_daemon.files import write_whole
+
+router = APIRouter(prefix="/fits", tags=["fits"])
+ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
+
+
+def _body(job: Job) -> dict[str, Any]:
+    return job_body(job, {"self": f"/fits/{job.identifier}", "recording": f"/recordings/{job.request['recording']}"})
+
+
+@router.post("", status_code=202, response_model=JobModel, responses=ERRORS)
+def start(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
+    """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
+    recording = opened(body.recording, context)
+    unknown = sorted(set(body.fixed) - set(PARAMETER_NAMES))
+    if unknown:
+        remedy = f"one of: {', '.join(PARAMETER_NAMES)}"
+        raise InputError(f"no parameter is called {unknown[0]!r}", where="fixed", remedy=remedy)
+    ask = FitRequest(choose_variant(recording, body.variant), body.window, body.fixed or None)
+
+    def work(job: Job) -> None:
+        def tell(frames: int) -> None:
+            job.at(frames, "fit")
+            if job.cancel_requested.is_set():
+                raise Cancelled
+
+        job.result = {**fit_recording(recording, ask, progress=tell), "file": recording.path.name}
+        write_whole(context.fits / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
+
+    job = context.engine.analyse(body.model_dump(mode="json"), recording.frames, work)
+    response.headers["Location"] = f"/fits/{job.identifier}"
+    return _body(job)
+
+
+@router.get("", response_model=list[JobModel])
+def every(context: Shared) -> list[dict[str, Any]]:
+    """All fits asked for since the daemon started, oldest first."""
+    return [_body(job) for job in context.engine.jobs("fit")]
+
+
+@router.get("/{identifier}", response_model=JobModel, responses=ERRORS)
+def one(identifier: str, context: Shared) -> dict[str, Any]:
+    """State, progress, and the result once it is there."""
+    return _body(context.engine.job("fit", identifier))
+
+
+@router.delete("/{identifier}", status_code=202, response_model=JobModel, responses=ERRORS)
+def cancel(identifier: str, context: Shared) -> dict[str, Any]:
+    """Cancel after the frame under way."""
+    job = context.engine.job("fit", identifier)
+    job.request_cancel()
+    return _body(job)

@@ -1,0 +1,115 @@
+"""The bodies that the API takes and gives; units are part of every name."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from platform_daemon.engine.request import AcquisitionRequest
+
+NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+
+
+class AcquisitionBody(AcquisitionRequest):
+    """An acquisition as asked for by REST; resonators are named, never given as paths."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"resonator": "thread", "shots": 3, "operator": "DC", "sample": "T-07"},
+                {"resonator": "jewel", "shots": 1, "blank_shots": 1, "sequence": {"field_t": 4.0e-4, "rx_s": 2.0}},
+            ]
+        }
+    )
+
+    resonator: Annotated[str, Field(pattern=NAME, max_length=100)]
+
+
+class FitBody(BaseModel):
+    """A fit of a stored recording; window: "n50", "d30" or seconds; variant only if the recording has none."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        strict=True,
+        json_schema_extra={"examples": [{"recording": "acquisition-20261121T101500-1a2b3c", "window": "n50"}]},
+    )
+
+    recording: Annotated[str, Field(pattern=NAME, max_length=200)]
+    variant: Literal["thread", "jewel"] | None = None
+    window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] = "d30"
+    fixed: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
+
+
+class ProgressModel(BaseModel):
+    """How far a job is: done of total in unit, phase, share 0 to 1, seconds left (null: not known yet)."""
+
+    done: float
+    total: float
+    unit: str
+    phase: str
+    fraction: float
+    time_left_s: float | None
+
+
+class JobModel(BaseModel):
+    """A job.  `result` grows while it runs; `error` is a problem details object."""
+
+    id: str
+    kind: str
+    state: Literal["queued", "running", "done", "failed", "cancelled"]
+    progress: ProgressModel
+    created: str | None
+    started: str | None
+    finished: str | None
+    request: dict[str, Any]
+    result: dict[str, Any]
+    warnings: list[str]
+    error: dict[str, Any] | None
+    links: dict[str, str]
+
+
+class ProblemModel(BaseModel):
+    """RFC 9457 problem details."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "type": "/problems/sequence-rejected",
+                    "title": "Sequence rejected",
+                    "status": 422,
+                    "detail": "sequence.field_t: the field amplitude would be 0.005 T. limits.max_field_t is 0.001 T. "
+                    "Remedy: lower sequence.field_t.",
+                    "where": "sequence.field_t",
+                    "remedy": "lower sequence.field_t",
+                }
+            ]
+        }
+    )
+
+    type: str
+    title: str
+    status: int
+    detail: str | None = None
+    instance: str | None = None
+    where: str | None = None
+    remedy: str | None = None
+
+
+class DmdtModel(BaseModel):
+    """Calibrated dm/dt of one frame for a plot: per bucket of `samples_per_point` samples the smallest and the largest
+    value, so that no peak is lost; t_s is the bucket's start, 0 at the first RX sample."""
+
+    recording: str
+    frame: int
+    quantity: Literal["dmdt", "voltage"]
+    unit: str
+    channels: list[str]
+    sampling_rate_hz: float
+    samples: int
+    samples_per_point: int
+    t_s: list[float]
+    minimum: list[list[float]]
+    maximum: list[list[float]]
+    notes: list[str]

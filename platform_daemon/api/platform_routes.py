@@ -1,0 +1,57 @@
+"""What the platform is and does: state, readiness, stop, the kinds of problems."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse
+
+from platform_daemon import __version__
+from platform_daemon.api.context import Shared
+from platform_daemon.api.problems import problem_kinds
+from platform_daemon.engine.engine import UnknownId
+
+router = APIRouter(tags=["platform"])
+
+
+@router.get("/", summary="Where everything is")
+def root() -> dict[str, Any]:
+    """Entry points of the API."""
+    paths = ("platform", "acquisitions", "recordings", "fits", "health", "ready", "docs", "openapi.json")
+    return {"name": "platform-daemon", "version": __version__, "links": {p: f"/{p}" for p in paths}}
+
+
+@router.get("/health", summary="Is the daemon alive?")
+def health() -> dict[str, str]:
+    """Answers as long as the process does."""
+    return {"status": "ok", "version": __version__}
+
+
+@router.get("/ready", summary="Is everything warmed up?")
+def ready(context: Shared) -> JSONResponse:
+    """200 once every part has warmed up, 503 before, naming the parts; requests are served all the same."""
+    parts = dict(context.warm)
+    return JSONResponse({"ready": all(parts.values()), "warm": parts}, 200 if all(parts.values()) else 503)
+
+
+@router.get("/platform", summary="State of every device, and the job that runs")
+def platform(context: Shared) -> dict[str, Any]:
+    """As last read back: every second while idle, before and after each acquisition."""
+    return context.engine.status()
+
+
+@router.post("/stop", summary="All outputs off, now")
+def stop(context: Shared) -> dict[str, str]:
+    """Amplifier off, card stopped, receiver disconnected, all acquisitions cancelled.  Shots already on disk stay."""
+    context.engine.outputs_off()
+    return {"status": "outputs are off, acquisitions are cancelled"}
+
+
+@router.get("/problems/{kind}", summary="What a kind of problem means")
+def problem_page(kind: str) -> dict[str, str]:
+    """Title and meaning of the `type` of a problem details object."""
+    kinds = problem_kinds()
+    if kind not in kinds:
+        raise UnknownId(f"no kind of problem is called {kind!r}", remedy=f"one of: {', '.join(sorted(kinds))}")
+    return {"type": f"/problems/{kind}", "title": kinds[kind].title, "meaning": (kinds[kind].__doc__ or "").strip()}

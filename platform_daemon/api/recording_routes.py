@@ -1,0 +1,122 @@
+"""Recordings on disk: list, describe, download, calibrated dm/dt for plots and in full."""
+
+from __future__ import annotations
+
+import io
+from typing import Annotated, Any, Literal
+
+import h5py
+import numpy as np
+from fastapi import APIRouter, Query, Response
+from fastapi.responses import FileResponse
+
+from platform_daemon.analysis import ring_down
+from platform_daemon.api.context import Shared
+from platform_daemon.api.models import DmdtModel, ProblemModel
+from platform_daemon.engine.engine import UnknownId
+from platform_daemon.estimation import RingDownRecord
+from platform_daemon.plots import envelope
+from platform_daemon.store import Recording, describe, list_recordings, open_recording, resolve
+
+router = APIRouter(prefix="/recordings", tags=["recordings"])
+ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
+
+
+def opened(identifier: str, context: Shared) -> Recording:
+    """The recording of that id.  Raises UnknownId, RecordingError."""
+    path = resolve(context.recordings, identifier)
+    if not path.is_file():
+        raise UnknownId(
+            f"no recording has the id {identifier!r}", where=identifier, remedy="GET /recordings lists the ids"
+        )
+    return open_recording(path)
+
+
+@router.get("")
+def every(context: Shared) -> dict[str, Any]:
+    """Every recording, with those that cannot be read and why."""
+    return list_recordings(context.recordings)
+
+
+@router.get("/{identifier}", responses=ERRORS)
+def one(identifier: str, context: Shared) -> dict[str, Any]:
+    """What the recording says: sequence, calibration, frames with verdicts, sample, operator."""
+    links = {"file": f"/recordings/{identifier}/file", "dmdt": f"/recordings/{identifier}/frames/0/dmdt"}
+    return {"id": identifier, **describe(opened(identifier, context)), "links": links}
+
+
+@router.get("/{identifier}/file", responses=ERRORS)
+def download(identifier: str, context: Shared) -> FileResponse:
+    """The whole file (HDF5, NeXus, `.mmr`)."""
+    path = opened(identifier, context).path
+    return FileResponse(path, media_type="application/x-hdf5", filename=path.name)
+
+
+@router.get("/{identifier}/frames/{frame}/dmdt", response_model=DmdtModel, responses=ERRORS)
+def dmdt(
+    identifier: str,
+    frame: int,
+    context: Shared,
+    format: Annotated[
+        Literal["json", "npy", "h5"], Query(description="json is decimated, npy and h5 are full")
+    ] = "json",
+    points: Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")] = 2000,
+    start_s: Annotated[float, Query(ge=0, allow_inf_nan=False, description="from, s after the first RX sample")] = 0.0,
+    stop_s: Annotated[float | None, Query(gt=0, allow_inf_nan=False, description="to, s; default: the end")] = None,
+) -> Any:
+    """dm/dt = -P^-1 u in A m^2/s, world axes; the RX volts if the recording has no calibration.
+
+    `npy`: float64 (3, n); `h5`: datasets `dmdt` (3, n) and `time` (n,) with units.
+    """
+    recording = opened(identifier, context)
+    rate = recording.sequence.rate_hz
+    record = ring_down(recording.rx_volts(frame), rate, recording.calibration)
+    first = min(round(start_s * rate), record.samples.shape[1] - 1)
+    last = record.samples.shape[1] if stop_s is None else max(first + 1, round(stop_s * rate))
+    cut = record.samples[:, first:last]
+    if format == "json":
+        return _points(identifier, frame, record, cut, first, points)
+    name = f"{identifier}-frame{frame}-{record.quantity}.{format}"
+    body = _npy(cut) if format == "npy" else _h5(cut, record, first)
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(body, media_type="application/octet-stream", headers=headers)
+
+
+def _points(identifier: str, frame: int, record: RingDownRecord, cut: Any, first: int, points: int) -> dict[str, Any]:
+    size, low, high = envelope(cut, points)
+    start = (first + size * np.arange(low.shape[1])) / record.sampling_rate_hz
+    calibrated = record.quantity == "dmdt"
+    return {
+        "recording": identifier,
+        "frame": frame,
+        "quantity": record.quantity,
+        "unit": _unit(record),
+        "channels": list("xyz") if calibrated else [str(c) for c in range(cut.shape[0])],
+        "sampling_rate_hz": record.sampling_rate_hz,
+        "samples": cut.shape[1],
+        "samples_per_point": size,
+        "t_s": start.tolist(),
+        "minimum": low.tolist(),
+        "maximum": high.tolist(),
+        "notes": [] if calibrated else ["the recording has no calibration: these are volts at the ADC input"],
+    }
+
+
+def _unit(record: RingDownRecord) -> str:
+    return "A m^2/s" if record.quantity == "dmdt" else "V"
+
+
+def _npy(cut: Any) -> bytes:
+    buffer = io.BytesIO()
+    np.save(buffer, np.ascontiguousarray(cut))
+    return buffer.getvalue()
+
+
+def _h5(cut: Any, record: RingDownRecord, first: int) -> bytes:
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        data = file.create_dataset(record.quantity, data=cut)
+        data.attrs["units"] = _unit(record)
+        time = file.create_dataset("time", data=(first + np.arange(cut.shape[1])) / record.sampling_rate_hz)
+        time.attrs["units"] = "s"
+    return buffer.getvalue()

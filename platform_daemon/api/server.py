@@ -1,0 +1,44 @@
+"""The FastAPI application, and a uvicorn server whose first act on a signal is to switch outputs off."""
+
+from __future__ import annotations
+
+from types import FrameType
+
+import uvicorn
+from fastapi import FastAPI
+
+from platform_daemon import __version__
+from platform_daemon.api import acquisition_routes, fit_routes, platform_routes, problems, recording_routes
+from platform_daemon.api.context import Context
+from platform_daemon.engine.engine import Engine
+
+DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
+Long work is a job: POST answers 202 with a Location, GET it for progress and result, DELETE it to cancel.
+Errors are RFC 9457 problem details with a remedy.  All values are in SI units, named in every key."""
+
+
+def create_api(context: Context) -> FastAPI:
+    """The application over an engine and its folders."""
+    app = FastAPI(title="platform-daemon", version=__version__, description=DESCRIPTION)
+    app.state.context = context
+    problems.install(app)
+    for routes in (platform_routes, acquisition_routes, recording_routes, fit_routes):
+        app.include_router(routes.router)
+    return app
+
+
+class Server(uvicorn.Server):
+    """Outputs off comes first in the signal path: uvicorn's own shutdown can wait for clients that never leave."""
+
+    def __init__(self, app: FastAPI, engine: Engine, host: str, port: int) -> None:
+        super().__init__(
+            uvicorn.Config(app, host=host, port=port, log_config=None, timeout_graceful_shutdown=3, access_log=False)
+        )
+        self._engine = engine
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+        """Outputs off, then uvicorn's orderly end."""
+        try:
+            self._engine.outputs_off()
+        finally:
+            super().handle_exit(sig, frame)

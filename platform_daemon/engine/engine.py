@@ -1,0 +1,138 @@
+"""The engine: owner of the platform.  One hardware thread works through a queue; fits run beside it."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+from drivers.errors import DeviceStateError, InputError, PlatformError
+from drivers.platform import Platform
+from platform_daemon.engine.acquisition import Acquisition
+from platform_daemon.engine.jobs import Job, JobState
+from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
+from platform_daemon.engine.status import platform_status
+from sequences.compiler import TransmitSide
+from sequences.limits import SafetyLimits
+
+log = structlog.get_logger()
+IDLE_S = 1.0  # how often the state is read back while nothing runs
+
+
+class UnknownId(InputError):
+    """No job or recording has that id."""
+
+    title = "Not found"
+
+
+class Engine:
+    """Runs acquisitions one after the other on one platform, and fits beside them.
+
+    config_text is stored in every recording; `fits` run in one thread so that they never hold up a shot.
+    """
+
+    def __init__(self, platform: Platform, limits: SafetyLimits, config_text: str) -> None:
+        self.platform = platform
+        self.config_text = config_text
+        self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
+        self._jobs: dict[str, Job] = {}
+        self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
+        self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
+        self._closed = threading.Event()
+        self._status = platform_status(platform)
+        self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
+        self._thread.start()
+
+    def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
+        """The checked plan of a request; nothing moves.  Raises InputError."""
+        return plan_acquisition(request, self.side)
+
+    def acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False) -> Job:
+        """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended."""
+        job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
+        path = target or folder / f"{job.identifier}.h5"
+        work = Acquisition(self.platform, plan, path, self.config_text, self._fits, overwrite=overwrite)
+        return self._submit(job, work)
+
+    def analyse(self, request: dict[str, Any], frames: int, work: Callable[[Job], None]) -> Job:
+        """Run `work(job)` in the analysis thread, as a job of its own."""
+        job = self._register(Job("fit", request, frames, "frames"))
+        self._fits.submit(job.run, work)
+        return job
+
+    def job(self, kind: str, identifier: str) -> Job:
+        """The job of that id.  Raises UnknownId."""
+        job = self._jobs.get(identifier)
+        if job is None or job.kind != kind:
+            remedy = f"list the {kind}s for the ids that exist"
+            raise UnknownId(f"no {kind} has the id {identifier!r}", where=identifier, remedy=remedy)
+        return job
+
+    def jobs(self, kind: str) -> list[Job]:
+        """All jobs of a kind, oldest first."""
+        return [j for j in self._jobs.values() if j.kind == kind]
+
+    def status(self) -> dict[str, Any]:
+        """Devices as last read back (at most a second ago while idle, before the shot while one runs), and the job."""
+        running = next((j.identifier for j in self._jobs.values() if j.state is JobState.RUNNING), None)
+        waiting = [j.identifier for j in self.jobs("acquisition") if j.state is JobState.QUEUED]
+        return {**self._status, "running": running, "queued": waiting}
+
+    def outputs_off(self) -> None:
+        """Everything off, now, from any thread; running and queued acquisitions are cancelled."""
+        for job in self.jobs("acquisition"):
+            job.cancel_requested.set()
+        self.platform.outputs_off()
+        for job in self.jobs("acquisition"):
+            job.request_cancel()
+
+    def close(self) -> None:
+        """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent."""
+        if self._closed.is_set():
+            return
+        self._closed.set()
+        try:
+            self.outputs_off()
+        finally:
+            self._queue.put(None)
+            self._thread.join(timeout=60)
+            self._fits.shutdown(wait=True, cancel_futures=True)
+            self.platform.close()
+
+    def _register(self, job: Job) -> Job:
+        if self._closed.is_set():
+            raise DeviceStateError("the daemon is shutting down", remedy="start it again")
+        self._jobs[job.identifier] = job
+        return job
+
+    def _submit(self, job: Job, work: Callable[[Job], None]) -> Job:
+        self._queue.put((self._register(job), work))
+        return job
+
+    def _work(self) -> None:
+        while True:
+            try:
+                item = self._queue.get(timeout=IDLE_S)
+            except queue.Empty:
+                self._refresh()
+                continue
+            if item is None:
+                return
+            job, work = item
+            log.info("job_started", job=job.identifier)
+            job.run(work)
+            self._refresh()
+            log.info(
+                "job_ended", job=job.identifier, state=job.state, error=None if job.error is None else str(job.error)
+            )
+
+    def _refresh(self) -> None:
+        try:
+            self._status = platform_status(self.platform)
+        except PlatformError as error:
+            self._status = {**self._status, "error": str(error)}
