@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import InputError, PlatformError, RecordingError
+from platform_daemon import __version__
 from platform_daemon.estimation import (
     PARAMETER_NAMES,
     CalibrationError,
@@ -20,8 +21,10 @@ from platform_daemon.estimation import (
     RingDownRecord,
     calibrate,
     fit_ring_down,
+    model_signal,
 )
-from platform_daemon.store import Calibration, Recording
+from platform_daemon.plots import RingDownPicture
+from platform_daemon.store import Calibration, FitTable, Recording
 
 Window = str | float
 VARIANTS = ("thread", "jewel")
@@ -190,3 +193,97 @@ def file_report(
         "frames": frames,
         "summary": summary(frames),
     }
+
+
+def fit_table(name: str, variant: str, fits: list[FitResult | str]) -> FitTable:
+    """On-line fits of a series as the store keeps them; a text stands for a frame without a fit and says why."""
+    good = [f for f in fits if isinstance(f, FitResult) and f.verdict == "good"]
+    names = tuple(n for n in PARAMETER_NAMES if any(n in f.parameters for f in good))
+    rows = [_table_row(fit, names) for fit in fits]
+    columns = {key: np.array([row[key] for row in rows], dtype=float) for key in _TABLE_COLUMNS}
+    return FitTable(
+        name=name,
+        parameters=names,
+        values=columns["values"].reshape(len(fits), len(names)),
+        std=columns["std"].reshape(len(fits), len(names)),
+        covariance=columns["covariance"].reshape(len(fits), len(names), len(names)),
+        r2=columns["r2"],
+        nrmse=columns["nrmse"],
+        chi2_per_dof=columns["chi2_per_dof"],
+        window_s=columns["window_s"],
+        verdict=tuple("refused" if isinstance(f, str) else f.verdict for f in fits),
+        reason=tuple(f if isinstance(f, str) else f.reason or "" for f in fits),
+        variant=variant,
+        software_version=__version__,
+    )
+
+
+_TABLE_COLUMNS = ("values", "std", "covariance", "r2", "nrmse", "chi2_per_dof", "window_s")
+
+
+def _table_row(fit: FitResult | str, names: tuple[str, ...]) -> dict[str, Any]:
+    """One frame's numbers, NaN where there is none."""
+    k = len(names)
+    covariance = np.full((k, k), np.nan)
+    if isinstance(fit, str) or fit.verdict != "good":
+        nothing = dict.fromkeys(_TABLE_COLUMNS[3:], np.nan)
+        return {"values": [np.nan] * k, "std": [np.nan] * k, "covariance": covariance, **nothing}
+    free = [names.index(n) for n in fit.covariance_names]
+    covariance[np.ix_(free, free)] = fit.covariance
+    estimates = [fit.parameters.get(n) for n in names]
+    return {
+        "values": [np.nan if e is None else e.value for e in estimates],
+        "std": [np.nan if e is None or e.std is None else e.std for e in estimates],
+        "covariance": covariance,
+        "r2": fit.r2,
+        "nrmse": fit.nrmse,
+        "chi2_per_dof": fit.chi2_per_dof,
+        "window_s": fit.window_s,
+    }
+
+
+def parse_fixed(texts: list[str]) -> dict[str, float] | None:
+    """`NAME=VALUE` texts as parameters held fixed; None if there are none.  Raises InputError."""
+    fixed: dict[str, float] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if name not in PARAMETER_NAMES:
+            remedy = f"one of: {', '.join(PARAMETER_NAMES)}"
+            raise InputError(f"no parameter is called {name!r}", where="--fix", remedy=remedy)
+        try:
+            fixed[name] = float(value)
+        except ValueError:
+            raise InputError(f"{text!r} holds no number", where="--fix", remedy="write NAME=VALUE") from None
+    return fixed or None
+
+
+def picture(recording: Recording, frame: int, variant: str | None, window: Window) -> RingDownPicture:
+    """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
+    rate = recording.sequence.rate_hz
+    record = ring_down(recording.rx_volts(frame), rate, recording.calibration)
+    fit = fit_ring_down(record, choose_variant(recording, variant), window)
+    good = fit.verdict == "good"
+    n = record.samples.shape[1]
+    calibrated = record.quantity == "dmdt"
+    names = recording.provenance.channel_names if recording.provenance else ()
+    return RingDownPicture(
+        title=f"{recording.path.name}, frame {frame}",
+        caption=_caption(fit) if good else f"fit refused: {fit.reason}",
+        unit="dm/dt / A m² s⁻¹" if calibrated else "ADC input / V",
+        channels=tuple("xyz") if calibrated else names or tuple(str(c) for c in range(record.samples.shape[0])),
+        sampling_rate_hz=rate,
+        measured=record.samples,
+        model=model_signal(fit, n, rate) if good else None,
+        window_s=fit.window_s if good else None,
+    )
+
+
+def _caption(fit: FitResult) -> str:
+    p = {n: e.value for n, e in fit.parameters.items()}
+    friction = f", T_f/I {p['tf_over_i_rad_per_s2']:.0f} rad/s²" if "tf_over_i_rad_per_s2" in p else ""
+    moment = f", m_r {1e3 * p['m_r_am2']:.4f} mAm²" if "m_r_am2" in p else ""
+    return (
+        f"f_nat {p['f_nat_hz']:.4f} Hz{moment}, λ {p['lambda_per_s']:.4f} s⁻¹{friction}, "
+        f"φ_max {math.degrees(p['phi_max_rad']):.2f}°, ψ {math.degrees(p['psi_start_rad']):.1f}°, "
+        f"χ²/dof {fit.chi2_per_dof:.3f}"
+    )

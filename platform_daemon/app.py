@@ -1,0 +1,92 @@
+"""Puts the parts together: platform file -> platform -> engine -> API."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import structlog
+
+from drivers.calibration import ReceiveCalibration
+from drivers.errors import ConfigError, RecordingError
+from drivers.registry import build_platform
+from platform_daemon.api.context import Context
+from platform_daemon.engine.engine import Engine
+from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
+from platform_daemon.store import read_calibration, recover
+
+log = structlog.get_logger()
+
+
+def start_engine(file: PlatformFile) -> Engine:
+    """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
+    calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
+    platform = build_platform(file.section, calibration)
+    try:
+        return Engine(platform, file.limits, file.text)
+    except Exception:
+        platform.close()
+        raise
+
+
+def _calibration_from(path: Path) -> ReceiveCalibration:
+    c = read_calibration(path)
+    if c.identifier is None or c.date is None:
+        remedy = "add /calibration/identifier and /calibration/date to the file"
+        raise RecordingError("the calibration has no name or date", where=str(path), remedy=remedy)
+    return ReceiveCalibration(c.sensitivity, c.identifier, c.date, c.lna_gain, c.frequency_hz, c.frequency_response)
+
+
+def open_data_folder(folder: Path) -> tuple[Path, Path]:
+    """Folders of recordings and fits; series that a crash left behind are put together first."""
+    recordings, fits = folder / "recordings", folder / "fits"
+    for each in (recordings, fits):
+        each.mkdir(parents=True, exist_ok=True)
+    for path in recover(recordings):
+        log.warning("series_recovered", file=path.name)
+    return recordings, fits
+
+
+def create_context(engine: Engine, folder: Path) -> Context:
+    """What the API serves; compiles the fit in the background and says so under /ready."""
+    recordings, fits = open_data_folder(folder)
+    context = Context(engine, recordings, fits, {"thread fit": False, "jewel fit": False})
+    threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
+    return context
+
+
+def _warm_up(parts: dict[str, bool]) -> None:
+    """Compile by fitting a made-up decay; whether that fit is good does not matter."""
+    t = np.arange(12_000) / 61_035.0
+    decay = 6.0 * np.exp(-0.25 * t) * np.sin(2 * np.pi * 212.0 * t)
+    samples = np.stack([decay, 0.2 * decay**2, 0.01 * decay])
+    jobs: dict[str, Callable[[], object]] = {
+        f"{v} fit": lambda v=v: fit_ring_down(RingDownRecord(samples, 61_035.0, "dmdt"), v, 0.15)  # type: ignore[misc]
+        for v in ("thread", "jewel")
+    }
+    for name, job in jobs.items():
+        try:
+            job()
+        except Exception as error:  # a warm-up must never keep the daemon from serving
+            log.warning("warm_up_failed", part=name, error=str(error))
+        parts[name] = True
+
+
+def check_config(path: Path) -> str:
+    """One sentence on a valid platform, resonator or sequence file.  Raises ConfigError, DeviceError."""
+    tables, _ = read_toml(path)
+    if "io_card" in tables or "limits" in tables:
+        engine = start_engine(load_platform(path))
+        status = engine.status()
+        engine.close()
+        return f"{path}: platform {status['platform']!r} is valid"
+    if "magnets" in tables or "variant" in tables:
+        return f"{path}: resonator {load_specimen(path)[0].name!r} is valid"
+    if "f_tx_hz" in tables or "rx_s" in tables:
+        load_sequence(path)
+        return f"{path}: sequence is valid"
+    remedy = "a platform has [io_card], a resonator [magnets], a sequence f_tx_hz"
+    raise ConfigError("is neither a platform, a resonator nor a sequence", where=str(path), remedy=remedy)

@@ -1,0 +1,271 @@
+"""The command line: `platform-daemon serve | measure | fit | info | plot | config check`.
+
+Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import sys
+from pathlib import Path
+from types import FrameType
+from typing import Annotated, Any
+
+import structlog
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from drivers.errors import InputError, PlatformError
+from platform_daemon import __version__
+from platform_daemon.cli_tables import fit_table_text, print_info
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
+config_app = typer.Typer(no_args_is_help=True, help="Configuration files.")
+app.add_typer(config_app, name="config")
+
+PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
+SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
+VariantOption = Annotated[str | None, typer.Option("--variant", help="thread or jewel; default: what the file says.")]
+CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
+
+
+def main() -> None:
+    """Entry point; every expected error is one line on stderr."""
+    structlog.configure(
+        processors=[structlog.processors.TimeStamper(fmt="iso"), structlog.processors.KeyValueRenderer()],
+        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+    )
+    try:
+        app()
+    except PlatformError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2 if isinstance(error, InputError) else 1)
+    except OSError as error:
+        print(f"error: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("interrupted; outputs are off", file=sys.stderr)
+        sys.exit(130)
+
+
+@app.callback(invoke_without_command=True)
+def _version(version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
+    """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators."""
+    if version:
+        print(__version__)
+        raise typer.Exit
+
+
+@app.command()
+def serve(
+    platform: PlatformOption = "simulated",
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    port: Annotated[int, typer.Option(help="Port to listen on; 0: any free one.", min=0, max=65535)] = 8212,
+    data: Annotated[Path, typer.Option(help="Folder of recordings and fits.")] = Path("data"),
+    overrides: SetOption = None,
+) -> None:
+    """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
+    from platform_daemon.api.server import Server, create_api
+    from platform_daemon.app import create_context, start_engine
+    from platform_daemon.settings import load_platform
+
+    file = load_platform(platform, overrides or ())
+    listener = _listen(host, port)
+    engine = start_engine(file)
+    try:
+        server = Server(create_api(create_context(engine, data)), engine, host, port)
+        print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)
+        server.run(sockets=[listener])
+    finally:
+        engine.close()
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        listener = socket.socket(family, socket.SOCK_STREAM)
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((host, port))
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise InputError("cannot listen", where=f"{host}:{port}", why=why, remedy="choose another --port") from None
+    return listener
+
+
+@app.command()
+def measure(
+    resonator: Annotated[str, typer.Option(help="thread, jewel, or a resonator file.")],
+    out: Annotated[Path, typer.Option(help="Recording to write.")],
+    shots: Annotated[int, typer.Option(min=0, help="Excited shots.")] = 1,
+    blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 0,
+    field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
+    rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
+    window: WindowOption = "d30",
+    sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
+    operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
+    comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
+    platform: PlatformOption = "simulated",
+    overrides: SetOption = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Measure a series of shots and fit each; every shot is on disk before it counts."""
+    from platform_daemon.analysis import parse_window
+    from platform_daemon.app import start_engine
+    from platform_daemon.engine.request import AcquisitionRequest
+    from platform_daemon.settings import load_platform
+
+    changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
+    request = AcquisitionRequest(
+        resonator=resonator,
+        shots=shots,
+        blank_shots=blank_shots,
+        sequence={k: v for k, v in changed.items() if v is not None},
+        window=parse_window(window),
+        sample=sample,
+        operator=operator,
+        comment=comment,
+    )
+    _must_not_exist(json_file, force)
+    _must_not_exist(out, force)
+    signal.signal(signal.SIGTERM, _interrupt)
+    engine = start_engine(load_platform(platform, overrides or ()))
+    try:
+        job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
+        try:
+            _watch(job)
+        except KeyboardInterrupt:
+            engine.outputs_off()
+            job.ended.wait(timeout=60)
+            raise
+    finally:
+        engine.close()
+    for warning in job.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    if job.result:
+        print(fit_table_text(job.result["fit"]))
+        print(f"{job.result['shots']} shots in {out}")
+        _write_json(json_file, {"file": str(out), **job.result})
+    if job.error is not None:
+        raise job.error
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _watch(job: Any) -> None:
+    """A progress bar until the job has ended."""
+    columns = (
+        TextColumn("{task.description:<18}"),
+        BarColumn(),
+        TextColumn("{task.fields[count]}"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, transient=True) as bar:
+        task = bar.add_task("waiting", total=job.total, count="")
+        while not job.ended.wait(timeout=0.1):
+            now = job.progress()
+            bar.update(
+                task, completed=now.done, description=now.phase, count=f"{int(now.done)}/{int(now.total)} {now.unit}"
+            )
+
+
+@app.command()
+def fit(
+    files: Annotated[list[Path], typer.Argument(help="Recordings.")],
+    variant: VariantOption = None,
+    window: WindowOption = "d30",
+    calibration: CalibrationOption = None,
+    fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Fit every frame of one or more recordings."""
+    from platform_daemon.analysis import FitRequest, choose_variant, fit_recording, parse_fixed, parse_window
+    from platform_daemon.store import open_recording, read_calibration
+
+    span, fixed = parse_window(window), parse_fixed(fix or [])
+    other = None if calibration is None else read_calibration(calibration)
+    recordings = [open_recording(path) for path in files]
+    if other is not None:
+        recordings = [r.with_calibration(other) for r in recordings]
+    asks = [FitRequest(choose_variant(r, variant), span, fixed) for r in recordings]
+    _must_not_exist(json_file, force)
+    reports = []
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn("{task.completed}/{task.total} frames"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, transient=True) as bar:
+        for recording, ask in zip(recordings, asks, strict=True):
+            task = bar.add_task(recording.path.name, total=recording.frames)
+            reports.append(fit_recording(recording, ask, progress=lambda k, t=task: bar.update(t, completed=k)))  # type: ignore[misc]
+    for report in reports:
+        print(fit_table_text(report))
+    _write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
+    if not any(f["verdict"] == "good" for r in reports for f in r["frames"]):
+        print("every frame was refused", file=sys.stderr)
+        raise typer.Exit(3)
+
+
+@app.command()
+def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -> None:
+    """Say what a recording holds."""
+    from platform_daemon.store import describe, open_recording
+
+    facts = describe(open_recording(file))
+    _must_not_exist(json_file, force)
+    print_info(facts)
+    _write_json(json_file, facts)
+
+
+@app.command()
+def plot(
+    file: Path,
+    frame: Annotated[int, typer.Option(min=0, help="Frame, from 0.")] = 0,
+    png: Annotated[Path | None, typer.Option(help="PNG to write; default: beside the recording.")] = None,
+    variant: VariantOption = None,
+    window: WindowOption = "d30",
+    calibration: CalibrationOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Draw dm/dt with the fit over it, the residual and the spectrum."""
+    from platform_daemon.analysis import parse_window, picture
+    from platform_daemon.plots import save_png
+    from platform_daemon.store import open_recording, read_calibration
+
+    recording = open_recording(file)
+    if calibration is not None:
+        recording = recording.with_calibration(read_calibration(calibration))
+    target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
+    _must_not_exist(target, force)
+    save_png(picture(recording, frame, variant, parse_window(window)), target)
+    print(target)
+
+
+@config_app.command("check")
+def config_check(file: Path) -> None:
+    """Check a platform, resonator or sequence file; a platform's devices are built, not energised."""
+    from platform_daemon.app import check_config
+
+    print(check_config(file))
+
+
+def _must_not_exist(path: Path | None, force: bool) -> None:
+    if path is not None and path.exists() and not force:
+        raise InputError("exists already", where=str(path), remedy="choose another name, or overwrite it with --force")
+
+
+def _write_json(path: Path | None, content: Any) -> None:
+    from platform_daemon.files import write_whole
+
+    if path is not None:
+        write_whole(path, json.dumps(content, indent=1, allow_nan=False).encode())

@@ -1,0 +1,90 @@
+"""Tables for the terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+COLUMNS = (  # parameter, heading, factor from SI to the unit shown
+    ("f_nat_hz", "f_nat / Hz", 1.0),
+    ("m_r_am2", "m_r / mAm²", 1e3),
+    ("lambda_per_s", "λ / s⁻¹", 1.0),
+    ("tf_over_i_rad_per_s2", "T_f/I / rad s⁻²", 1.0),
+    ("phi_max_rad", "φ_max / °", math.degrees(1)),
+    ("psi_start_rad", "ψ_start / °", math.degrees(1)),
+)
+
+
+def number(value: float | None, std: float | None, factor: float) -> str:
+    """Value with its standard deviation in brackets at the last digits: 215.6903(12); plain if there is none."""
+    if value is None:
+        return "-"
+    if std is None or not std > 0:
+        return f"{value * factor:.6g}"
+    digits = max(0, 1 - math.floor(math.log10(std * factor)))
+    return f"{value * factor:.{digits}f}({round(std * factor * 10**digits)})"
+
+
+def fit_table_text(report: Mapping[str, Any]) -> str:
+    """One file's fits as a table: a row per frame, then mean and scatter."""
+    title = f"{report['file']}  {report['variant']}, window {report['window']}"
+    table = Table(title=title, title_justify="left")
+    for heading in ("frame", *(c[1] for c in COLUMNS), "R² / %", "nRMSE / %", "χ²/dof"):
+        table.add_column(heading, justify="right")
+    for frame in report["frames"]:
+        table.add_row(*_row(frame))
+    summary = report["summary"]
+    if any(s["std"] is not None for s in summary.values()):
+        table.add_section()
+        cells = [number(s["mean"], s["std"], c[2]) if (s := summary.get(c[0])) else "-" for c in COLUMNS]
+        table.add_row("mean(scatter)", *cells, "", "", "")
+    console = Console(width=150)
+    with console.capture() as capture:
+        console.print(table)
+        for note in _notes(report):
+            console.print(note, highlight=False)
+    return capture.get().rstrip()
+
+
+def _row(frame: Mapping[str, Any]) -> list[str]:
+    p = frame["parameters"]
+    if frame["verdict"] != "good":
+        return [str(frame["frame"]), "refused", *[""] * (len(COLUMNS) - 1 + 3)]
+    cells = [number(p[c[0]]["value"], p[c[0]]["std"], c[2]) if c[0] in p else "-" for c in COLUMNS]
+    quality = (f"{100 * frame['r2']:.4f}", f"{100 * frame['nrmse']:.3f}", f"{frame['chi2_per_dof']:.3f}")
+    return [str(frame["frame"]), *cells, *quality]
+
+
+def _notes(report: Mapping[str, Any]) -> list[str]:
+    """Notes of the file and of its frames, each text once with the frames it holds for."""
+    said: dict[str, list[int]] = {}
+    for frame in report["frames"]:
+        texts = [*frame["notes"], *frame["warnings"]]
+        for text in [*texts, f"refused: {frame['reason']}"] if frame["verdict"] != "good" else texts:
+            said.setdefault(text, []).append(frame["frame"])
+    lines = [f"note: {n}" for n in report["notes"]]
+    for text, frames in said.items():
+        shown = ", ".join(map(str, frames[:6])) + (" ..." if len(frames) > 6 else "")
+        lines.append(f"frame {shown}: {text}")
+    return lines
+
+
+def print_info(facts: Mapping[str, Any], indent: str = "") -> None:
+    """Nested facts, one per line."""
+    for key, value in facts.items():
+        if isinstance(value, Mapping):
+            print(f"{indent}{key}:")
+            print_info(value, indent + "  ")
+        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
+            print(f"{indent}{key}:")
+            for k, item in enumerate(value):
+                print(
+                    f"{indent}  [{k}] "
+                    + ", ".join(f"{a}={b}" for a, b in item.items() if b not in (None, "", [], False))
+                )
+        else:
+            print(f"{indent}{key}: {value}")

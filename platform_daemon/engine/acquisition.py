@@ -1,0 +1,212 @@
+"""A series of shots: each is on disk before it counts, fits run beside, and what was made is kept whatever happens."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Executor, Future
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import structlog
+
+from drivers.errors import DeviceFault
+from drivers.platform import Platform
+from platform_daemon import __version__
+from platform_daemon.analysis import FitRequest, file_report, fit_frame, fit_table, frame_report, refused_report
+from platform_daemon.engine.jobs import Cancelled, Job
+from platform_daemon.engine.request import AcquisitionPlan
+from platform_daemon.engine.shot import RawShot, run_shot
+from platform_daemon.estimation import FitResult
+from platform_daemon.store import Calibration, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
+from sequences.compiler import ShotPlan
+
+log = structlog.get_logger()
+MAX_REFUSED_IN_A_ROW = 3
+PAUSE_STEP_S = 0.1
+
+
+class Acquisition:
+    """The work of one acquisition job; call it with the job."""
+
+    def __init__(
+        self,
+        platform: Platform,
+        plan: AcquisitionPlan,
+        target: Path,
+        config_text: str,
+        fits: Executor,
+        *,
+        overwrite: bool,
+    ) -> None:
+        self._platform, self._plan, self._target = platform, plan, target
+        self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
+        self._calibration = store_calibration(platform)
+        self._fits: list[Future[FitResult] | str] = []
+        self._refused_in_a_row = 0
+
+    def __call__(self, job: Job) -> None:
+        """Mount, shoot, store, fit.  Raises Cancelled, DeviceError, OSError; shots already stored stay in the file."""
+        if self._plan.settle.warning:
+            job.warnings.append(self._plan.settle.warning)
+        self._platform.mount(self._plan.specimen)
+        series = SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite)
+        stored = 0
+        try:
+            for shot in self._plan.shots:
+                self._pause(job, first=stored == 0)
+                raw = self._shoot(job, shot, stored)
+                series.add_shot(shot_record(shot, raw))
+                stored += 1
+                job.at(stored, "stored")
+                self._follow_up(job, shot, raw)
+        finally:
+            self._finish(job, series, stored)
+
+    def _shoot(self, job: Job, shot: ShotPlan, stored: int) -> RawShot:
+        total = shot.timeline.total_samples
+
+        def tell(samples: int) -> None:
+            phase = "excite" if samples < shot.timeline.rx_start else "listen"
+            job.at(stored + 0.98 * samples / total, f"shot {stored + 1}: {phase}")
+
+        job.at(stored, f"shot {stored + 1}: prepare")
+        return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
+
+    def _pause(self, job: Job, *, first: bool) -> None:
+        """Wait `pause_s` of platform time between shots, looking at cancel."""
+        left = 0.0 if first else self._plan.sequence.pause_s
+        while True:
+            if job.cancel_requested.is_set():
+                raise Cancelled
+            if left <= 0:
+                return
+            self._platform.clock.sleep(min(left, PAUSE_STEP_S))
+            left -= PAUSE_STEP_S
+
+    def _follow_up(self, job: Job, shot: ShotPlan, raw: RawShot) -> None:
+        """Start the on-line fit; give up after too many refused shots in a row."""
+        if raw.reason is not None:
+            job.warnings.append(f"shot {len(self._fits) + 1} refused: {raw.reason}")
+            self._fits.append(raw.reason)
+            self._refused_in_a_row += 1
+            if self._refused_in_a_row >= MAX_REFUSED_IN_A_ROW:
+                raise DeviceFault(
+                    f"{MAX_REFUSED_IN_A_ROW} shots in a row were refused",
+                    why=raw.reason,
+                    remedy="find the cause named; the shots are kept in the recording, marked refused",
+                )
+            return
+        self._refused_in_a_row = 0
+        window = self._plan.request.window
+        if shot.blank or window is None:
+            self._fits.append("a blank shot, without excitation" if shot.blank else "no on-line fit was asked for")
+            return
+        rx = raw.volts[:, shot.timeline.rx_start :].astype(np.float64)
+        ask = FitRequest(self._plan.specimen.variant, window)
+        self._fits.append(self._executor.submit(fit_frame, rx, shot.timeline.clock.rate_hz, self._calibration, ask))
+
+    def _finish(self, job: Job, series: SeriesWriter, stored: int) -> None:
+        """Wait for the fits, put the series file together, say what came out."""
+        if stored == 0:
+            series.finish()
+            return
+        job.at(stored, "fit")
+        started = time.monotonic()
+        window = self._plan.request.window
+        fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits]
+        tables = [] if window is None else [fit_table(str(window), self._plan.specimen.variant, fits)]
+        job.at(stored, "write")
+        path = series.finish(tables)
+        job.result = {"recording": self._target.stem, "file": path.name, "shots": stored}
+        if window is not None:
+            reports = [_report(k, fit) for k, fit in enumerate(fits)]
+            ask = FitRequest(self._plan.specimen.variant, window)
+            job.result["fit"] = file_report(path.name, ask, reports, self._calibration)
+        log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
+
+    def _header(self) -> SeriesHeader:
+        timeline, request = self._plan.excited.timeline, self._plan.request
+        devices = {"io_card": self._platform.card, "tx_rx_switch": self._platform.switch}
+        identified: dict[str, Any] = {
+            **devices,
+            "power_amplifier": self._platform.amplifier,
+            "lna": self._platform.lna,
+        }
+        return SeriesHeader(
+            sequence=SequenceInfo(
+                timeline.clock.base_frequency_hz,
+                timeline.clock.decimation,
+                timeline.tx_samples,
+                timeline.switch_samples,
+                timeline.rx_samples,
+            ),
+            channels=self._platform.card.capabilities().inputs,
+            start_time=self._platform.clock.utc().isoformat(),
+            software_version=__version__,
+            variant=self._plan.specimen.variant,
+            calibration=self._calibration,
+            excitation=excitation(self._plan.excited, self._platform),
+            planned_shots=len(self._plan.shots),
+            title=f"{self._plan.specimen.name}, {len(self._plan.shots)} shots",
+            sample_name=request.sample or self._plan.specimen.name,
+            operator=request.operator,
+            comment=request.comment,
+            platform=self._platform.name,
+            configuration_toml=f"{self._config_text}\n# resonator\n{self._plan.specimen_text}",
+            channel_names=tuple(c.axis for c in self._platform.transmit),
+            devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
+        )
+
+
+def _outcome(fit: Future[FitResult]) -> FitResult | str:
+    error = fit.exception()
+    if error is not None:
+        log.error("fit_failed", exc_info=error)
+        return f"the fit failed: {type(error).__name__}: {error}"
+    return fit.result()
+
+
+def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
+    return refused_report(frame, fit) if isinstance(fit, str) else frame_report(frame, fit)
+
+
+def store_calibration(platform: Platform) -> Calibration:
+    """The platform's calibration as the store keeps it."""
+    c = platform.calibration
+    return Calibration(c.sensitivity, c.identifier, c.date, c.lna_gain, c.frequency_hz, c.frequency_response)
+
+
+def excitation(shot: ShotPlan, platform: Platform) -> Excitation:
+    """What a shot is excited with, for the record; currents in the order of the coils."""
+    currents = shot.currents_a()
+    return Excitation(
+        waveform="sine",
+        requested_hz=shot.request.f_tx_hz,
+        realised_hz=shot.frequency_hz,
+        field_t=0.0 if shot.blank else shot.request.field_t,
+        axis=shot.request.direction(),
+        periods=float(shot.request.tx_periods),
+        phase_rad=0.0,
+        current_a=np.array([currents.get(c.axis, 0.0) for c in platform.transmit]),
+    )
+
+
+def shot_record(shot: ShotPlan, raw: RawShot) -> ShotRecord:
+    """A shot as the store keeps it."""
+    return ShotRecord(
+        volts=raw.volts,
+        time_stamp=raw.started.isoformat(),
+        monotonic_s=raw.started_monotonic_s,
+        verdict="good" if raw.reason is None else "refused",
+        reason=raw.reason or "",
+        temperature_c=raw.temperature_c,
+        overwritten=raw.flags.overwritten,
+        corrupted=raw.flags.corrupted,
+        lost_steps=raw.flags.lost_steps,
+        lna_overload=raw.lna_overloaded,
+        amplifier_clipped=raw.amplifier_clipped,
+        blank=shot.blank,
+        truth=raw.truth or None,
+    )
