@@ -1,0 +1,85 @@
+"""A recording in words that JSON can say: what `info` and REST show."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from platform_daemon.store.recording import Calibration, Excitation, Recording
+
+
+def describe(recording: Recording) -> dict[str, Any]:
+    """Summary of a recording, JSON-able, without NaN; None where the file does not say.  Reads no volts."""
+    p, s = recording.provenance, recording.sequence
+    return {
+        "file": str(recording.path),
+        "size_bytes": recording.path.stat().st_size,
+        "layout": "own" if p else "minimal",
+        "variant": recording.variant,
+        "frames": recording.frames,
+        "good": sum(info.verdict == "good" for info in recording.frame_info),
+        "channels": recording.channels,
+        "channel_names": list(p.channel_names) if p else [],
+        "rate_hz": s.rate_hz,
+        "base_frequency_hz": s.base_frequency_hz,
+        "decimation": s.decimation,
+        "windows": {
+            name: {"samples": count, "seconds": count / s.rate_hz}
+            for name, count in (("tx", s.tx_samples), ("switch", s.switch_samples), ("rx", s.rx_samples))
+        },
+        "calibration": _calibration(recording.calibration),
+        "incomplete": p.incomplete if p else None,
+        "sample": p.sample_name if p else None,
+        "operator": p.operator if p else None,
+        "comment": p.comment if p else None,
+        "title": p.title if p else None,
+        "start_time": p.start_time if p else None,
+        "platform": p.platform if p else None,
+        "devices": dict(p.devices) if p else {},
+        "software_version": p.software_version if p else None,
+        "fits": list(recording.fits),
+        "shots": [_shot(recording, k) for k in range(recording.frames)] if p else [],
+    }
+
+
+def _shot(recording: Recording, k: int) -> dict[str, Any]:
+    info = recording.frame_info[k]
+    return {
+        "frame": k,
+        "shot": info.shot,
+        "time_stamp": info.time_stamp,
+        "temperature_c": info.temperature_c,
+        "verdict": info.verdict,
+        "reason": info.reason,
+        "flags": list(info.flags),
+        "valid_samples": info.valid_samples,
+        "blank": info.blank,
+        "excitation": _excitation(info.excitation),
+    }
+
+
+def _excitation(excitation: Excitation | None) -> dict[str, Any] | None:
+    if excitation is None:
+        return None
+    return {
+        "waveform": excitation.waveform,
+        "requested_hz": excitation.requested_hz,
+        "realised_hz": excitation.realised_hz,
+        "field_t": excitation.field_t,
+        "axis": [float(a) for a in excitation.axis],
+        "periods": excitation.periods,
+        "phase_rad": excitation.phase_rad,
+        "current_a": [float(a) for a in excitation.current_a],
+    }
+
+
+def _calibration(calibration: Calibration | None) -> dict[str, Any] | None:
+    if calibration is None:
+        return None
+    f = calibration.frequency_hz
+    return {
+        "identifier": calibration.identifier,
+        "date": calibration.date,
+        "lna_gain": calibration.lna_gain,
+        "sensitivity": calibration.sensitivity.tolist(),
+        "response": None if f is None else {"points": len(f), "from_hz": float(f[0]), "to_hz": float(f[-1])},
+    }

@@ -1,0 +1,45 @@
+"""Files that are on the disk when the call returns: written aside, fsynced, renamed, folder fsynced."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from platform_daemon.store.errors import StorageError
+
+PART = ".part"
+"""Suffix of a file that is still being written; whoever finds one after a crash may delete it."""
+
+
+def write_file(target: Path, content: bytes) -> None:
+    """`target` with `content`, whole or not at all.  Raises StorageError; no part file stays behind then."""
+    part = target.with_name(target.name + PART)
+    try:
+        with part.open("wb") as file:
+            file.write(content)
+        publish(part, target)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise storage_error(target, error) from error
+
+
+def publish(part: Path, target: Path) -> None:
+    """Make a finished part file appear as `target` by one rename, durable before and after.  Raises OSError."""
+    _sync(part)
+    os.replace(part, target)
+    _sync(target.parent)
+
+
+def _sync(path: Path) -> None:
+    fd = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(fd)
+    finally:
+        os.close(fd)
+
+
+def storage_error(path: Path, error: Exception) -> StorageError:
+    """The error for a disk that refused."""
+    why = (str(error).splitlines() or [type(error).__name__])[0]
+    remedy = "free or repair the disk; shots acknowledged before are safe and are recovered at the next start"
+    return StorageError("the disk refused to write", where=str(path), why=why, remedy=remedy)

@@ -1,0 +1,94 @@
+"""The recordings in a folder.  An id is the file name without its last suffix."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from drivers.errors import RecordingError
+from platform_daemon.store.errors import UnknownRecording
+from platform_daemon.store.reader import open_recording
+
+SUFFIXES = (".h5", ".hdf5", ".mmr")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One readable recording; date: ISO 8601, start of the series, or for files from elsewhere the file's own date."""
+
+    identifier: str
+    path: Path
+    size_bytes: int
+    frames: int
+    variant: str | None
+    date: str
+    incomplete: str | None
+
+
+@dataclass(frozen=True)
+class Broken:
+    """A file that looks like a recording but is not usable, and why."""
+
+    identifier: str
+    path: Path
+    error: RecordingError
+
+
+@dataclass(frozen=True)
+class Listing:
+    """Everything in the folder, sorted by name; broken files are reported, never hidden."""
+
+    recordings: tuple[Entry, ...]
+    broken: tuple[Broken, ...]
+
+
+def list_recordings(folder: Path | str) -> Listing:
+    """The recordings in `folder` (not below it); reads no volts.  A folder that does not exist is empty."""
+    entries, broken, seen = [], [], set()
+    for path in _files(Path(folder)):
+        try:
+            if path.stem in seen:
+                what, remedy = "another file has the same id", "rename one of them"
+                raise RecordingError(what, where=str(path), remedy=remedy)
+            seen.add(path.stem)
+            entries.append(_entry(path))
+        except RecordingError as error:
+            broken.append(Broken(path.stem, path, error))
+    return Listing(tuple(entries), tuple(broken))
+
+
+def resolve(folder: Path | str, identifier: str) -> Path:
+    """The file of an id.  Raises UnknownRecording.
+
+    Ids are compared with the names in the folder and never become part of a path, so none can lead out of it.
+    """
+    for path in _files(Path(folder)):
+        if path.stem == identifier:
+            return path
+    remedy = "list the recordings for their ids"
+    raise UnknownRecording(f"no recording {identifier!r}", where=str(folder), remedy=remedy)
+
+
+def _files(folder: Path) -> Iterator[Path]:
+    if not folder.is_dir():
+        return
+    for path in sorted(folder.iterdir()):
+        if path.suffix in SUFFIXES and not path.name.startswith(".") and path.is_file():
+            yield path
+
+
+def _entry(path: Path) -> Entry:
+    recording = open_recording(path)
+    info, provenance = path.stat(), recording.provenance
+    modified = datetime.fromtimestamp(info.st_mtime, UTC).isoformat(timespec="seconds")
+    return Entry(
+        identifier=path.stem,
+        path=path,
+        size_bytes=info.st_size,
+        frames=recording.frames,
+        variant=recording.variant,
+        date=provenance.start_time if provenance else modified,
+        incomplete=provenance.incomplete if provenance else None,
+    )

@@ -1,0 +1,30 @@
+"""Names inside our recording files; docs/file-format.md draws the tree.
+
+The first block is fixed by the `.mmr` format and must stay; everything else is ours and belongs to `LAYOUT`.
+"""
+
+from __future__ import annotations
+
+LAYOUT = "platform-daemon/1"
+"""Value of the root attribute `recording_layout`; a reader that knows another value reads the minimal table only."""
+
+DATA = "/data"
+SEQUENCE = "/sequence"
+CALIBRATION = "/calibration"
+SENSITIVITY = "/calibration/sensitivity"
+FREQUENCY = "/calibration/frequency"
+FREQUENCY_RESPONSE = "/calibration/frequency_response"
+VARIANT = "/resonator/variant"
+
+FRAMES = "/frames"
+EXCITATION = "/excitation"
+ENTRY = "/entry"
+RING_DOWN = "/entry/ring_down"
+FIT = "/fit"
+SIMULATION = "/simulation"
+
+FLAGS = ("overwritten", "corrupted", "lost_steps", "lna_overload", "amplifier_clipped")
+"""Per-frame yes/no columns of `/frames`: the first three are the I/O card's own, see drivers/io_card.py."""
+
+VARIANTS = ("thread", "jewel")
+VERDICTS = ("good", "refused")

@@ -1,0 +1,187 @@
+"""Opens recordings: the minimal table from anyone, everything else from ourselves.
+
+`/simulation` (the truth of simulated shots) is never opened here; that takes `truth.read_truth`.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from drivers.errors import RecordingError
+from platform_daemon.store.checks import check_calibration
+from platform_daemon.store.hdf5 import Source, open_hdf5
+from platform_daemon.store.layout import (
+    CALIBRATION,
+    DATA,
+    FIT,
+    FREQUENCY,
+    FREQUENCY_RESPONSE,
+    LAYOUT,
+    SENSITIVITY,
+    SEQUENCE,
+    VARIANT,
+    VARIANTS,
+)
+from platform_daemon.store.metadata import read_frame_info, read_provenance
+from platform_daemon.store.recording import Calibration, FrameInfo, Recording, SequenceInfo
+
+ANOTHER_LAYOUT = "convert it to the layout in docs/file-format.md"
+VOLT_NAMES = ("", "v", "volt", "volts")
+
+
+def open_recording(path: Path | str) -> Recording:
+    """Open and check a recording of docs/file-format.md; volts are read later, frame by frame.
+
+    Raises RecordingError naming file, HDF5 path, what was expected and a remedy, for any file that is not usable.
+    """
+    path = Path(path)
+    with open_hdf5(path) as source:
+        frames, channels, samples = _data_shape(source)
+        sequence = _sequence(source, samples)
+        own = source.attribute("/", "recording_layout") == LAYOUT
+        if own:
+            info = read_frame_info(source, frames, samples)
+        else:
+            info = tuple(FrameInfo(shot=k + 1, valid_samples=samples) for k in range(frames))
+        return Recording(
+            path=path,
+            sequence=sequence,
+            frames=frames,
+            channels=channels,
+            frame_info=info,
+            calibration=_calibration(source, channels),
+            variant=_variant(source),
+            provenance=read_provenance(source) if own else None,
+            fits=source.names(FIT) if own else (),
+        )
+
+
+def read_calibration(path: Path | str) -> Calibration:
+    """The calibration in a recording or in a file that holds nothing but `/calibration`.
+
+    Raises RecordingError if there is none, or if it is not usable.
+    """
+    with open_hdf5(path) as source:
+        found = _calibration(source, channels=None)
+        if found is None:
+            remedy = "name a recording or calibration file with /calibration/sensitivity"
+            raise source.defect("missing", SENSITIVITY, "a (channel, 3) sensitivity in T/A", remedy)
+        return found
+
+
+def _data_shape(source: Source) -> tuple[int, int, int]:
+    found = source.shape(DATA)
+    if found is None:
+        raise _no_data(source)
+    shape, dtype = found
+    if len(shape) != 3:
+        raise source.defect(f"has shape {shape}", DATA, "three axes (frame, channel, sample)", ANOTHER_LAYOUT)
+    if min(shape) < 1:
+        raise source.defect(f"has shape {shape}", DATA, "at least one frame, channel and sample", "record again")
+    if dtype.kind != "f":
+        raise source.defect(f"has type {dtype}", DATA, "volts as floating point", "convert converter counts to volts")
+    unit = source.attribute(DATA, "units")
+    if isinstance(unit, str) and unit.strip().lower() not in VOLT_NAMES:
+        raise source.defect(f"has units {unit!r}", DATA, "V", "scale the data to volts")
+    return shape[0], shape[1], shape[2]
+
+
+def _no_data(source: Source) -> RecordingError:
+    names = source.names("/")
+    if {"time", "signal"} <= set(names):
+        what = "is a time series (/time, /signal), not a recording of coil voltages"
+    elif set(names) == {"calibration"}:
+        what = "holds a calibration only, no recording"
+    else:
+        what = f"/data is missing; the file has {', '.join('/' + n for n in names[:8]) or 'no objects'}"
+    return source.defect(what, DATA, "a dataset (frame, channel, sample) in volts", ANOTHER_LAYOUT)
+
+
+def _sequence(source: Source, samples: int) -> SequenceInfo:
+    if not source.has_group(SEQUENCE):
+        raise source.defect("missing", SEQUENCE, "a group with baseFrequency and decimation", ANOTHER_LAYOUT)
+    base = source.number(f"{SEQUENCE}/baseFrequency", "Hz")
+    if base is None or base <= 0:
+        what = "missing" if base is None else f"is {base}"
+        remedy = "write the converter clock, 125e6 for a Red Pitaya"
+        raise source.defect(what, f"{SEQUENCE}/baseFrequency", "a clock in Hz above 0", remedy)
+    decimation = _count(source, "decimation", "1")
+    if decimation is None or decimation < 1:
+        what = "missing" if decimation is None else f"is {decimation}"
+        remedy = "write the decimation; sampling rate = baseFrequency / decimation"
+        raise source.defect(what, f"{SEQUENCE}/decimation", "an integer of at least 1", remedy)
+    return SequenceInfo(float(base), decimation, *_windows(source, samples))
+
+
+def _windows(source: Source, samples: int) -> tuple[int, int, int]:
+    named = ("numTxSamples", "numSwitchSamples", "numRxSamples")
+    tx, switch, rx = (_count(source, name, "samples") for name in named)
+    for name, count in zip(named, (tx, switch, rx), strict=True):
+        if count is not None and count < 0:
+            raise source.defect(f"is {count}", f"{SEQUENCE}/{name}", "0 or more samples")
+    before = (tx or 0) + (switch or 0)
+    if rx is None and before == 0:
+        return 0, 0, samples
+    if rx is None or rx < 1 or before + rx != samples:
+        shown = " + ".join("absent" if c is None else str(c) for c in (tx, switch, rx))
+        expected = f"the {samples} samples of a frame of /data, at least one of them RX"
+        remedy = "correct the window sizes, or remove all three if the frames hold RX samples only"
+        raise source.defect(f"TX + switch + RX = {shown}", SEQUENCE, expected, remedy)
+    return tx or 0, switch or 0, rx
+
+
+def _count(source: Source, name: str, unit: str) -> int | None:
+    value = source.number(f"{SEQUENCE}/{name}", unit)
+    if value is not None and value != int(value):
+        raise source.defect(f"is {value}", f"{SEQUENCE}/{name}", "an integer")
+    return None if value is None else int(value)
+
+
+def _variant(source: Source) -> str | None:
+    source.has_group(VARIANT.rpartition("/")[0])
+    found = source.text(VARIANT)
+    if found is not None and found.strip() not in VARIANTS:
+        remedy = "correct it, or remove it and name the variant when fitting"
+        raise source.defect(f"is {found!r}", VARIANT, " or ".join(VARIANTS), remedy)
+    return None if found is None else found.strip()
+
+
+def _calibration(source: Source, channels: int | None) -> Calibration | None:
+    if not source.has_group(CALIBRATION):
+        return None
+    p = source.values(SENSITIVITY)
+    if p is None:
+        return None
+    if p.dtype.kind == "c":
+        raise source.defect("is complex", SENSITIVITY, "real T/A; its phase belongs into frequency_response")
+    f, h = source.values(FREQUENCY), source.values(FREQUENCY_RESPONSE)
+    if f is not None and f.dtype.kind == "c":
+        raise source.defect("is complex", FREQUENCY, "real Hz")
+    found = Calibration(
+        sensitivity=p.astype(np.float64),
+        frequency_hz=None if f is None else f.astype(np.float64),
+        frequency_response=None if h is None else h.astype(np.complex128),
+        identifier=_extra_text(source, "identifier"),
+        date=_extra_text(source, "date"),
+        lna_gain=_extra_gain(source),
+    )
+    check_calibration(found, channels, str(source.path))
+    return found
+
+
+def _extra_text(source: Source, name: str) -> str | None:
+    # Not in the minimal table: another writer may use the name for anything, and its file is still a recording.
+    try:
+        return source.text(f"{CALIBRATION}/{name}")
+    except RecordingError:
+        return None
+
+
+def _extra_gain(source: Source) -> float | None:
+    try:
+        gain = source.number(f"{CALIBRATION}/lna_gain", "V/V")
+    except RecordingError:
+        return None
+    return float(gain) if gain is not None and gain > 0 else None

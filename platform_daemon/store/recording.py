@@ -1,0 +1,169 @@
+"""What a recording file says, as frozen values; volts are read frame by frame when asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import InputError
+from platform_daemon.store.checks import check_calibration
+from platform_daemon.store.hdf5 import open_hdf5
+from platform_daemon.store.layout import DATA, FLAGS
+
+
+@dataclass(frozen=True)
+class SequenceInfo:
+    """Sample clock and windows of every frame: TX, then switch, then RX (paper, section "Measurement Sequence")."""
+
+    base_frequency_hz: float
+    decimation: int
+    tx_samples: int
+    switch_samples: int
+    rx_samples: int
+
+    @property
+    def rate_hz(self) -> float:
+        """Samples per second."""
+        return self.base_frequency_hz / self.decimation
+
+    @property
+    def rx_start(self) -> int:
+        """Index of the first RX sample, the time zero of every fit."""
+        return self.tx_samples + self.switch_samples
+
+    @property
+    def total(self) -> int:
+        """Samples in a whole frame."""
+        return self.rx_start + self.rx_samples
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Receive calibration, paper eq:u(t,p,R): u = -P dm/dt.
+
+    sensitivity: (c, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, at the LNA gain `lna_gain` (V/V, None: not
+    said); frequency_hz: (k,) rising, and frequency_response: (c, k) complex128 that multiplies the sensitivity; both
+    None: flat.
+    """
+
+    sensitivity: NDArray[np.float64]
+    identifier: str | None = None
+    date: str | None = None
+    lna_gain: float | None = None
+    frequency_hz: NDArray[np.float64] | None = None
+    frequency_response: NDArray[np.complex128] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """What one shot was excited with.
+
+    field_t: peak of the commanded field at the rotor, T; axis: (3,) unit vector of that field in world axes;
+    requested_hz and realised_hz differ because whole periods must fit whole samples; current_a: (outputs,) commanded
+    peak coil currents, A; phase_rad: of the sine at the first TX sample.
+    """
+
+    waveform: str
+    requested_hz: float
+    realised_hz: float
+    field_t: float
+    axis: NDArray[np.float64]
+    periods: float
+    phase_rad: float
+    current_a: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FrameInfo:
+    """One frame's own record.  A file from elsewhere says nothing: every frame is then "good" and whole.
+
+    shot: number in the series from 1; time_stamp: ISO 8601; monotonic_s: the host's monotonic clock; valid_samples:
+    the samples behind it are zero padding (only ever less than a whole frame when the verdict is "refused").
+    """
+
+    shot: int
+    valid_samples: int
+    verdict: str = "good"
+    reason: str = ""
+    time_stamp: str | None = None
+    monotonic_s: float | None = None
+    temperature_c: float | None = None
+    overwritten: bool = False
+    corrupted: bool = False
+    lost_steps: bool = False
+    lna_overload: bool = False
+    amplifier_clipped: bool = False
+    blank: bool = False
+    excitation: Excitation | None = None
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Names of the flags that are set."""
+        return tuple(name for name in FLAGS if getattr(self, name))
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Who recorded what with which hardware and software; only our own files carry it.
+
+    incomplete: None, or why the series has fewer shots than planned; devices: device role to identity.
+    """
+
+    series_id: str
+    title: str
+    start_time: str
+    sample_name: str
+    operator: str
+    comment: str
+    platform: str
+    software_version: str
+    configuration_toml: str
+    channel_names: tuple[str, ...]
+    devices: Mapping[str, str]
+    planned_shots: int | None
+    incomplete: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A checked recording.  Holds no open file: every read opens the file again, so it may cross threads freely.
+
+    calibration None: only voltage-domain work is possible; variant None: the caller must name it; provenance None: not
+    one of our own files; fits: names under `/fit`, see `read_fits`.
+    """
+
+    path: Path
+    sequence: SequenceInfo
+    frames: int
+    channels: int
+    frame_info: tuple[FrameInfo, ...]
+    calibration: Calibration | None = None
+    variant: str | None = None
+    provenance: Provenance | None = None
+    fits: tuple[str, ...] = field(default=())
+
+    def frame_volts(self, k: int) -> NDArray[np.float64]:
+        """Frame `k` from 0, whole: (c, n) float64, V at the ADC input.
+
+        Raises InputError for a frame that does not exist, RecordingError for a sample that is not finite or a file
+        that changed or broke since it was opened.
+        """
+        if not 0 <= k < self.frames:
+            raise InputError(
+                f"frame {k} does not exist", where=str(self.path), remedy=f"frames go from 0 to {self.frames - 1}"
+            )
+        with open_hdf5(self.path) as source:
+            return source.frame(DATA, k, (self.frames, self.channels, self.sequence.total))
+
+    def rx_volts(self, k: int) -> NDArray[np.float64]:
+        """The RX window of frame `k`: (c, rx_samples) float64, V.  The whole frame is checked; errors as above."""
+        return self.frame_volts(k)[:, self.sequence.rx_start :]
+
+    def with_calibration(self, calibration: Calibration) -> Recording:
+        """The same recording under another calibration.  Raises RecordingError if the channels do not match."""
+        check_calibration(calibration, self.channels, str(self.path))
+        return replace(self, calibration=calibration)

@@ -1,0 +1,86 @@
+"""Finds what a crash left behind and puts it together."""
+
+from __future__ import annotations
+
+import itertools
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import structlog
+
+from drivers.errors import PlatformError, RecordingError
+from platform_daemon.store.assembly import assemble, header_of
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.staging import Staging, leftovers
+
+_log = structlog.get_logger(__name__)
+
+
+def recover(folder: Path | str) -> list[Path]:
+    """Put together every series in `folder` whose writer died; returns the series files made.
+
+    Series that are being written are left alone.  A file that exists is never replaced: the recovered one is then
+    called `<name>.recovered.h5`.  Never raises for one bad series: it is logged, stays as it is, and is tried again at
+    the next start.
+    """
+    made = []
+    for staging in leftovers(Path(folder)):
+        try:
+            target = recover_series(staging)
+        except PlatformError as error:
+            staging.release()
+            _log.error("series_not_recovered", folder=str(staging.folder), error=str(error))
+            continue
+        if target is not None:
+            _log.warning("series_recovered", path=str(target))
+            made.append(target)
+    return made
+
+
+def recover_series(staging: Staging, spare_target: bool = False) -> Path | None:
+    """Put one leftover together and remove its folder; None if there was nothing to keep.
+
+    spare_target: leave the series' own name free.  Raises StorageError; everything stays in place then.
+    """
+    usable, broken = _sorted_out(staging.shots())
+    made = None
+    if usable:
+        names = _names(staging.target, spare_target)
+        target = next(path for path in names if not path.exists() or _is_assembled(path, usable))
+        if not target.exists():
+            assemble(usable, staging.part, target, unreadable=len(broken))
+            made = target
+    for shot in broken:
+        os.replace(shot, staging.target.with_name(f"{staging.target.name}.{shot.stem}.unreadable"))
+    staging.remove()
+    return made
+
+
+def _sorted_out(shots: list[Path]) -> tuple[list[Path], list[Path]]:
+    usable, broken = [], []
+    for shot in shots:
+        try:
+            recording = open_recording(shot)
+            recording.frame_volts(0)
+            header_of(recording)
+            usable.append(shot)
+        except RecordingError:
+            broken.append(shot)
+    return usable, broken
+
+
+def _is_assembled(target: Path, shots: list[Path]) -> bool:
+    """Whether the crash came after the rename: `target` is this very series and has all the shots."""
+    try:
+        found = open_recording(target)
+        return header_of(found)[1] == header_of(open_recording(shots[0]))[1] and found.frames >= len(shots)
+    except RecordingError:
+        return False
+
+
+def _names(target: Path, spare_target: bool) -> Iterator[Path]:
+    if not spare_target:
+        yield target
+    yield target.with_name(f"{target.stem}.recovered{target.suffix}")
+    yield from (target.with_name(f"{target.stem}.recovered-{n}{target.suffix}") for n in itertools.count(2))

@@ -1,0 +1,135 @@
+"""The staging folder of a running series: `.<name>.shots/` beside the series file, locked by who writes it.
+
+    .thread.h5.shots/
+        lock                held with flock for as long as the writer lives; the kernel frees it even after kill -9
+        shot_000001.h5      acknowledged shots, each a recording of its own
+        shot_000002.h5.part being written; worthless after a crash
+        series.part         the series file being put together; worthless after a crash
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import secrets
+import shutil
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO
+
+from drivers.errors import InputError
+from platform_daemon.store.durable import PART
+
+SUFFIX = ".shots"
+_FRESH = ".shots-new-"
+_FRESH_LIFETIME_S = 60.0
+
+
+@dataclass(frozen=True)
+class Staging:
+    """A staging folder whose lock this process holds.  `lock` is an open file: closing it gives the folder free."""
+
+    folder: Path
+    lock: BinaryIO
+
+    def shot_file(self, number: int) -> Path:
+        """Where shot `number` (from 1) lives."""
+        return self.folder / f"shot_{number:06d}.h5"
+
+    def shots(self) -> list[Path]:
+        """The acknowledged shots, in order."""
+        return sorted(self.folder.glob("shot_*.h5"))
+
+    @property
+    def part(self) -> Path:
+        """Where the series file is put together."""
+        return self.folder / f"series{PART}"
+
+    @property
+    def target(self) -> Path:
+        """The series file that these shots belong to."""
+        return target_of(self.folder)
+
+    def release(self) -> None:
+        """Give the lock free; the shots stay."""
+        self.lock.close()
+
+    def remove(self) -> None:
+        """Delete everything, then give the lock free.  Call only when the shots are safe elsewhere."""
+        shutil.rmtree(self.folder, ignore_errors=True)
+        self.lock.close()
+
+
+def folder_of(target: Path) -> Path:
+    """The staging folder of a series file."""
+    return target.with_name(f".{target.name}{SUFFIX}")
+
+
+def target_of(folder: Path) -> Path:
+    """The series file of a staging folder."""
+    return folder.with_name(folder.name.removeprefix(".").removesuffix(SUFFIX))
+
+
+def claim(target: Path) -> Staging:
+    """A new staging folder, already locked when it appears under its name.
+
+    Raises InputError if the folder of `target` is missing or not writable, or another series to it is running.
+    """
+    fresh = target.with_name(f".{target.name}{_FRESH}{secrets.token_hex(4)}")
+    folder = folder_of(target)
+    try:
+        fresh.mkdir()
+        lock = _locked(fresh)
+        if lock is None:
+            raise BlockingIOError("the new folder is locked already")
+        # Onto an empty folder a rename succeeds: that is the last trace of a removal that was cut short.
+        os.rename(fresh, folder)
+    except OSError as error:
+        shutil.rmtree(fresh, ignore_errors=True)
+        if folder.exists():
+            raise busy(target) from None
+        why = error.strerror or str(error)
+        remedy = "create the folder, or choose one that you may write to"
+        raise InputError("cannot record here", where=str(target.parent), why=why, remedy=remedy) from None
+    return Staging(folder, lock)
+
+
+def busy(target: Path) -> InputError:
+    """The error for a target that another writer is filling."""
+    why = "Another process is recording to it"
+    return InputError("the file is in use", where=str(target), why=why, remedy="wait, or choose another name")
+
+
+def leftover(folder: Path) -> Staging | None:
+    """An existing staging folder, locked for us; None if there is none or its writer lives."""
+    lock = _locked(folder) if folder.is_dir() else None
+    return None if lock is None else Staging(folder, lock)
+
+
+def leftovers(folder: Path) -> Iterator[Staging]:
+    """Every staging folder in `folder` whose writer is gone, locked for us one at a time."""
+    for path in sorted(folder.glob(f".*{_FRESH}*")):
+        if time.time() - path.stat().st_mtime > _FRESH_LIFETIME_S:
+            shutil.rmtree(path, ignore_errors=True)
+    for path in sorted(folder.glob(f".*{SUFFIX}")):
+        found = leftover(path)
+        if found is not None:
+            yield found
+
+
+def _locked(folder: Path) -> BinaryIO | None:
+    try:
+        file = (folder / "lock").open("ab")
+    except FileNotFoundError:
+        return None  # its owner has just removed it
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        file.close()
+        return None
+    if not folder.is_dir() or not (folder / "lock").exists():
+        file.close()
+        return None
+    return file
