@@ -1,0 +1,1 @@
+"""Shipped configuration: platforms, resonators and sequences; TOML files only."""
