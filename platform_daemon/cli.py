@@ -9,15 +9,18 @@ import json
 import signal
 import socket
 import sys
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Annotated, Any
 
 import structlog
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from drivers.errors import InputError, PlatformError
+from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_tables import fit_table_text, print_info
 
@@ -121,16 +124,17 @@ def measure(
     from platform_daemon.settings import load_platform
 
     changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
-    request = AcquisitionRequest(
-        resonator=resonator,
-        shots=shots,
-        blank_shots=blank_shots,
-        sequence={k: v for k, v in changed.items() if v is not None},
-        window=parse_window(window),
-        sample=sample,
-        operator=operator,
-        comment=comment,
-    )
+    asked = {
+        "resonator": resonator,
+        "shots": shots,
+        "blank_shots": blank_shots,
+        "sequence": {k: v for k, v in changed.items() if v is not None},
+        "window": parse_window(window),
+        "sample": sample,
+        "operator": operator,
+        "comment": comment,
+    }
+    request = validated(AcquisitionRequest, asked, "measure")
     _must_not_exist(json_file, force)
     _must_not_exist(out, force)
     signal.signal(signal.SIGTERM, _interrupt)
@@ -161,19 +165,18 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 def _watch(job: Any) -> None:
     """A progress bar until the job has ended."""
-    columns = (
-        TextColumn("{task.description:<18}"),
-        BarColumn(),
-        TextColumn("{task.fields[count]}"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, transient=True) as bar:
-        task = bar.add_task("waiting", total=job.total, count="")
+    with _progress() as bar:
+        task = bar.add_task("waiting", total=job.total, unit=job.unit)
         while not job.ended.wait(timeout=0.1):
             now = job.progress()
-            bar.update(
-                task, completed=now.done, description=now.phase, count=f"{int(now.done)}/{int(now.total)} {now.unit}"
-            )
+            bar.update(task, completed=now.done, description=now.phase)
+
+
+def _progress() -> Progress:
+    """A bar with count and time left, on stderr, so that standard output holds results only."""
+    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
+    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, TimeRemainingColumn())
+    return Progress(*columns, console=Console(stderr=True), transient=True)
 
 
 @app.command()
@@ -198,22 +201,20 @@ def fit(
     asks = [FitRequest(choose_variant(r, variant), span, fixed) for r in recordings]
     _must_not_exist(json_file, force)
     reports = []
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.completed}/{task.total} frames"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, transient=True) as bar:
+    with _progress() as bar:
         for recording, ask in zip(recordings, asks, strict=True):
-            task = bar.add_task(recording.path.name, total=recording.frames)
-            reports.append(fit_recording(recording, ask, progress=lambda k, t=task: bar.update(t, completed=k)))  # type: ignore[misc]
+            task = bar.add_task(recording.path.name, total=recording.frames, unit="frames")
+            reports.append(fit_recording(recording, ask, progress=partial(_tell, bar, task)))
     for report in reports:
         print(fit_table_text(report))
     _write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
     if not any(f["verdict"] == "good" for r in reports for f in r["frames"]):
         print("every frame was refused", file=sys.stderr)
         raise typer.Exit(3)
+
+
+def _tell(bar: Progress, task: TaskID, done: int) -> None:
+    bar.update(task, completed=done)
 
 
 @app.command()

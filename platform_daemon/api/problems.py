@@ -14,12 +14,15 @@ from starlette.exceptions import HTTPException
 
 from drivers import errors
 from platform_daemon.engine.engine import UnknownId
+from platform_daemon.store import StorageError, UnknownRecording
 
 log = structlog.get_logger()
 MEDIA_TYPE = "application/problem+json"
 
 STATUS: dict[type[errors.PlatformError], int] = {
     UnknownId: 404,
+    UnknownRecording: 404,
+    StorageError: 507,
     errors.InputError: 422,
     errors.DeviceTimeout: 504,
     errors.DeviceStateError: 409,

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+from dataclasses import asdict
 from typing import Annotated, Any, Literal
+from urllib.parse import quote
 
 import h5py
 import numpy as np
@@ -13,7 +15,7 @@ from fastapi.responses import FileResponse
 from platform_daemon.analysis import ring_down
 from platform_daemon.api.context import Shared
 from platform_daemon.api.models import DmdtModel, ProblemModel
-from platform_daemon.engine.engine import UnknownId
+from platform_daemon.api.problems import problem
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.plots import envelope
 from platform_daemon.store import Recording, describe, list_recordings, open_recording, resolve
@@ -23,26 +25,29 @@ ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"
 
 
 def opened(identifier: str, context: Shared) -> Recording:
-    """The recording of that id.  Raises UnknownId, RecordingError."""
-    path = resolve(context.recordings, identifier)
-    if not path.is_file():
-        raise UnknownId(
-            f"no recording has the id {identifier!r}", where=identifier, remedy="GET /recordings lists the ids"
-        )
-    return open_recording(path)
+    """The recording of that id.  Raises UnknownRecording, RecordingError."""
+    return open_recording(resolve(context.recordings, identifier))
 
 
 @router.get("")
 def every(context: Shared) -> dict[str, Any]:
-    """Every recording, with those that cannot be read and why."""
-    return list_recordings(context.recordings)
+    """Every recording, and every file that cannot be read with the reason."""
+    found = list_recordings(context.recordings)
+    entries = [{**asdict(e), "path": e.path.name, "links": _links(e.identifier)} for e in found.recordings]
+    broken = [{"identifier": b.identifier, "path": b.path.name, "error": problem(b.error)} for b in found.broken]
+    return {"recordings": entries, "broken": broken}
 
 
 @router.get("/{identifier}", responses=ERRORS)
 def one(identifier: str, context: Shared) -> dict[str, Any]:
     """What the recording says: sequence, calibration, frames with verdicts, sample, operator."""
-    links = {"file": f"/recordings/{identifier}/file", "dmdt": f"/recordings/{identifier}/frames/0/dmdt"}
-    return {"id": identifier, **describe(opened(identifier, context)), "links": links}
+    recording = opened(identifier, context)
+    return {"id": identifier, **describe(recording), "file": recording.path.name, "links": _links(identifier)}
+
+
+def _links(identifier: str) -> dict[str, str]:
+    base = f"/recordings/{quote(identifier)}"
+    return {"self": base, "file": f"{base}/file", "dmdt": f"{base}/frames/0/dmdt"}
 
 
 @router.get("/{identifier}/file", responses=ERRORS)

@@ -51,18 +51,16 @@ class Acquisition:
         if self._plan.settle.warning:
             job.warnings.append(self._plan.settle.warning)
         self._platform.mount(self._plan.specimen)
-        series = SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite)
-        stored = 0
-        try:
-            for shot in self._plan.shots:
-                self._pause(job, first=stored == 0)
-                raw = self._shoot(job, shot, stored)
-                series.add_shot(shot_record(shot, raw))
-                stored += 1
-                job.at(stored, "stored")
-                self._follow_up(job, shot, raw)
-        finally:
-            self._finish(job, series, stored)
+        with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
+            try:
+                for shot in self._plan.shots:
+                    self._pause(job, first=series.shots == 0)
+                    raw = self._shoot(job, shot, series.shots)
+                    stored = series.add_shot(shot_record(shot, raw))
+                    job.at(stored, "stored")
+                    self._follow_up(job, shot, raw)
+            finally:
+                self._finish(job, series)
 
     def _shoot(self, job: Job, shot: ShotPlan, stored: int) -> RawShot:
         total = shot.timeline.total_samples
@@ -107,11 +105,9 @@ class Acquisition:
         ask = FitRequest(self._plan.specimen.variant, window)
         self._fits.append(self._executor.submit(fit_frame, rx, shot.timeline.clock.rate_hz, self._calibration, ask))
 
-    def _finish(self, job: Job, series: SeriesWriter, stored: int) -> None:
-        """Wait for the fits, put the series file together, say what came out."""
-        if stored == 0:
-            series.finish()
-            return
+    def _finish(self, job: Job, series: SeriesWriter) -> None:
+        """Wait for the fits, put the series file together, say what came out; a series without a shot leaves nothing."""
+        stored = series.shots
         job.at(stored, "fit")
         started = time.monotonic()
         window = self._plan.request.window
@@ -119,6 +115,8 @@ class Acquisition:
         tables = [] if window is None else [fit_table(str(window), self._plan.specimen.variant, fits)]
         job.at(stored, "write")
         path = series.finish(tables)
+        if path is None:
+            return
         job.result = {"recording": self._target.stem, "file": path.name, "shots": stored}
         if window is not None:
             reports = [_report(k, fit) for k, fit in enumerate(fits)]

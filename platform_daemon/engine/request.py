@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from drivers.errors import SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon.settings import load_sequence, load_specimen
@@ -76,6 +77,8 @@ def plan_acquisition(request: AcquisitionRequest, side: TransmitSide) -> Acquisi
     preset = load_sequence(specimen.variant).model_dump()
     counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence}, "sequence")
+    if sequence.repetitions + sequence.blank_shots == 0:
+        raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
     excited = compile_shot(sequence, side)
     blank = compile_shot(sequence, side, blank=True)
     check = settling(excited, specimen, side.limits.settle_warning)

@@ -19,10 +19,10 @@ def changed(request: SequenceRequest, **keys: object) -> SequenceRequest:
     return SequenceRequest(**{**request.model_dump(), **keys})
 
 
-def test_ten_periods_of_212_hz_become_2879_samples_and_212_0013_hz():
+def test_ten_periods_of_212_hz_become_2879_samples_and_212_0012_hz():
     plan = compile_shot(THREAD, side())
     assert plan.timeline.tx_samples == 2879
-    assert plan.frequency_hz == pytest.approx(212.0013, abs=5e-5)
+    assert plan.frequency_hz == pytest.approx(212.0012, abs=5e-5)
     assert plan.summary()["f_tx_requested_hz"] == 212.0
 
 
