@@ -1,0 +1,148 @@
+"""The fit's schedule: Gauss-Newton on windows that double, from a few periods to the whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .arrays import Array
+from .gauss_newton import FitState, Normal, normal_equations, solve_step
+from .models import RingDownModel
+from .record import RingDownRecord
+from .trajectory import LostTrajectoryError, Trajectory
+
+_EARLY_TOLERANCE = 0.3
+_FINAL_TOLERANCE = 1e-4
+_MOST_ITERATIONS = 30
+_PRIOR_WIDTH = 3.0  # of a coefficient's typical size
+
+
+class NoConvergenceError(ArithmeticError):
+    """Gauss-Newton found no way down."""
+
+
+@dataclass
+class Problem:
+    """A record, a model and its noise; counts the passes over the samples."""
+
+    record: RingDownRecord
+    model: RingDownModel
+    noise_sd: Array
+    free: np.ndarray
+    first: int
+    passes: int = 0
+    _energies: dict[int, Array] = field(default_factory=dict)
+
+    def normal(self, state: FitState, last: int) -> Normal:
+        """Normal equations over samples first .. last-1; one trace and one pass.
+
+        Raises:
+            LostTrajectoryError: the state does not oscillate.
+        """
+        if last not in self._energies:
+            window = self.record.samples[:, self.first : last]
+            self._energies[last] = np.einsum("ij,ij->i", window, window)
+        self.passes += 1
+        dt = self.record.dt_s
+        trajectory = Trajectory(self.model, state.dynamics, last * dt)
+        moments = trajectory.moments(
+            self.record.samples, self.first, last, dt, state.observation.observable, self._energies[last]
+        )
+        return normal_equations(self.model, state, moments, self.noise_sd)
+
+
+@dataclass(frozen=True)
+class Prior:
+    """Gaussian knowledge about the loss coefficients while windows are too short to separate them."""
+
+    mean: Array
+    precision: Array
+
+    def added(self, normal: Normal, state: FitState) -> Normal:
+        """Normal equations with the prior's pull on the coefficients."""
+        miss = self.mean - np.array(state.dynamics.values)
+        gradient, matrix = normal.gradient.copy(), normal.matrix.copy()
+        k = slice(3, 3 + miss.size)
+        gradient[k] += self.precision * miss
+        matrix[k, k] += np.diag(self.precision)
+        chi2 = normal.chi2 + float(np.sum(self.precision * miss**2))
+        return replace(normal, chi2=chi2, gradient=gradient, matrix=matrix)
+
+
+def weak_prior(model: RingDownModel, state: FitState) -> Prior:
+    """Typical losses give or take three times themselves; the last term, which took up the decay, is left free."""
+    w = state.dynamics.w
+    typical = np.array([c.typical * w**c.power for c in model.coefficients])
+    precision = (_PRIOR_WIDTH * typical) ** -2.0
+    if precision.size:
+        precision[-1] = (100.0 * typical[-1]) ** -2.0
+    return Prior(np.array(state.dynamics.values), precision)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The minimum: state, and the normal equations one negligible step before it."""
+
+    state: FitState
+    normal: Normal
+
+
+def fit_growing(problem: Problem, start: FitState, start_periods: float, last: int) -> Fitted:
+    """Minimise chi^2 over samples first .. last-1, on windows growing by two from the start's own stretch.
+
+    Raises:
+        NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: no minimum was found.
+    """
+    period = 2.0 * np.pi / start.dynamics.w * problem.record.sampling_rate_hz
+    length = max(int(start_periods * period), 32)
+    prior = weak_prior(problem.model, start)
+    state = start
+    while problem.first + length < last:
+        state = _minimise(problem, state, problem.first + length, prior, _EARLY_TOLERANCE).state
+        length *= 2
+    if problem.first + length // 2 < last:
+        state = _minimise(problem, state, last, prior, 10.0 * _EARLY_TOLERANCE).state
+    return _minimise(problem, state, last, None, _FINAL_TOLERANCE)
+
+
+def _minimise(problem: Problem, state: FitState, last: int, prior: Prior | None, tolerance: float) -> Fitted:
+    """Damped Gauss-Newton until the predicted fall of chi^2 is below the tolerance."""
+    normal = _evaluate(problem, state, last, prior)
+    damping = 0.0
+    for _ in range(_MOST_ITERATIONS):
+        step, predicted = solve_step(normal, problem.free, damping)
+        if not np.isfinite(predicted):
+            raise NoConvergenceError("the normal equations are not finite")
+        shrink = _shrink(state, step, last * problem.record.dt_s)
+        if predicted < tolerance and damping == 0.0 and shrink == 1.0:
+            return Fitted(state.moved(step), normal)
+        trial = state.moved(shrink * step)
+        try:
+            trial_normal = _evaluate(problem, trial, last, prior)
+        except LostTrajectoryError:
+            trial_normal = None
+        if trial_normal is not None and trial_normal.chi2 <= normal.chi2 * (1.0 + 1e-12) + 1e-6:
+            state, normal = trial, trial_normal
+            damping = 0.1 * damping if damping > 1e-6 else 0.0
+        else:
+            damping = max(1e-4, 10.0 * damping)
+        if damping > 1e8:
+            break
+    raise NoConvergenceError(f"no minimum after {_MOST_ITERATIONS} iterations")
+
+
+def _evaluate(problem: Problem, state: FitState, last: int, prior: Prior | None) -> Normal:
+    """Normal equations, with the prior if there is one."""
+    normal = problem.normal(state, last)
+    return normal if prior is None else prior.added(normal, state)
+
+
+def _shrink(state: FitState, step: Array, t_end_s: float) -> float:
+    """Largest fraction of a step for which the linearisation can still hold."""
+    excess = max(
+        abs(step[0]) / 0.7,
+        abs(step[1]) * t_end_s / 2.0,
+        abs(step[2]) / (0.4 * abs(state.dynamics.amplitude)),
+    )
+    return 1.0 if excess <= 1.0 else 1.0 / excess

@@ -1,0 +1,43 @@
+"""Compilation of the numerical kernels: lazy, cached, released from the GIL.
+
+numba's on-disk cache looks at the time stamp of the *one* file a function stands in. A torque term edited in its own
+module would leave the kernel that inlines it stale. So every kernel here is stamped with a digest of all kernel
+sources: change any of them, and all are compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+
+_ROOM = Path(__file__).parent
+
+
+@cache
+def _sources_digest() -> str:
+    """Digest of every Python file of the room (kernels and terms), so that no kernel can be stale."""
+    digest = hashlib.sha256()
+    for path in sorted(_ROOM.rglob("*.py")):
+        text = path.read_bytes()
+        if b"@kernel" in text or b"kernel(" in text:
+            digest.update(path.name.encode() + text)
+    return digest.hexdigest()
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` at its first call (nogil, float64, cached on disk); importing a module compiles nothing."""
+    dispatcher = numba.njit(nogil=True, cache=True, error_model="numpy")(function)
+    _stamp(dispatcher)
+    return dispatcher
+
+
+def _stamp(dispatcher: Any) -> None:
+    """Make the cache of `dispatcher` depend on all kernel sources instead of on one file's time."""
+    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if cache_file is not None and hasattr(cache_file, "_source_stamp"):
+        cache_file._source_stamp = _sources_digest()

@@ -1,0 +1,45 @@
+"""Ring-down models as data: a name and the torque terms that act between two turning points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .terms import HERTZ_FRICTION, MAGNETIC_RESTORING, VISCOUS_DAMPING, Coefficient, TorqueTerm
+from .arrays import IntArray
+
+
+@dataclass(frozen=True)
+class RingDownModel:
+    """An equation of motion: the sum of its torque terms (in units of I w^2)."""
+
+    name: str
+    terms: tuple[TorqueTerm, ...]
+
+    @property
+    def coefficients(self) -> tuple[Coefficient, ...]:
+        """The coefficients of all terms in kernel order."""
+        return tuple(c for term in self.terms for c in term.coefficients)
+
+    @property
+    def codes(self) -> IntArray:
+        """Numbers of the terms for the kernel's dispatch, int64 (terms,)."""
+        return np.array([term.code for term in self.terms], dtype=np.int64)
+
+    @property
+    def widths(self) -> IntArray:
+        """Number of coefficients of each term, int64 (terms,)."""
+        return np.array([len(term.coefficients) for term in self.terms], dtype=np.int64)
+
+
+THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING))
+JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION))
+MODELS = {model.name: model for model in (THREAD, JEWEL)}
+
+
+def model_named(name: str) -> RingDownModel:
+    """The declared model of this name; ValueError lists the known ones."""
+    if name not in MODELS:
+        raise ValueError(f"unknown variant {name!r}: expected one of {', '.join(sorted(MODELS))}")
+    return MODELS[name]

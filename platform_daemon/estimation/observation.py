@@ -1,0 +1,156 @@
+"""How the motion becomes channels: objects that give the gains of the kernel's two functions f1, f2.
+
+    y_c(t) = gain[c, 0] f1(t) + gain[c, 1] f2(t) + offset_c
+
+For the dipole f1 = v cos(phi), f2 = -v sin(phi) in units of w (eq:projection). Every observation knows which kernel
+functions it needs (`observable`), its gains, their derivatives, and how to take a step; nothing else in the fit
+depends on what is observed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from .arrays import Array
+from .rotation import (
+    HALF_TURN_ABOUT_U,
+    cross_matrix,
+    rodrigues_from_rotation,
+    rodrigues_jacobian,
+    rotation_from_rodrigues,
+)
+from .sampling import DIPOLE
+
+
+class Observation(Protocol):
+    """What the fit needs to know about the channels."""
+
+    observable: int
+
+    @property
+    def size(self) -> int:
+        """Number of own parameters."""
+
+    def gains(self, w: float) -> Array:
+        """(channels, 2)."""
+
+    def gains_by_w(self, w: float) -> Array:
+        """d gains / d w, (channels, 2)."""
+
+    def gains_by_own(self, w: float) -> Array:
+        """d gains / d own parameters, (size, channels, 2)."""
+
+    def moved(self, step: Array) -> Observation:
+        """The observation after a step (size,) in its own parameters."""
+
+    def by_convention(self) -> tuple[Observation, bool]:
+        """Resolve the exact ambiguity phi -> -phi; True if phi has to be mirrored."""
+
+    def public(self) -> tuple[tuple[str, ...], Array, Array]:
+        """(names, values (k,), Jacobian (k, size)) of the published parameters."""
+
+
+@dataclass(frozen=True)
+class DipoleObservation:
+    """dm/dt through m_r and R, seen by channels that mix the world axes: y = mixing m_dot (eq:projection).
+
+    Attributes:
+        m_r: magnetic moment, A m^2.
+        rotation: R (3, 3), columns e_u, e_v, e_w.
+        mixing: (channels, 3); identity for calibrated dm/dt, -P for raw volts.
+    """
+
+    m_r: float
+    rotation: Array
+    mixing: Array
+    observable: int = DIPOLE
+
+    @property
+    def size(self) -> int:
+        """m_r and three local rotation angles."""
+        return 4
+
+    def gains(self, w: float) -> Array:
+        """w m_r (mixing e_v, mixing e_u)."""
+        return np.asarray(w * self.m_r * (self.mixing @ self.rotation)[:, [1, 0]])
+
+    def gains_by_w(self, w: float) -> Array:
+        """Proportional to w."""
+        return self.gains(1.0)
+
+    def gains_by_own(self, w: float) -> Array:
+        """Derivatives by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
+        out = np.empty((4, self.mixing.shape[0], 2))
+        mixed = w * self.mixing @ self.rotation
+        out[0] = mixed[:, [1, 0]]
+        for k in range(3):
+            out[1 + k] = self.m_r * (mixed @ cross_matrix(np.eye(3)[k]))[:, [1, 0]]
+        return out
+
+    def moved(self, step: Array) -> DipoleObservation:
+        """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
+        return replace(
+            self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:])
+        )
+
+    def by_convention(self) -> tuple[DipoleObservation, bool]:
+        """e_v . x > 0: turn R by 180 degrees about u otherwise."""
+        if self.rotation[0, 1] >= 0.0:
+            return self, False
+        return replace(self, rotation=self.rotation @ HALF_TURN_ABOUT_U), True
+
+    def public(self) -> tuple[tuple[str, ...], Array, Array]:
+        """m_r and the Rodrigues vector."""
+        rodrigues = rodrigues_from_rotation(self.rotation)
+        jacobian = np.zeros((4, 4))
+        jacobian[0, 0] = 1.0
+        jacobian[1:, 1:] = rodrigues_jacobian(rodrigues)
+        names = ("m_r_am2", "rodrigues_x", "rodrigues_y", "rodrigues_z")
+        return names, np.array([self.m_r, *rodrigues]), jacobian
+
+
+@dataclass(frozen=True)
+class FreeGainObservation:
+    """Channels with free gains: u_c = Sv_c phi' cos(phi) + Su_c (-phi' sin(phi)); no calibration is needed.
+
+    Attributes:
+        sensitivities: (channels, 2), columns Sv, Su in V s.
+    """
+
+    sensitivities: Array
+    observable: int = DIPOLE
+
+    @property
+    def size(self) -> int:
+        """Two per channel."""
+        return int(self.sensitivities.size)
+
+    def gains(self, w: float) -> Array:
+        """The kernel's functions are in units of w."""
+        return w * self.sensitivities
+
+    def gains_by_w(self, w: float) -> Array:
+        """Proportional to w."""
+        return self.sensitivities
+
+    def gains_by_own(self, w: float) -> Array:
+        """Each gain moves its own entry."""
+        return w * np.eye(self.size).reshape(self.size, *self.sensitivities.shape)
+
+    def moved(self, step: Array) -> FreeGainObservation:
+        """Step in all gains."""
+        return replace(self, sensitivities=self.sensitivities + step.reshape(self.sensitivities.shape))
+
+    def by_convention(self) -> tuple[FreeGainObservation, bool]:
+        """The channel with the largest Sv has a positive sensitivity, so its Sv is negative (u = -P dm/dt)."""
+        strongest = int(np.argmax(np.abs(self.sensitivities[:, 0])))
+        if self.sensitivities[strongest, 0] <= 0.0:
+            return self, False
+        return replace(self, sensitivities=self.sensitivities * np.array([-1.0, 1.0])), True
+
+    def public(self) -> tuple[tuple[str, ...], Array, Array]:
+        """Gains are nuisance parameters: nothing to publish."""
+        return (), np.empty(0), np.empty((0, self.size))

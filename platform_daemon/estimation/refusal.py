@@ -1,0 +1,27 @@
+"""Why a fit can be refused: enumerated codes, each with what was seen and what to try."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class Refusal(Enum):
+    """Codes of refused fits; the text says what to try."""
+
+    NOT_FINITE = "the record contains NaN or infinite samples; check the reader and the calibration"
+    TOO_SHORT = "the window holds too few periods; use a longer window or record"
+    SATURATED = "the record is clipped; lower the gain or the excitation"
+    NO_SIGNAL = "no oscillation stands out of the noise; check excitation, frequency and switch"
+    SAMPLING_TOO_SLOW = "the sampling rate is below four times the oscillation frequency; lower the decimation"
+    MODEL_DOES_NOT_EXPLAIN = "the model does not explain the record; check the variant and the calibration"
+    NO_CONVERGENCE = "the fit found no minimum; check the variant, or use another window"
+    AMPLITUDE_BELOW_FLOOR = "the signal is too weak for a trustworthy result; excite more or use a longer window"
+    OUT_OF_RANGE = "the fitted motion lies outside the range in which the model holds"
+
+
+class RefusedError(Exception):
+    """Ends a fit early; carries the code and the situation."""
+
+    def __init__(self, code: Refusal, seen: str) -> None:
+        super().__init__(f"{code.name.lower()}: {seen}; {code.value}")
+        self.code = code

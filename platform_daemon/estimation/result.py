@@ -1,0 +1,96 @@
+"""What a fit returns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from .arrays import Array
+from .gauss_newton import FitState
+from .models import RingDownModel
+from .trajectory import Trajectory
+
+PARAMETER_NAMES: tuple[str, ...] = (
+    "f_nat_hz",
+    "m_r_am2",
+    "lambda_per_s",
+    "tf_over_i_rad_per_s2",
+    "phi_max_rad",
+    "psi_start_rad",
+    "rodrigues_x",
+    "rodrigues_y",
+    "rodrigues_z",
+)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and its standard deviation; std None: the value was fixed, not estimated."""
+
+    value: float
+    std: float | None
+
+
+@dataclass(frozen=True)
+class FittedModel:
+    """The fitted model in its internal, smooth parameters."""
+
+    model: RingDownModel
+    state: FitState
+
+
+@dataclass(frozen=True)
+class FitResult:
+    """Result of one ring-down fit.
+
+    Attributes:
+        verdict: "good" or "refused"; refused results carry no numbers.
+        reason: why it was refused, beginning with the code's name; None if good.
+        warnings: named doubts about a good result.
+        notes: what was done differently from what was asked.
+        parameters: estimates by public name (PARAMETER_NAMES); what the model lacks is absent.
+        covariance: (k, k), order covariance_names: the free parameters only.
+        r2, nrmse: pooled over channels without weights; nrmse = rms residual / rms signal.
+        chi2_per_dof, chi2_per_dof_by_channel: against the independently measured noise.
+        window_s: fitted time span from t = 0; samples: per channel; seconds: computing time; iterations: passes
+            over samples.
+    """
+
+    verdict: Literal["good", "refused"]
+    reason: str | None = None
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    parameters: dict[str, Estimate] = field(default_factory=dict)
+    covariance: Array = field(default_factory=lambda: np.empty((0, 0)))
+    covariance_names: tuple[str, ...] = ()
+    r2: float | None = None
+    nrmse: float | None = None
+    chi2_per_dof: float | None = None
+    chi2_per_dof_by_channel: tuple[float, ...] | None = None
+    window_s: float | None = None
+    samples: int = 0
+    seconds: float = 0.0
+    iterations: int = 0
+    fitted: FittedModel | None = None
+
+    def model_signal(self, n_samples: int, sampling_rate_hz: float) -> Array:
+        """The fitted model at t = 0, 1/rate, ..., (channels, n_samples), also past the window.
+
+        Raises:
+            ValueError: the fit was refused.
+        """
+        if self.fitted is None:
+            raise ValueError("a refused fit has no model signal")
+        state = self.fitted.state
+        dt = 1.0 / sampling_rate_hz
+        trajectory = Trajectory(self.fitted.model, state.dynamics, n_samples * dt)
+        basis = trajectory.basis(0, n_samples, dt, state.observation.observable)
+        gains = state.observation.gains(state.dynamics.w)
+        return np.asarray(gains @ basis[:2] + state.offsets[:, None])
+
+
+def model_signal(result: FitResult, n_samples: int, sampling_rate_hz: float) -> Array:
+    """See FitResult.model_signal."""
+    return result.model_signal(n_samples, sampling_rate_hz)

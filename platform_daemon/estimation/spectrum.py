@@ -1,0 +1,108 @@
+"""Spectra of ring-downs: where the oscillation is, and averaged power densities."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import next_fast_len, rfft
+from scipy.signal.windows import blackmanharris, kaiser
+
+from .arrays import Array
+
+_HALF_LOBE_BINS = 4  # of the Blackman-Harris window
+_SMALLEST_SEGMENT = 256
+
+
+@dataclass(frozen=True)
+class Line:
+    """The oscillation's fundamental: frequency in Hz and its power over the median power of the spectrum."""
+
+    frequency_hz: float
+    significance: float
+
+
+def find_fundamental(samples: Array, sampling_rate_hz: float) -> Line | None:
+    """Fundamental frequency from the beginning of a record, (channels, n); None if there is nothing to see.
+
+    The record's first n, n/2, n/4 ... samples compete: the length where the line stands out most wins. Powers are
+    added over the channels without weights, because then the fundamental exceeds 2f below 90 degrees for any
+    orientation; where gains differ, a line at half the peak's frequency reveals a 2f peak.
+    """
+    best: Line | None = None
+    length = samples.shape[1]
+    while length >= _SMALLEST_SEGMENT:
+        line = _strongest_line(samples[:, :length], sampling_rate_hz)
+        if line is not None and (best is None or line.significance > best.significance):
+            best = line
+        length //= 2
+    return best
+
+
+def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
+    """Strongest spectral line of a segment, halved if it is the second harmonic."""
+    n = samples.shape[1]
+    size = next_fast_len(2 * n, real=True)
+    centred = samples - samples.mean(axis=1, keepdims=True)
+    power = np.sum(np.abs(rfft(centred * blackmanharris(n), size, axis=1)) ** 2, axis=0)
+    lobe = int(np.ceil(_HALF_LOBE_BINS * size / n))
+    power[: 2 * lobe] = 0.0
+    floor = float(np.median(power[2 * lobe :]))
+    peak = int(np.argmax(power))
+    if power[peak] <= 0.0:
+        return None
+    half = peak / 2.0
+    if half > 2 * lobe:
+        near = slice(int(half) - lobe, int(half) + lobe + 1)
+        candidate = near.start + int(np.argmax(power[near]))
+        stands_out = power[candidate] > max(100.0 * floor, 1e-4 * power[peak])
+        is_local = near.start < candidate < near.stop - 1
+        if stands_out and is_local:
+            peak = candidate
+    shift = _parabolic_shift(power, peak)
+    significance = float(power[peak]) / floor if floor > 0.0 else np.inf
+    return Line((peak + shift) * sampling_rate_hz / size, significance)
+
+
+def _parabolic_shift(power: Array, peak: int) -> float:
+    """Sub-bin position of a maximum from the logarithms of three bins."""
+    if not 0 < peak < power.size - 1 or power[peak - 1] <= 0.0 or power[peak + 1] <= 0.0:
+        return 0.0
+    left, middle, right = np.log(power[peak - 1 : peak + 2])
+    curvature = left - 2.0 * middle + right
+    return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class SegmentSpectra:
+    """One-sided power densities of overlapping segments.
+
+    Attributes:
+        frequency_hz: (k,).
+        density: (segments, channels, k), unit^2/Hz.
+        lobe_hz: half width of the window's main lobe; beyond it leakage is below 1e-12 of a line's power.
+    """
+
+    frequency_hz: Array
+    density: Array
+    lobe_hz: float
+
+
+def segment_spectra(samples: Array, sampling_rate_hz: float, segment: int) -> SegmentSpectra:
+    """Kaiser-windowed periodograms of segments that overlap by three quarters; mean removed."""
+    n = samples.shape[1]
+    segment = min(segment, n)
+    window = kaiser(segment, _KAISER_BETA)
+    hop = max(1, segment // 4)
+    starts = range(0, n - segment + 1, hop)
+    centred = samples - samples.mean(axis=1, keepdims=True)
+    scale = 2.0 / (sampling_rate_hz * float(np.sum(window**2)))
+    density = np.stack(
+        [scale * np.abs(rfft(centred[:, s : s + segment] * window, axis=1)) ** 2 for s in starts]
+    )
+    frequency = np.arange(segment // 2 + 1) * sampling_rate_hz / segment
+    lobe_bins = np.sqrt(1.0 + (_KAISER_BETA / np.pi) ** 2)
+    return SegmentSpectra(frequency, density, float(lobe_bins * sampling_rate_hz / segment))
+
+
+_KAISER_BETA = 18.0

@@ -1,0 +1,161 @@
+"""Start values from the data alone: frequency, amplitude, phase, orientation and loss from one snapshot."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array, ComplexArray
+from .gauss_newton import FitState
+from .harmonics import (
+    amplitude_from_second_harmonic,
+    amplitude_from_third_harmonic,
+    first_harmonic,
+    frequency_ratio,
+)
+from .models import RingDownModel
+from .observation import DipoleObservation, FreeGainObservation, Observation
+from .record import RingDownRecord
+from .rotation import nearest_rotation
+from .snapshot import Snapshot, take_snapshot
+from .trajectory import Dynamics
+
+_FIRST_PERIODS = 10
+_TRUSTED_SNR = 8.0
+_AMPLITUDE_RANGE = (0.02, 1.4)
+_BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where the fit begins: candidate states, most trusted first, and the periods they were seen in."""
+
+    candidates: tuple[FitState, ...]
+    periods: float
+
+
+def find_start(
+    record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float, noise_sd: Array
+) -> Start:
+    """Start values from the first ten periods, or more where noise hides the weak harmonics."""
+    periods = _FIRST_PERIODS
+    while True:
+        stop = min(last, first + math.ceil(periods / (frequency_hz * record.dt_s)))
+        snapshot = take_snapshot(record.samples, first, stop, record.dt_s, frequency_hz, noise_sd)
+        waves = _aligned(snapshot)
+        snr = waves.snr_second if record.quantity == "dmdt" else waves.snr_third
+        if snr > _TRUSTED_SNR or stop >= last or periods >= 8 * _FIRST_PERIODS:
+            break
+        periods *= 2
+    amplitudes = _amplitudes(record, waves, snr)
+    candidates = tuple(_state(record, model, snapshot, waves, a) for a in amplitudes)
+    seen = (stop - first) * record.dt_s * snapshot.omega / (2.0 * math.pi)
+    return Start(candidates, seen)
+
+
+@dataclass(frozen=True)
+class _Waves:
+    """Real channel vectors of the harmonics once the phase is known: v (1st), u (2nd), third."""
+
+    phase: float
+    v: Array
+    u: Array
+    third: float
+    snr_second: float
+    snr_third: float
+
+
+def _aligned(snapshot: Snapshot) -> _Waves:
+    """Common phase of the fundamental, then all harmonics as real vectors along their known phases.
+
+    With phase Theta since the turning point +A: v-signal -sin(Theta), u-signal +sin(2 Theta), third -sin(3 Theta).
+    """
+    weight = snapshot.z_sd**-2.0
+    z1, z2, z3 = snapshot.z[0], snapshot.z[1], snapshot.z[2]
+    common = 0.5 * float(np.angle(np.sum(weight * z1**2)))
+    v = (z1 * np.exp(-1j * common)).real
+    strongest = int(np.argmax(np.abs(v)))
+    if v[strongest] < 0.0:
+        common += math.pi
+        v = -v
+    theta = common - 0.5 * math.pi
+    u = (z2 * 1j * np.exp(-2j * theta)).real
+    third = _along(z3 * -1j * np.exp(-3j * theta), v, weight)
+    v_norm = math.sqrt(float(np.sum(weight * v**2)))
+    return _Waves(
+        phase=theta,
+        v=v,
+        u=u,
+        third=third,
+        snr_second=math.sqrt(float(np.sum(weight * u**2))),
+        snr_third=abs(third) * v_norm,
+    )
+
+
+def _along(z: ComplexArray, v: Array, weight: Array) -> float:
+    """Weighted projection of Re z on v, relative to v."""
+    return float(np.sum(weight * z.real * v) / np.sum(weight * v**2))
+
+
+def _amplitudes(record: RingDownRecord, waves: _Waves, snr: float) -> tuple[float, ...]:
+    """Candidate amplitudes: u/v ratio for calibrated dm/dt, third harmonic where gains are unknown."""
+    if record.quantity == "dmdt":
+        ratio = float(np.linalg.norm(waves.u) / np.linalg.norm(waves.v))
+        best = amplitude_from_second_harmonic(ratio)
+        found = (best, 0.75 * best, 1.3 * best)
+    elif snr > _TRUSTED_SNR and waves.third > 0.0:
+        best = amplitude_from_third_harmonic(waves.third)
+        found = (best, 0.6 * best, 1.5 * best)
+    else:
+        found = _BLIND_AMPLITUDES
+    return tuple(min(max(a, _AMPLITUDE_RANGE[0]), _AMPLITUDE_RANGE[1]) for a in found)
+
+
+def _state(
+    record: RingDownRecord, model: RingDownModel, snapshot: Snapshot, waves: _Waves, amplitude: float
+) -> FitState:
+    """A fit state from the snapshot with this amplitude in its middle."""
+    w = snapshot.omega / frequency_ratio(amplitude)
+    growth = math.exp(min(max(snapshot.decay_per_s, 0.0) * snapshot.time_s, 0.3))
+    phase = (waves.phase - snapshot.omega * snapshot.time_s) % (2.0 * math.pi)
+    # Anchor at the turning point a quarter to three quarters of a period before t = 0.
+    start = amplitude * growth
+    if phase < 0.5 * math.pi:
+        anchor, phase = -start, phase + math.pi
+    elif phase > 1.5 * math.pi:
+        anchor, phase = -start, phase - math.pi
+    else:
+        anchor = start
+    dynamics = Dynamics(
+        w=w,
+        theta=phase * w / snapshot.omega,
+        amplitude=anchor,
+        values=_losses(model, snapshot.decay_per_s, w, amplitude),
+    )
+    v1 = first_harmonic(amplitude) * w
+    return FitState(dynamics, _observation(record, waves, v1, amplitude), np.zeros(record.channels))
+
+
+def _losses(model: RingDownModel, decay_per_s: float, w: float, amplitude: float) -> tuple[float, ...]:
+    """Share the observed decay: typical values for all terms but the last, the rest for the last one."""
+    values = [c.typical * w**c.power for c in model.coefficients]
+    if not values:
+        return ()
+    last = model.coefficients[-1]
+    if last.power == 1:
+        values[-1] = max(decay_per_s, 0.1 * values[-1])
+    else:
+        rest = max(decay_per_s - sum(values[:-1]), 0.0)
+        values[-1] = max(0.5 * math.pi * rest * amplitude * w, 0.1 * values[-1])
+    return tuple(values)
+
+
+def _observation(record: RingDownRecord, waves: _Waves, v1: float, amplitude: float) -> Observation:
+    """Orientation and moment, or free gains, from the real harmonic vectors."""
+    if record.quantity == "dmdt":
+        rotation = nearest_rotation(waves.v, waves.u)
+        return DipoleObservation(float(np.linalg.norm(waves.v)) / v1, rotation, np.eye(3))
+    ratio = 2.0 * math.tan(0.25 * amplitude)
+    return FreeGainObservation(np.column_stack([waves.v, waves.u / ratio]) / v1)

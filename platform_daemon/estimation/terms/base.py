@@ -1,0 +1,45 @@
+"""What a torque term is: data about its coefficients, plus one compiled function with its derivatives.
+
+Every term is a contribution to the dimensionless angular acceleration d2phi/ds2 with s = w t (w = 2 pi f_nat):
+
+    d2phi/ds2 = sum over terms of tau(phi, v, sigma; c),   v = dphi/ds,   sigma = sign of the motion, +1 or -1
+
+`sigma` is constant between two turning points, so tau is smooth where it is integrated. The compiled function is
+
+    tau, tau_phi, tau_v = term(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
+
+It reads its own coefficients c[j], c[j+1], ... and writes grad[j] = d tau / d c[j] for each of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Coefficient:
+    """One physical coefficient q of a term; the kernel sees the dimensionless c = q / w**power.
+
+    Attributes:
+        name: public parameter name, with its unit.
+        unit: SI unit as text.
+        power: power of w (rad/s) that makes it dimensionless: 1 for 1/s, 2 for rad/s^2.
+        typical: typical dimensionless size, used only to scale priors and first guesses.
+    """
+
+    name: str
+    unit: str
+    power: int
+    typical: float
+
+
+@dataclass(frozen=True)
+class TorqueTerm:
+    """One torque term: `code` is its number in the dispatch table, `function` the compiled term itself."""
+
+    name: str
+    code: int
+    coefficients: tuple[Coefficient, ...]
+    function: Callable[..., Any]

@@ -1,0 +1,117 @@
+"""A ring-down trajectory: the model with values for its dynamics, traced once, then sampled as often as needed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .arrays import Array
+from .half_swing import STEPS
+from .models import RingDownModel
+from .sampling import accumulate_moments, fill_basis
+from .trace import HEAD, STATUS_LOST, trace_half_swings
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Smooth internal parameters of the motion.
+
+    Attributes:
+        w: natural angular frequency, rad/s.
+        theta: dimensionless time w t elapsed at t = 0 since the turning point the trajectory is anchored at.
+        amplitude: angle at that turning point, rad, with sign.
+        values: physical coefficients of the model's terms, in the model's order and units.
+    """
+
+    w: float
+    theta: float
+    amplitude: float
+    values: tuple[float, ...]
+
+    def dimensionless(self, model: RingDownModel) -> Array:
+        """c = q / w**power for every coefficient, (coefficients,)."""
+        powers = [c.power for c in model.coefficients]
+        return np.array([q / self.w**p for q, p in zip(self.values, powers, strict=True)])
+
+    def chain(self, model: RingDownModel) -> Array:
+        """d(theta, w, A, c...)/d(theta, w, A, q...), square (3 + coefficients,): the powers of w in c."""
+        matrix = np.eye(3 + len(self.values))
+        for k, coefficient in enumerate(model.coefficients):
+            matrix[3 + k, 3 + k] = self.w**-coefficient.power
+            matrix[3 + k, 1] = -coefficient.power * self.values[k] / self.w ** (coefficient.power + 1)
+        return matrix
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Sufficient statistics of a window: gram (b, b), products (channels, b), energy (channels,) = sum y^2."""
+
+    gram: Array
+    products: Array
+    energy: Array
+    samples: int
+
+
+class LostTrajectoryError(ArithmeticError):
+    """The trajectory found no further turning point: the parameters describe no oscillation."""
+
+
+class Trajectory:
+    """A traced ring-down from its anchor to t_end.
+
+    Args:
+        model: the equation of motion.
+        dynamics: its parameters.
+        t_end_s: the trace reaches at least to this time.
+        direct: integrate every half swing (reference) instead of interpolating in the amplitude.
+
+    Raises:
+        LostTrajectoryError: no oscillation.
+    """
+
+    def __init__(
+        self, model: RingDownModel, dynamics: Dynamics, t_end_s: float, *, direct: bool = False
+    ) -> None:
+        self.dynamics = dynamics
+        self.columns = 1 + len(model.coefficients)
+        self.n_basis = 2 + 2 * (2 + self.columns) + 1
+        s_end = dynamics.w * t_end_s + dynamics.theta
+        if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= 0.0):
+            raise LostTrajectoryError("the trajectory must begin at or before t = 0")
+        rows = int(max(s_end, 0.0) / 2.0) + 8
+        self._heads = np.empty((rows, HEAD + 2 * self.columns))
+        self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
+        self._count, status = trace_half_swings(
+            float(dynamics.amplitude),
+            float(s_end),
+            self.columns,
+            model.codes,
+            model.widths,
+            dynamics.dimensionless(model),
+            not direct,
+            self._heads,
+            self._nodes,
+        )
+        if status == STATUS_LOST:
+            raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
+
+    def basis(self, first: int, last: int, dt_s: float, observable: int) -> Array:
+        """Basis functions (sampling.py) at samples first .. last-1, float64 (n_basis, last - first)."""
+        out = np.empty((self.n_basis, last - first))
+        fill_basis(*self._at(first, last, dt_s), observable, 0, out)
+        return out
+
+    def moments(self, y: Array, first: int, last: int, dt_s: float, observable: int, energy: Array) -> Moments:
+        """Moments of samples first .. last-1 of y (channels, n) with the basis; energy (channels,) = sum y^2."""
+        gram = np.empty((self.n_basis, self.n_basis))
+        products = np.empty((y.shape[0], self.n_basis))
+        accumulate_moments(y, *self._at(first, last, dt_s), observable, gram, products)
+        return Moments(gram, products, energy, last - first)
+
+    def _at(self, first: int, last: int, dt_s: float) -> tuple[object, ...]:
+        d = self.dynamics
+        return (
+            int(first), int(last), float(dt_s), float(d.w), float(d.theta),
+            self.columns, self._count, self._heads, self._nodes,
+        )  # fmt: skip
