@@ -106,7 +106,7 @@ class Acquisition:
         self._fits.append(self._executor.submit(fit_frame, rx, shot.timeline.clock.rate_hz, self._calibration, ask))
 
     def _finish(self, job: Job, series: SeriesWriter) -> None:
-        """Wait for the fits, put the series file together, say what came out; a series without a shot leaves nothing."""
+        """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
         stored = series.shots
         job.at(stored, "fit")
         started = time.monotonic()
