@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean, median, stdev
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,7 @@ from platform_daemon.estimation import (
 from platform_daemon.plots import RingDownPicture
 from platform_daemon.store import Calibration, FitTable, Recording
 
-Window = str | float
+Window = Literal["n50", "d30"] | float
 VARIANTS = ("thread", "jewel")
 
 
@@ -41,7 +41,7 @@ class FitRequest:
 
 def parse_window(text: str) -> Window:
     """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
-    if text in ("n50", "d30"):
+    if text == "n50" or text == "d30":
         return text
     try:
         seconds = float(text)

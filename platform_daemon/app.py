@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import fcntl
 import threading
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import structlog
 
 from drivers.calibration import ReceiveCalibration
-from drivers.errors import ConfigError, RecordingError
+from drivers.errors import ConfigError, InputError, RecordingError
 from drivers.registry import build_platform
 from platform_daemon.api.context import Context
 from platform_daemon.engine.engine import Engine
+from platform_daemon.engine.journal import Journal
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
 from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
 from platform_daemon.store import read_calibration, recover
@@ -21,12 +25,12 @@ from platform_daemon.store import read_calibration, recover
 log = structlog.get_logger()
 
 
-def start_engine(file: PlatformFile) -> Engine:
+def start_engine(file: PlatformFile, journal: Journal | None = None) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
     platform = build_platform(file.section, calibration)
     try:
-        return Engine(platform, file.limits, file.text)
+        return Engine(platform, file.limits, file.text, journal)
     except Exception:
         platform.close()
         raise
@@ -40,20 +44,38 @@ def _calibration_from(path: Path) -> ReceiveCalibration:
     return ReceiveCalibration(c.sensitivity, c.identifier, c.date, c.lna_gain, c.frequency_hz, c.frequency_response)
 
 
-def open_data_folder(folder: Path) -> tuple[Path, Path]:
-    """Folders of recordings and fits; series that a crash left behind are put together first."""
-    recordings, fits = folder / "recordings", folder / "fits"
-    for each in (recordings, fits):
-        each.mkdir(parents=True, exist_ok=True)
-    for path in recover(recordings):
-        log.warning("series_recovered", file=path.name)
-    return recordings, fits
+@dataclass(frozen=True)
+class DataFolder:
+    """Where a daemon keeps its recordings, fits and jobs; `lock` is held as long as the process lives."""
+
+    recordings: Path
+    fits: Path
+    jobs: Path
+    lock: TextIO
 
 
-def create_context(engine: Engine, folder: Path) -> Context:
+def open_data_folder(folder: Path) -> DataFolder:
+    """The folders, made if missing; series that a crash left behind are put together first.
+
+    Raises InputError if another daemon works in this folder, OSError if it cannot be made.
+    """
+    for name in ("recordings", "fits", "jobs"):
+        (folder / name).mkdir(parents=True, exist_ok=True)
+    lock = (folder / ".lock").open("w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        lock.close()
+        remedy = "stop it, or give this one another --data folder"
+        raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
+    made = DataFolder(folder / "recordings", folder / "fits", folder / "jobs", lock)
+    recover(made.recordings)
+    return made
+
+
+def create_context(engine: Engine, data: DataFolder) -> Context:
     """What the API serves; compiles the fit in the background and says so under /ready."""
-    recordings, fits = open_data_folder(folder)
-    context = Context(engine, recordings, fits, {"thread fit": False, "jewel fit": False})
+    context = Context(engine, data.recordings, data.fits, {"thread fit": False, "jewel fit": False})
     threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
     return context
 

@@ -74,14 +74,16 @@ def serve(
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.api.server import Server, create_api
-    from platform_daemon.app import create_context, start_engine
+    from platform_daemon.app import create_context, open_data_folder, start_engine
+    from platform_daemon.engine.journal import Journal
     from platform_daemon.settings import load_platform
 
     file = load_platform(platform, overrides or ())
     listener = _listen(host, port)
-    engine = start_engine(file)
+    folder = open_data_folder(data)
+    engine = start_engine(file, Journal(folder.jobs))
     try:
-        server = Server(create_api(create_context(engine, data)), engine, host, port)
+        server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)
         server.run(sockets=[listener])
     finally:

@@ -6,7 +6,6 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from platform_daemon.analysis import parse_window
 from platform_daemon.api.context import Shared, job_body
 from platform_daemon.api.models import AcquisitionBody, JobModel, ProblemModel
 from platform_daemon.engine.jobs import Job
@@ -29,8 +28,6 @@ def start(body: AcquisitionBody, response: Response, context: Shared) -> dict[st
     Acquisitions run one after the other in the order asked; `state` is `queued` until its turn comes.  The request is
     checked against the safety envelope first: a rejected one is answered 422 and nothing moves.
     """
-    if isinstance(body.window, str):
-        parse_window(body.window)
     plan = context.engine.plan(body)
     job = context.engine.acquire(plan, None, context.recordings)
     response.headers["Location"] = f"/acquisitions/{job.identifier}"

@@ -15,6 +15,7 @@ from drivers.errors import DeviceStateError, InputError, PlatformError
 from drivers.platform import Platform
 from platform_daemon.engine.acquisition import Acquisition
 from platform_daemon.engine.jobs import Job, JobState
+from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
 from platform_daemon.engine.status import platform_status
 from sequences.compiler import TransmitSide
@@ -36,11 +37,14 @@ class Engine:
     config_text is stored in every recording; `fits` run in one thread so that they never hold up a shot.
     """
 
-    def __init__(self, platform: Platform, limits: SafetyLimits, config_text: str) -> None:
+    def __init__(
+        self, platform: Platform, limits: SafetyLimits, config_text: str, journal: Journal | None = None
+    ) -> None:
         self.platform = platform
         self.config_text = config_text
         self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
-        self._jobs: dict[str, Job] = {}
+        self._journal = journal or Journal(None)
+        self._jobs = {job.identifier: job for job in self._journal.load()}
         self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._closed = threading.Event()
@@ -62,7 +66,7 @@ class Engine:
     def analyse(self, request: dict[str, Any], frames: int, work: Callable[[Job], None]) -> Job:
         """Run `work(job)` in the analysis thread, as a job of its own."""
         job = self._register(Job("fit", request, frames, "frames"))
-        self._fits.submit(job.run, work)
+        self._fits.submit(self._run, job, work)
         return job
 
     def job(self, kind: str, identifier: str) -> Job:
@@ -107,8 +111,17 @@ class Engine:
     def _register(self, job: Job) -> Job:
         if self._closed.is_set():
             raise DeviceStateError("the daemon is shutting down", remedy="start it again")
+        self._journal.save(job)
         self._jobs[job.identifier] = job
         return job
+
+    def _run(self, job: Job, work: Callable[[Job], None]) -> None:
+        """Run a job to its end and keep how it ended."""
+        log.info("job_started", job=job.identifier)
+        job.run(work)
+        self._journal.save(job)
+        error = None if job.error is None else str(job.error)
+        log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
 
     def _submit(self, job: Job, work: Callable[[Job], None]) -> Job:
         self._queue.put((self._register(job), work))
@@ -123,13 +136,8 @@ class Engine:
                 continue
             if item is None:
                 return
-            job, work = item
-            log.info("job_started", job=job.identifier)
-            job.run(work)
+            self._run(*item)
             self._refresh()
-            log.info(
-                "job_ended", job=job.identifier, state=job.state, error=None if job.error is None else str(job.error)
-            )
 
     def _refresh(self) -> None:
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -32,7 +32,7 @@ class AcquisitionRequest(BaseModel):
     shots: Annotated[int, Field(ge=0, le=1_000_000)] = 1
     blank_shots: Annotated[int, Field(ge=0, le=10_000)] = 0
     sequence: dict[str, Any] = Field(default_factory=dict)
-    window: str | Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = "d30"
+    window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = "d30"
     sample: Text = ""
     operator: Text = ""
     comment: Text = ""
