@@ -28,6 +28,7 @@ from platform_daemon.store import Calibration, FitTable, Recording
 
 Window = Literal["n50", "d30"] | float
 VARIANTS = ("thread", "jewel")
+NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ class FitRequest:
 
 def parse_window(text: str) -> Window:
     """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
-    if text == "n50" or text == "d30":
-        return text
+    if text in NAMED_WINDOWS:
+        return NAMED_WINDOWS[text]
     try:
         seconds = float(text)
     except ValueError:
