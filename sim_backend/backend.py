@@ -1,0 +1,99 @@
+"""The simulated platform as a back end: one world, its devices, and the doors that only a simulation has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from drivers.calibration import ReceiveCalibration, TransmitChannel
+from drivers.errors import ConfigError
+from drivers.specimen import Specimen
+from drivers.validation import validated
+from sim_backend.calibration import receive_calibration, transmit_channels
+from sim_backend.clock import SimulatedClock
+from sim_backend.devices.io_card import SimulatedIoCard
+from sim_backend.devices.lna import SimulatedLna
+from sim_backend.devices.power_amplifier import SimulatedPowerAmplifier
+from sim_backend.devices.thermometer import SimulatedThermometer
+from sim_backend.devices.tx_rx_switch import SimulatedTxRxSwitch
+from sim_backend.options import CalibrationTable, EmptyTable, IoCardTable, LnaTable, SimulatedOptions
+from sim_backend.warm_up import warm_up
+from sim_backend.world import World
+
+
+class SimulatedBackend:
+    """See drivers.platform.Backend; `options` is the table `[backends.simulated]`."""
+
+    def __init__(self, options: Mapping[str, Any]) -> None:
+        self.options = validated(SimulatedOptions, options, "backends.simulated")
+        self.world = World(self.options)
+
+    def io_card(self, options: Mapping[str, Any]) -> SimulatedIoCard:
+        """See Backend."""
+        return SimulatedIoCard(self.world, validated(IoCardTable, options, "io_card"))
+
+    def tx_rx_switch(self, options: Mapping[str, Any]) -> SimulatedTxRxSwitch:
+        """See Backend."""
+        validated(EmptyTable, options, "tx_rx_switch")
+        return SimulatedTxRxSwitch(self.world)
+
+    def power_amplifier(self, options: Mapping[str, Any]) -> SimulatedPowerAmplifier:
+        """See Backend."""
+        validated(EmptyTable, options, "power_amplifier")
+        return SimulatedPowerAmplifier(self.world)
+
+    def lna(self, options: Mapping[str, Any]) -> SimulatedLna:
+        """See Backend."""
+        table = validated(LnaTable, options, "lna")
+        self._check_gain(table.gain, "lna.gain")
+        return SimulatedLna(self.world, table)
+
+    def thermometer(self, options: Mapping[str, Any]) -> SimulatedThermometer:
+        """See Backend."""
+        validated(EmptyTable, options, "thermometer")
+        return SimulatedThermometer(self.world)
+
+    def transmit_channels(self, options: Mapping[str, Any]) -> tuple[TransmitChannel, ...]:
+        """See Backend; fields at the centre of the coils."""
+        validated(EmptyTable, options, "coils")
+        return transmit_channels(self.options, np.zeros(3))
+
+    def receive_calibration(self, options: Mapping[str, Any]) -> ReceiveCalibration:
+        """See Backend."""
+        table = validated(CalibrationTable, options, "calibration")
+        self._check_gain(table.lna_gain, "calibration.lna_gain")
+        return receive_calibration(self.options, table, np.array(table.position_m))
+
+    def clock(self) -> SimulatedClock:
+        """See Backend: world time."""
+        return self.world.clock
+
+    def mount(self, specimen: Specimen) -> None:
+        """See Backend.  A different specimen starts at rest; the same one goes on as it is."""
+        self.world.mount(specimen)
+
+    def ground_truth(self) -> Mapping[str, Any] | None:
+        """See Backend and sim_backend/truth.py."""
+        return self.world.truth()
+
+    def inject_fault(self, kind: str, shot: int | None = None) -> None:
+        """Let a fault (see sim_backend/faults.py) strike at a shot, None: at the next one.
+
+        Raises ConfigError for an unknown kind.
+        """
+        self.world.faults.inject(kind, self.world.shots + 1 if shot is None else shot)
+
+    def repair(self) -> None:
+        """Replace what broke and forget faults to come."""
+        self.world.repair()
+
+    def warm_up(self) -> float:
+        """Compile (or load from the cache) everything a shot needs; returns the seconds it took."""
+        return warm_up()
+
+    def _check_gain(self, gain: float, where: str) -> None:
+        gains = self.options.lna.gains
+        if gain not in gains:
+            raise ConfigError(f"the LNA has no gain {gain}", where=where, remedy=f"use one of {gains}")

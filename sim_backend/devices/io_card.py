@@ -1,0 +1,153 @@
+"""The simulated real-time I/O card."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+
+from drivers.errors import DeviceStateError, DeviceTimeout, InputError, SequenceRejected
+from drivers.identity import Identity
+from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags
+from drivers.timeline import SampleClock, Timeline
+from sim_backend.faults import DROPPED, FLAGS
+from sim_backend.options import IoCardTable
+from sim_backend.world import World
+
+CHANNELS = 3
+TIMEOUT_S = 1.0
+WHERE = "simulated I/O card"
+
+
+class SimulatedIoCard:
+    """See drivers.io_card.IoCard.  Any thread may call any method."""
+
+    def __init__(self, world: World, table: IoCardTable) -> None:
+        self._world = world
+        self._clock = SampleClock(table.base_frequency_hz, table.decimation)
+        self._max_samples = table.max_samples
+        self._lock = threading.RLock()
+        self._state = CardState.IDLE
+        self._timeline: Timeline | None = None
+        self._start_s, self._next = 0.0, 0
+        self._cancelled = threading.Event()
+
+    def identity(self) -> Identity:
+        """See IoCard."""
+        return Identity("simulated", "3 in / 3 out sample-exact card")
+
+    def capabilities(self) -> CardCapabilities:
+        """See IoCard."""
+        card = self._world.options.card
+        return CardCapabilities(
+            CHANNELS, CHANNELS, card.input_full_scale_v, card.output_full_scale_v, self._clock, self._max_samples
+        )
+
+    def state(self) -> CardState:
+        """See IoCard."""
+        return self._state
+
+    def program(self, timeline: Timeline) -> None:
+        """See IoCard."""
+        with self._lock:
+            self._require(CardState.IDLE, CardState.PROGRAMMED)
+            self._check(timeline)
+            self._timeline, self._state = timeline, CardState.PROGRAMMED
+
+    def arm(self) -> None:
+        """See IoCard."""
+        with self._lock:
+            self._require(CardState.PROGRAMMED)
+            self._state = CardState.ARMED
+
+    def trigger(self) -> None:
+        """See IoCard."""
+        with self._lock:
+            self._require(CardState.ARMED)
+            assert self._timeline is not None
+            self._cancelled = threading.Event()
+            self._start_s, self._next = self._world.start(self._timeline), 0
+            self._state = CardState.RUNNING
+
+    def read(self, max_samples: int) -> Chunk:
+        """See IoCard.  Waits until min(max_samples, samples left) have been taken."""
+        if max_samples < 1:
+            raise InputError(f"cannot read {max_samples} samples", where=WHERE)
+        with self._lock:
+            self._require(CardState.RUNNING)
+            assert self._timeline is not None
+            timeline, first, cancelled = self._timeline, self._next, self._cancelled
+        setup, _ = self._world.result()
+        first, stop = self._span(timeline, setup.faults, first, max_samples)
+        if not self._world.clock.wait_until(self._start_s + stop / self._clock.rate_hz, cancelled):
+            raise self._stopped()
+        volts = self._world.result()[1].heard.volts[:, first:stop]
+        with self._lock:
+            if cancelled.is_set():
+                raise self._stopped()
+            self._next = stop
+            if stop == timeline.total_samples:
+                self._world.is_running()
+                self._state = CardState.IDLE
+        return Chunk(first, np.ascontiguousarray(volts), self._flags(timeline, setup.faults, first, stop))
+
+    def stop(self) -> None:
+        """See IoCard."""
+        self._cancelled.set()
+        with self._lock:
+            if self._state is CardState.RUNNING:
+                self._world.stop()
+            if self._state is not CardState.CLOSED:
+                self._state, self._timeline = CardState.IDLE, None
+
+    def close(self) -> None:
+        """See IoCard."""
+        self.stop()
+        self._state = CardState.CLOSED
+
+    def _span(self, timeline: Timeline, faults: frozenset[str], first: int, most: int) -> tuple[int, int]:
+        """First sample and end of the next chunk, faults included."""
+        middle = timeline.total_samples // 2
+        stop = min(first + most, timeline.total_samples)
+        if "card_timeout" in faults and stop > middle:
+            self._world.clock.sleep(TIMEOUT_S)
+            raise DeviceTimeout("no samples arrive", where=WHERE, why=f"sample {first} is overdue by {TIMEOUT_S} s")
+        if "dropped_samples" in faults and first < middle < stop:
+            return first, middle
+        if "dropped_samples" in faults and first == middle:
+            return min(middle + DROPPED, timeline.total_samples - 1), max(stop, min(middle + DROPPED + 1, stop + DROPPED))
+        return first, stop
+
+    @staticmethod
+    def _flags(timeline: Timeline, faults: frozenset[str], first: int, stop: int) -> ChunkFlags:
+        struck = first <= timeline.total_samples // 2 < stop
+        return ChunkFlags(**{name: struck and name in faults for name in FLAGS})
+
+    def _check(self, timeline: Timeline) -> None:
+        """Raises SequenceRejected for what this card cannot play exactly."""
+        full_scale_v = self._world.options.card.output_full_scale_v
+        complaints = []
+        if timeline.clock != self._clock:
+            complaints.append(f"its clock is {self._clock}, not {timeline.clock}")
+        if timeline.total_samples > self._max_samples:
+            complaints.append(f"{timeline.total_samples} samples are more than {self._max_samples}")
+        for burst in timeline.bursts:
+            if not 0 <= burst.output < CHANNELS:
+                complaints.append(f"there is no output {burst.output}")
+            if not 0 < burst.frequency_hz < self._clock.rate_hz / 2:
+                complaints.append(f"{burst.frequency_hz} Hz is outside 0 ... {self._clock.rate_hz / 2} Hz")
+        for output in range(CHANNELS):
+            peak_v = sum(abs(b.amplitude_v) for b in timeline.bursts if b.output == output)
+            if not peak_v <= full_scale_v:
+                complaints.append(f"output {output} would need {peak_v} V of {full_scale_v} V")
+        if complaints:
+            raise SequenceRejected("the card cannot play this timeline", where=WHERE, why="; ".join(complaints))
+
+    def _require(self, *states: CardState) -> None:
+        if self._state not in states:
+            allowed = " or ".join(s.value for s in states)
+            raise DeviceStateError(f"the card is {self._state.value}, not {allowed}", where=WHERE)
+
+    @staticmethod
+    def _stopped() -> DeviceStateError:
+        return DeviceStateError("the shot was stopped", where=WHERE)

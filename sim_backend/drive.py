@@ -1,0 +1,199 @@
+"""From the DAC to the current in the coils: amplifier with its limit, then an R-L loop, solved exactly.
+
+Time is cut wherever anything changes (burst, gate, amplifier, contacts, clipping).  In each cut the source is a sum of
+sines or a constant, so the current is the same sines through the impedance, plus a constant, plus one dying exponential
+that keeps the current continuous.  Nothing is sampled, so nothing depends on a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from drivers.timeline import Burst, Line, Timeline
+from drivers.tx_rx_switch import SwitchPosition
+from sim_backend.options import AmplifierOptions, CoilOptions
+
+Interval = tuple[float, float]
+NEGLIGIBLE_A = 1e-16
+
+
+@dataclass(frozen=True)
+class CurrentTerm:
+    """amplitude_a exp(-rate tau) cos(omega tau + phase), tau from the start of its cut."""
+
+    amplitude_a: float
+    omega_rad_per_s: float
+    phase_rad: float
+    rate_per_s: float
+
+    def at(self, tau: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Current at times after the start of the cut, A."""
+        shape = np.cos(self.omega_rad_per_s * tau + self.phase_rad) * np.exp(-self.rate_per_s * tau)
+        return np.asarray(self.amplitude_a * shape)
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A stretch in which nothing changes: from, to (s after the trigger), position of the contacts, terms per coil."""
+
+    start_s: float
+    stop_s: float
+    position: SwitchPosition
+    currents: tuple[tuple[CurrentTerm, ...], ...]
+
+    def current_a(self, coil: int, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Current of one coil at times inside the cut, A."""
+        tau = times_s - self.start_s
+        return np.sum([term.at(tau) for term in self.currents[coil]], axis=0) if self.currents[coil] else 0.0 * tau
+
+    def field_terms(self, per_ampere_uv_t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Terms of the field along u, v for `torque.field`: (n, 5); per_ampere_uv_t: (coil, 2) T/A."""
+        rows = [
+            (t.amplitude_a * b[0], t.amplitude_a * b[1], t.omega_rad_per_s, t.phase_rad, t.rate_per_s)
+            for b, terms in zip(per_ampere_uv_t, self.currents, strict=True)
+            for t in terms
+        ]
+        return np.array(rows, dtype=np.float64).reshape(-1, 5)
+
+
+@dataclass(frozen=True)
+class Source:
+    """One amplifier channel: the bursts of its DAC output, V after the gain, and its limit, V."""
+
+    bursts: tuple[Burst, ...]
+    rate_hz: float
+    gain: float
+    limit_v: float
+
+    def active(self, time_s: float) -> list[Burst]:
+        """Bursts that sound at a time after the trigger."""
+        return [b for b in self.bursts if b.start_sample <= time_s * self.rate_hz < b.stop_sample]
+
+    def wanted_v(self, time_s: float, bursts: Sequence[Burst]) -> float:
+        """Sum of the given bursts before the limit, V."""
+        return sum(self.gain * b.amplitude_v * np.sin(self.phase(b, time_s)) for b in bursts)
+
+    def phase(self, burst: Burst, time_s: float) -> float:
+        """Phase of a burst at a time, rad."""
+        start_s = burst.start_sample / self.rate_hz
+        return 2 * np.pi * burst.frequency_hz * (time_s - start_s) + burst.phase_rad
+
+    def edges(self) -> list[float]:
+        """Starts and stops of the bursts, s."""
+        return [k / self.rate_hz for b in self.bursts for k in (b.start_sample, b.stop_sample)]
+
+    def clip_edges(self, start_s: float, stop_s: float) -> list[float]:
+        """Times inside an interval without burst edges at which the limit is reached or left."""
+        bursts = self.active(0.5 * (start_s + stop_s))
+        if sum(abs(b.amplitude_v) for b in bursts) * self.gain <= self.limit_v:
+            return []
+        grid = np.linspace(start_s, stop_s, int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * 200) + 50)
+
+        def excess(t: float) -> float:
+            return abs(self.wanted_v(t, bursts)) - self.limit_v
+
+        values = np.array([excess(t) for t in grid])
+        flips = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
+        return [float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15)) for i in flips]
+
+
+def high_intervals(timeline: Timeline, line: Line) -> list[Interval]:
+    """When a digital line is high, s after the trigger, overlaps joined."""
+    rate = timeline.clock.rate_hz
+    spans = sorted((e.start_sample / rate, e.stop_sample / rate) for e in timeline.lines if e.line is line)
+    return _joined(spans)
+
+
+def both(first: Sequence[Interval], second: Sequence[Interval]) -> list[Interval]:
+    """Intersection of two sets of intervals."""
+    pairs = [(max(a, c), min(b, d)) for a, b in first for c, d in second]
+    return [(a, b) for a, b in sorted(pairs) if a < b]
+
+
+def sources(timeline: Timeline, amplifier: AmplifierOptions, channels: int) -> list[Source]:
+    """One source per amplifier channel; channel k is fed by DAC output k."""
+    return [
+        Source(
+            tuple(b for b in timeline.bursts if b.output == k),
+            timeline.clock.rate_hz,
+            amplifier.gain,
+            amplifier.limit_v,
+        )
+        for k in range(channels)
+    ]
+
+
+def cuts(
+    drives: Sequence[Source],
+    live: Sequence[Interval],
+    contacts: Sequence[tuple[float, float, SwitchPosition]],
+    coils: Sequence[CoilOptions],
+    output_impedance_ohm: float,
+) -> list[Cut]:
+    """All cuts of a shot, covering the contact spans (s after the trigger) without gaps; currents start at zero.
+
+    live: when the power stage is on; off, its outputs hold zero volts and a remaining current dies with L/R.
+    Contacts that are not on TRANSMIT open the loop: the current is zero.
+    """
+    out: list[Cut] = []
+    for start_s, stop_s, position in _grid(drives, live, contacts):
+        closed = position is SwitchPosition.TRANSMIT
+        powered = any(a <= 0.5 * (start_s + stop_s) < b for a, b in live)
+        terms = []
+        for k, (source, coil) in enumerate(zip(drives, coils, strict=True)):
+            initial_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else 0.0
+            loop = coil.resistance_ohm + output_impedance_ohm, coil.inductance_h
+            terms.append(_loop_terms(source, powered, start_s, stop_s, initial_a, *loop) if closed else ())
+        out.append(Cut(start_s, stop_s, position, tuple(terms)))
+    return out
+
+
+def _grid(
+    drives: Sequence[Source], live: Sequence[Interval], contacts: Sequence[tuple[float, float, SwitchPosition]]
+) -> list[tuple[float, float, SwitchPosition]]:
+    switching = [t for interval in live for t in interval] + [t for s in drives for t in s.edges()]
+    out = []
+    for start_s, stop_s, position in contacts:
+        edges = sorted({start_s, stop_s, *(t for t in switching if start_s < t < stop_s)})
+        clips = [t for s in drives for a, b in zip(edges, edges[1:], strict=False) for t in s.clip_edges(a, b)]
+        edges = sorted({*edges, *clips})
+        out += [(a, b, position) for a, b in zip(edges, edges[1:], strict=False)]
+    return out
+
+
+def _loop_terms(
+    source: Source, powered: bool, start_s: float, stop_s: float, initial_a: float, ohm: float, henry: float
+) -> tuple[CurrentTerm, ...]:
+    """Current of L di/dt + R i = v in one cut, from its value at the start."""
+    middle_s = 0.5 * (start_s + stop_s)
+    bursts = source.active(middle_s) if powered else []
+    wanted = source.wanted_v(middle_s, bursts)
+    if abs(wanted) > source.limit_v:
+        forced = [CurrentTerm(np.copysign(source.limit_v, wanted) / ohm, 0.0, 0.0, 0.0)]
+    else:
+        forced = [_sine_term(source, b, start_s, ohm, henry) for b in bursts]
+    rest_a = initial_a - float(sum(term.at(np.zeros(1))[0] for term in forced))
+    terms = [*forced, CurrentTerm(rest_a, 0.0, 0.0, ohm / henry)]
+    return tuple(t for t in terms if abs(t.amplitude_a) > NEGLIGIBLE_A)
+
+
+def _sine_term(source: Source, burst: Burst, start_s: float, ohm: float, henry: float) -> CurrentTerm:
+    omega = 2 * np.pi * burst.frequency_hz
+    impedance = complex(ohm, omega * henry)
+    phase = source.phase(burst, start_s) - np.angle(impedance) - np.pi / 2
+    return CurrentTerm(source.gain * burst.amplitude_v / abs(impedance), omega, float(phase), 0.0)
+
+
+def _joined(spans: Sequence[Interval]) -> list[Interval]:
+    out: list[Interval] = []
+    for start, stop in spans:
+        if out and start <= out[-1][1]:
+            out[-1] = (out[-1][0], max(out[-1][1], stop))
+        else:
+            out.append((start, stop))
+    return out

@@ -1,0 +1,156 @@
+"""The resonator from its physical parameters: two magnetised spheres, a bearing, and what was measured on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.constants import mu_0
+
+from drivers.errors import ConfigError
+from drivers.specimen import JewelBearing, Magnets, Specimen
+
+
+@dataclass(frozen=True)
+class RotorDesign:
+    """Design values of the two spheres and the bearing, by the paper's equations.
+
+    m_r_am2: moment of the rotor (eq:m_r); m_stator_am2: of the stator, an equal sphere; b_0_t: field of the stator at
+    the rotor; inertia_kg_m2: homogeneous sphere; f_nat_hz: eq:fnat; axial_force_n: eq:fm(phi) at phi = 0;
+    tf_nm, tf_over_i_rad_per_s2: eq:tf(phi) at phi = 0, both 0 without a jewel.
+    """
+
+    m_r_am2: float
+    m_stator_am2: float
+    b_0_t: float
+    inertia_kg_m2: float
+    f_nat_hz: float
+    axial_force_n: float
+    tf_nm: float
+    tf_over_i_rad_per_s2: float
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """The resonator as it is now; the coefficients of eq:Thread_ODE_norm and eq:Jewel_ODE_norm follow from it.
+
+    inertia_kg_m2 is always the design value; b_0_t is the field that makes m_r B_0 / I = omega_nat^2 (eq:omega_nat)
+    with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64.
+    """
+
+    variant: str
+    inertia_kg_m2: float
+    f_nat_hz: float
+    m_r_am2: float
+    lambda_per_s: float
+    tf_over_i_rad_per_s2: float
+    rotation: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+
+    @property
+    def omega_rad_per_s(self) -> float:
+        """Natural angular frequency (eq:omega_nat)."""
+        return 2 * np.pi * self.f_nat_hz
+
+    @property
+    def b_0_t(self) -> float:
+        """Stator field at the rotor that belongs to f_nat and m_r."""
+        return self.inertia_kg_m2 * self.omega_rad_per_s**2 / self.m_r_am2
+
+
+def sphere_moment_am2(magnets: Magnets) -> float:
+    """Moment of one homogeneously magnetised sphere, A m^2 (eq:m_r)."""
+    return 4 * np.pi * magnets.radius_m**3 * magnets.remanence_t / (3 * mu_0)
+
+
+def sphere_inertia_kg_m2(magnets: Magnets) -> float:
+    """Moment of inertia of a homogeneous sphere about a diameter, kg m^2."""
+    mass_kg = magnets.density_kg_per_m3 * 4 / 3 * np.pi * magnets.radius_m**3
+    return 0.4 * mass_kg * magnets.radius_m**2
+
+
+def axial_force_n(magnets: Magnets) -> float:
+    """Attraction of the two spheres at phi = 0, N (eq:fm(phi))."""
+    return 4 * np.pi * magnets.remanence_t**2 / (3 * mu_0) * magnets.radius_m**6 / magnets.distance_m**4
+
+
+def contact_radius_m(magnets: Magnets, jewel: JewelBearing, force_n: float) -> float:
+    """Radius of the Hertzian pressure circle, m (eq:a)."""
+    e_1, e_2 = jewel.youngs_modulus_jewel_pa, jewel.youngs_modulus_coating_pa
+    compliance = (1 - jewel.poissons_ratio**2) * (e_1 + e_2) / (e_1 * e_2)
+    curvature_m = magnets.radius_m * jewel.cup_radius_m / (jewel.cup_radius_m - magnets.radius_m)
+    return float(np.cbrt(0.75 * compliance * curvature_m * force_n))
+
+
+def friction_torque_nm(magnets: Magnets, jewel: JewelBearing) -> float:
+    """Dry friction torque of the jewel contact at phi = 0, N m (eq:tf)."""
+    force_n = axial_force_n(magnets)
+    return 3 / 16 * np.pi * contact_radius_m(magnets, jewel, force_n) * jewel.friction_coefficient * force_n
+
+
+def design(specimen: Specimen) -> RotorDesign:
+    """Design values of a specimen.
+
+    Raises ConfigError if a jewel specimen lacks its jewel table, if the cup is not wider than the sphere, or if a
+    thread specimen claims jewel friction.
+    """
+    _check(specimen)
+    magnets = specimen.magnets
+    moment, inertia = sphere_moment_am2(magnets), sphere_inertia_kg_m2(magnets)
+    b_0 = mu_0 * moment / (4 * np.pi * magnets.distance_m**3)
+    tf = friction_torque_nm(magnets, specimen.jewel) if specimen.variant == "jewel" and specimen.jewel else 0.0
+    return RotorDesign(
+        m_r_am2=moment,
+        m_stator_am2=moment,
+        b_0_t=b_0,
+        inertia_kg_m2=inertia,
+        f_nat_hz=float(np.sqrt(moment * b_0 / inertia) / (2 * np.pi)),
+        axial_force_n=axial_force_n(magnets),
+        tf_nm=tf,
+        tf_over_i_rad_per_s2=tf / inertia,
+    )
+
+
+def effective(specimen: Specimen) -> Rotor:
+    """The specimen with measured values in place of design values wherever it has them.  Raises as `design`."""
+    plan, measured = design(specimen), specimen.measured
+    return Rotor(
+        variant=specimen.variant,
+        inertia_kg_m2=plan.inertia_kg_m2,
+        f_nat_hz=_first(measured.f_nat_hz, plan.f_nat_hz),
+        m_r_am2=_first(measured.m_r_am2, plan.m_r_am2),
+        lambda_per_s=measured.lambda_per_s,
+        tf_over_i_rad_per_s2=_first(measured.tf_over_i_rad_per_s2, plan.tf_over_i_rad_per_s2),
+        rotation=rotation_matrix(np.array(specimen.pose.rodrigues_rad)),
+        position_m=np.array(specimen.pose.position_m),
+    )
+
+
+def rotation_matrix(rodrigues_rad: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) float64 rotation of a (3,) Rodrigues vector in rad (paper, "Analysis of Measurement Data")."""
+    theta = float(np.linalg.norm(rodrigues_rad))
+    if theta == 0.0:
+        return np.eye(3)
+    x, y, z = rodrigues_rad / theta
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    axis = np.array([x, y, z])
+    return np.cos(theta) * np.eye(3) + (1 - np.cos(theta)) * np.outer(axis, axis) + np.sin(theta) * cross
+
+
+def _first(measured: float | None, designed: float) -> float:
+    return designed if measured is None else measured
+
+
+def _check(specimen: Specimen) -> None:
+    where = f"resonator {specimen.name!r}"
+    if specimen.variant == "thread":
+        if specimen.measured.tf_over_i_rad_per_s2:
+            raise ConfigError("a thread bearing has no jewel friction", where=f"{where}, measured.tf_over_i_rad_per_s2")
+        return
+    if specimen.jewel is None:
+        raise ConfigError("a jewel resonator needs its bearing", where=where, remedy="add the table [jewel]")
+    if specimen.jewel.cup_radius_m <= specimen.magnets.radius_m:
+        raise ConfigError(
+            "the cup must be wider than the sphere", where=f"{where}, jewel.cup_radius_m", why="eq:a has R > r"
+        )

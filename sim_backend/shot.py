@@ -1,0 +1,151 @@
+"""One shot of the simulated world, as a pure function: what is set up and commanded in, what happened and was heard out.
+
+It can be repeated with the amplifier switched off half-way, or cut short by a stop, and gives the same samples up to
+that instant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.timeline import Line
+from drivers.tx_rx_switch import SwitchPosition
+from sim_backend.contacts import Contacts
+from sim_backend.drive import Cut, Interval, both, cuts, high_intervals, sources
+from sim_backend.motion import NO_FIELD, PIECE_SLOTS, move
+from sim_backend.options import SimulatedOptions
+from sim_backend.receiver import Heard, listen
+from sim_backend.rotor import Rotor
+from sim_backend.shot_setup import BOUNCE, ShotSetup
+from sim_backend.torque import parameters
+
+@dataclass(frozen=True)
+class ShotResult:
+    """What happened.
+
+    pieces: motion, (n, PIECE_SLOTS); phi_rad, phi_dot_rad_per_s: at the end; cuts: currents; powered: when power could
+    reach the coils; violations: (s after the trigger, cause) of the interlock; clipped_s: when the amplifier first
+    clipped, None: never; heard: the receive side.
+    """
+
+    pieces: NDArray[np.float64]
+    phi_rad: float
+    phi_dot_rad_per_s: float
+    stuck: bool
+    contacts: Contacts
+    cuts: tuple[Cut, ...]
+    powered: tuple[Interval, ...]
+    violations: tuple[tuple[float, str], ...]
+    clipped_s: float | None
+    heard: Heard
+
+
+def simulate(setup: ShotSetup) -> ShotResult:
+    """Play the timeline, move the rotor, record.  Raises DeviceError if the motion cannot be solved."""
+    contacts = _commanded(setup)
+    spans = contacts.spans(0.0, setup.stop_s)
+    powered = both(high_intervals(setup.timeline, Line.PA_GATE), _within(setup.live, setup.stop_s))
+    coils = setup.options.coils.in_order()
+    drives = sources(setup.timeline, setup.options.amplifier, len(coils))
+    stages = cuts(drives, powered, spans, coils, setup.options.amplifier.output_impedance_ohm)
+    pieces, connected, phi, phi_dot, stuck = _motion(setup, stages)
+    violations = _violations(powered, spans)
+    broken_s = 0.0 if setup.lna_broken else min((t for t, _ in violations), default=np.inf)
+    heard = listen(setup, pieces, connected, spans, _leak_v(setup, powered), broken_s)
+    clipped_s = _clipped_s(setup, powered)
+    return ShotResult(
+        pieces, phi, phi_dot, stuck, contacts, tuple(stages), tuple(powered), violations, clipped_s, heard
+    )
+
+
+def _commanded(setup: ShotSetup) -> Contacts:
+    """The contacts through the shot: they follow the line RX_CONNECT and go home at its end."""
+    rng = setup.rng(BOUNCE)
+    contacts = setup.contacts.jam(setup.contacts.stuck or "switch_stuck" in setup.faults)
+    high = _within(high_intervals(setup.timeline, Line.RX_CONNECT), setup.stop_s)
+    if not high or high[0][0] > 0:
+        contacts = contacts.command(0.0, SwitchPosition.TRANSMIT, rng)
+    for rise_s, fall_s in high:
+        contacts = contacts.command(rise_s, SwitchPosition.RECEIVE, rng)
+        contacts = contacts.command(fall_s, SwitchPosition.TRANSMIT, rng)
+    return contacts
+
+
+def _motion(
+    setup: ShotSetup, stages: list[Cut]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_], float, float, bool]:
+    """Pieces of the whole shot, which of them the receiver is connected to, and the final state."""
+    phi, phi_dot, stuck = setup.phi_rad, setup.phi_dot_rad_per_s, False
+    if setup.rotor is None:
+        return np.zeros((0, PIECE_SLOTS)), np.zeros(0, dtype=np.bool_), phi, phi_dot, stuck
+    along_uv = setup.sensitivity_t_per_a @ setup.rotor.rotation[:, :2]
+    free, braked = parameters(setup.rotor), parameters(setup.rotor, conductance(setup.options, setup.rotor, along_uv))
+    pieces, flags = [], []
+    for cut in stages:
+        closed = cut.position is SwitchPosition.TRANSMIT
+        terms = cut.field_terms(along_uv) if closed else NO_FIELD
+        motion = move(cut.start_s, cut.stop_s, phi, phi_dot, braked if closed else free, terms)
+        phi, phi_dot, stuck = motion.phi_rad, motion.phi_dot_rad_per_s, motion.stuck
+        pieces.append(motion.pieces)
+        flags.append(np.full(len(motion.pieces), cut.position is SwitchPosition.RECEIVE))
+    return np.concatenate(pieces), np.concatenate(flags), phi, phi_dot, stuck
+
+
+def conductance(
+    options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """(2, 2) sum of b b^T Re(1/Z) over the closed transmit loops at f_nat, for `torque.parameters`; None: effect off.
+
+    The loop current that the rotor induces is taken in its steady state at f_nat; its reactive part would only shift the
+    frequency by a few parts per million.
+    """
+    effect = options.effects.back_action
+    if not effect.enabled:
+        return None
+    ohms = [c.resistance_ohm + options.amplifier.output_impedance_ohm for c in options.coils.in_order()]
+    henries = [c.inductance_h for c in options.coils.in_order()]
+    admittance = [(1 / complex(r, rotor.omega_rad_per_s * x)).real for r, x in zip(ohms, henries, strict=True)]
+    return effect.scale * np.einsum("c,ci,cj->ij", np.array(admittance), along_uv, along_uv)
+
+
+def amplifier_v(setup: ShotSetup, samples: int) -> NDArray[np.float64]:
+    """What the amplifier would put out with the gate always open, clipped: (channel, samples) float64, V."""
+    limit_v, gain = setup.options.amplifier.limit_v, setup.options.amplifier.gain
+    volts = np.stack([setup.timeline.output_volts(k, 0, samples) for k in range(3)])
+    return np.asarray(np.clip(gain * volts, -limit_v, limit_v))
+
+
+def _leak_v(setup: ShotSetup, powered: list[Interval]) -> NDArray[np.float64]:
+    """Leakage of the transmit voltage through the open receive contacts, at the LNA input: (channel, n), V."""
+    rate = setup.timeline.clock.rate_hz
+    last = min(max((int(np.ceil(b * rate)) for _, b in powered), default=0), setup.timeline.total_samples)
+    t = np.arange(last) / rate
+    on = np.any([(t >= a) & (t < b) for a, b in powered], axis=0) if powered else np.zeros(last, dtype=bool)
+    return amplifier_v(setup, last) * on * 10 ** (-setup.options.switch.isolation_db / 20)
+
+
+def _clipped_s(setup: ShotSetup, powered: list[Interval]) -> float | None:
+    """When the amplifier first reached its limit; None: never."""
+    times = [
+        edge
+        for source in sources(setup.timeline, setup.options.amplifier, 3)
+        for a, b in both(powered, [(x.start_sample / source.rate_hz, x.stop_sample / source.rate_hz) for x in source.bursts])
+        for edge in source.clip_edges(a, b)
+    ]
+    return min(times, default=None)
+
+
+def _violations(
+    powered: list[Interval], spans: list[tuple[float, float, SwitchPosition]]
+) -> tuple[tuple[float, str], ...]:
+    connected = [(a, b) for a, b, position in spans if position is SwitchPosition.RECEIVE]
+    return tuple(
+        (a, f"receiver connected to the live amplifier for {1e3 * (b - a):.3g} ms") for a, b in both(powered, connected)
+    )
+
+
+def _within(intervals: tuple[Interval, ...] | list[Interval], stop_s: float) -> list[Interval]:
+    return both(list(intervals), [(0.0, stop_s)])

@@ -1,0 +1,329 @@
+"""The simulated world: one clamping unit with a rotor in it, coils around it, and the devices' common reality.
+
+Everything here is thread-safe.  A shot is computed when somebody first needs it, outside the lock, so that stopping and
+reading the status never wait for it.
+"""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from drivers.errors import DeviceFault
+from drivers.specimen import Specimen
+from drivers.timeline import Timeline
+from drivers.tx_rx_switch import SwitchPosition
+from sim_backend.clock import SimulatedClock
+from sim_backend.coils import sensitivity_t_per_a
+from sim_backend.contacts import Contacts
+from sim_backend.faults import FaultPlan
+from sim_backend.motion import move
+from sim_backend.options import SimulatedOptions
+from sim_backend.power import OVER_TEMPERATURE, PowerStage
+from sim_backend.rotor import Rotor, effective
+from sim_backend.shot import ShotResult, conductance, simulate
+from sim_backend.shot_setup import ShotSetup
+from sim_backend.torque import parameters
+from sim_backend.trajectory import energy_amplitude_rad
+from sim_backend.truth import record
+from sim_backend.variation import Temperature, friction_factor, rotor_now
+
+TEMPERATURE, THERMOMETER, HUM, FRICTION, IDLE_BOUNCE = 10, 11, 12, 13, 14
+AT_REST_RAD = 1e-9
+
+
+@dataclass(frozen=True)
+class Violation:
+    """The interlock failed: world time s, number of the shot, and what happened."""
+
+    time_s: float
+    shot: int
+    cause: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain JSON types."""
+        return {"time_s": self.time_s, "shot": self.shot, "cause": self.cause}
+
+
+@dataclass(frozen=True)
+class Resting:
+    """The rotor between shots: state at a world time."""
+
+    time_s: float = 0.0
+    phi_rad: float = 0.0
+    phi_dot_rad_per_s: float = 0.0
+
+
+class World:
+    """What all simulated devices share.  Built once per back end."""
+
+    def __init__(self, options: SimulatedOptions) -> None:
+        self.options = options
+        self.clock = SimulatedClock(options.clock)
+        self.lock = threading.RLock()
+        self.power = PowerStage(options.amplifier)
+        self.faults = FaultPlan(options.faults)
+        self.temperature = Temperature(options.effects.temperature, self.rng(TEMPERATURE))
+        self.thermometer_rng = self.rng(THERMOMETER)
+        self.lna_gain = options.lna.gains[0]
+        self.lna_broken = False
+        self.lna_overloaded = False
+        self.shots = 0
+        self._hum_phases = self.rng(HUM).uniform(0, 2 * np.pi, (len(options.noise.hum.amplitude_am2_per_s), 3))
+        self._contacts = Contacts(options.switch)
+        self._contacts_rng = self.rng(IDLE_BOUNCE)
+        self._specimen: Specimen | None = None
+        self._rotor: Rotor | None = None
+        self._worn: dict[str, int] = {}
+        self._resting = Resting()
+        self._setup: ShotSetup | None = None
+        self._running = False
+        self._shown_s = -np.inf
+        self._compute = threading.Lock()
+        self._cached: tuple[ShotSetup, ShotResult] | None = None
+        self._violations: list[Violation] = []
+
+    def rng(self, *stream: int) -> np.random.Generator:
+        """Random numbers of their own stream, from the seed alone."""
+        return np.random.default_rng([self.options.seed, *stream])
+
+    # --- rotor
+
+    def mount(self, specimen: Specimen) -> None:
+        """Put a resonator in; at rest unless it is the one already there, which goes on as it is."""
+        rotor = effective(specimen)
+        with self.lock:
+            self._settle()
+            if specimen != self._specimen:
+                self._specimen, self._rotor = specimen, rotor
+                self._resting = Resting(self.clock.monotonic_s())
+
+    def specimen(self) -> Specimen | None:
+        """What is mounted."""
+        with self.lock:
+            return self._specimen
+
+    # --- shots
+
+    def start(self, timeline: Timeline) -> float:
+        """Trigger: the timeline starts now; returns the world time of sample 0."""
+        with self.lock:
+            self._settle()
+            now = self.clock.monotonic_s()
+            self.shots += 1
+            faults = self.faults.at(self.shots)
+            if self.options.amplifier.trip_temperature_c < self.amplifier_temperature_c():
+                self.power.trip(now, OVER_TEMPERATURE)
+            rotor, resting = self._rotor_for_shot(now), self._rest_until(now)
+            where = rotor.position_m if rotor else np.zeros(3)
+            self._setup = ShotSetup(
+                options=self.options,
+                number=self.shots,
+                start_s=now,
+                timeline=timeline,
+                stop_s=timeline.duration_s,
+                live=self.power.live_intervals(now, now + timeline.duration_s),
+                contacts=self._contacts.shifted(-now),
+                rotor=rotor,
+                phi_rad=resting.phi_rad,
+                phi_dot_rad_per_s=resting.phi_dot_rad_per_s,
+                sensitivity_t_per_a=sensitivity_t_per_a(self.options.coils, where),
+                hum_phases_rad=self._hum_phases,
+                lna_gain=self.lna_gain,
+                lna_broken=self.lna_broken,
+                faults=faults,
+            )
+            self._setup = _with_trip(self._setup)
+            self._running, self._shown_s = True, -np.inf
+            return now
+
+    def result(self) -> tuple[ShotSetup, ShotResult]:
+        """The last shot made or begun.  Raises DeviceFault if there is none."""
+        with self._compute:
+            while True:
+                with self.lock:
+                    setup = self._setup
+                    if setup is None:
+                        raise DeviceFault("no shot has been made yet", where="simulated world")
+                    if self._cached is not None and self._cached[0] is setup:
+                        return self._cached
+                cached = (setup, simulate(setup))
+                with self.lock:
+                    self._cached = cached
+
+    def stop(self) -> None:
+        """All outputs zero and lines low now: cut the running shot short, if there is one."""
+        with self.lock:
+            if self._setup is None or not self._running:
+                return
+            elapsed = self.clock.monotonic_s() - self._setup.start_s
+            if elapsed < self._setup.stop_s:
+                self._setup = replace(self._setup, stop_s=max(elapsed, 1e-9))
+            self._settle()
+
+    def amplifier(self, *, enabled: bool | None = None, muted: bool | None = None) -> None:
+        """Enable, disable, mute or unmute now, also in the middle of a shot."""
+        with self.lock:
+            if self.power.set(self.clock.monotonic_s(), enabled=enabled, muted=muted) and self._running:
+                self._relive()
+
+    # --- read-back
+
+    def contacts(self) -> Contacts:
+        """The contacts' history in world time, running shot included."""
+        with self.lock:
+            running = self._running
+        if running:
+            setup, result = self.result()
+            return result.contacts.shifted(setup.start_s)
+        with self.lock:
+            return self._contacts
+
+    def move_contacts(self, target: SwitchPosition) -> float:
+        """Command the contacts outside a timeline; returns the world time of arrival."""
+        with self.lock:
+            self._settle()
+            self._contacts = self._contacts.command(self.clock.monotonic_s(), target, self._contacts_rng)
+            return self._contacts.arrival_s()
+
+    def is_running(self) -> bool:
+        """True while a timeline is being played."""
+        with self.lock:
+            self._settle()
+            return self._running
+
+    def refresh(self) -> None:
+        """Let everything that has happened by now show in the read-backs (overload, clipping, trip)."""
+        with self.lock:
+            running = self._running
+        if running:
+            setup, result = self.result()
+            with self.lock:
+                self._show(setup, result, self.clock.monotonic_s() - setup.start_s)
+                self._settle()
+
+    def amplifier_temperature_c(self) -> float:
+        """Temperature of the heat sink, deg C."""
+        with self.lock:
+            now = self.clock.monotonic_s()
+            return self.temperature.celsius(now) + self.power.excess_k(now)
+
+    def violations(self) -> tuple[Violation, ...]:
+        """Every time the interlock failed so far."""
+        self.refresh()
+        with self.lock:
+            return tuple(self._violations)
+
+    def repair(self) -> None:
+        """Replace what broke: a new LNA, freed contacts, no more faults to come."""
+        with self.lock:
+            self._settle()
+            self.faults.clear()
+            self.lna_broken = self.lna_overloaded = False
+            self._contacts = self._contacts.jam(False)
+
+    def truth(self) -> dict[str, Any] | None:
+        """The record of the last shot, None before the first."""
+        with self.lock:
+            if self._setup is None:
+                return None
+        setup, result = self.result()
+        happened = [Violation(setup.start_s + t, setup.number, cause).as_dict() for t, cause in result.violations]
+        return record(setup, result, self.temperature.celsius(setup.start_s), happened)
+
+    # --- inside the lock
+
+    def _rotor_for_shot(self, now_s: float) -> Rotor | None:
+        if self._rotor is None or self._specimen is None:
+            return None
+        worn = self._worn.get(self._specimen.name, 0)
+        self._worn[self._specimen.name] = worn + 1
+        factor = friction_factor(self.options.effects, self.rng(FRICTION, self.shots), worn)
+        return rotor_now(self._rotor, self.options.effects, self.temperature.deviation_k(now_s), factor)
+
+    def _rest_until(self, now_s: float) -> Resting:
+        """The rotor's free decay since the last shot, by the same equations; below 1e-9 rad it is at rest."""
+        at, rotor = self._resting, self._setup.rotor if self._setup and self._setup.rotor else self._rotor
+        if rotor is None or (at.phi_rad == 0.0 and at.phi_dot_rad_per_s == 0.0):
+            return Resting(now_s)
+        closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
+        along_uv = sensitivity_t_per_a(self.options.coils, rotor.position_m) @ rotor.rotation[:, :2]
+        q = parameters(rotor, conductance(self.options, rotor, along_uv) if closed else None)
+        t, phi, phi_dot = at.time_s, at.phi_rad, at.phi_dot_rad_per_s
+        while t < now_s:
+            until = min(t + 5.0, now_s)
+            motion = move(t, until, phi, phi_dot, q)
+            t, phi, phi_dot = until, motion.phi_rad, motion.phi_dot_rad_per_s
+            if energy_amplitude_rad(phi, phi_dot, rotor.omega_rad_per_s) < AT_REST_RAD:
+                return Resting(now_s)
+            if motion.stuck:
+                break
+        return Resting(now_s, phi, phi_dot)
+
+    def _relive(self) -> None:
+        """The amplifier changed during the shot: the part still to come is different."""
+        assert self._setup is not None
+        start_s, stop_s = self._setup.start_s, self._setup.start_s + self._setup.timeline.duration_s
+        self._setup = _with_trip(replace(self._setup, live=self.power.live_intervals(start_s, stop_s)))
+
+    def _show(self, setup: ShotSetup, result: ShotResult, elapsed_s: float) -> None:
+        """Latch, once each, what has become visible by `elapsed_s` after the trigger."""
+
+        def new(time_s: float | None) -> bool:
+            return time_s is not None and self._shown_s < time_s <= elapsed_s
+
+        self.lna_overloaded |= new(result.heard.overload_s)
+        self.power.clipped |= new(result.clipped_s)
+        if "amplifier_trip" in setup.faults and new(_trip_s(setup)):
+            self.power.trip(setup.start_s + elapsed_s, "over-current")
+        for t, cause in result.violations:
+            if new(t):
+                self._violations.append(Violation(setup.start_s + t, setup.number, cause))
+                self.lna_broken = self.lna_overloaded = True
+        self._shown_s = max(self._shown_s, elapsed_s)
+
+    def _settle(self) -> None:
+        """If the running shot is over, make its end the state of the world."""
+        setup = self._setup
+        if setup is None or not self._running or self.clock.monotonic_s() < setup.start_s + setup.stop_s:
+            return
+        end_s = setup.start_s + setup.stop_s
+        self._running = False
+        setup, result = self._finished(setup)
+        self._resting = Resting(end_s, result.phi_rad, result.phi_dot_rad_per_s)
+        contacts = result.contacts.shifted(setup.start_s)
+        self._contacts = contacts.command(end_s, SwitchPosition.TRANSMIT, self._contacts_rng)
+        self.power.heat(end_s, delivered_j(setup, result))
+        self._show(setup, result, setup.stop_s)
+
+    def _finished(self, setup: ShotSetup) -> tuple[ShotSetup, ShotResult]:
+        if self._cached is None or self._cached[0] is not setup:
+            self._cached = (setup, simulate(setup))
+        return self._cached
+
+
+def _trip_s(setup: ShotSetup) -> float:
+    """When the fault `amplifier_trip` strikes: the middle of the transmit window."""
+    return 0.5 * setup.timeline.tx_samples / setup.timeline.clock.rate_hz
+
+
+def _with_trip(setup: ShotSetup) -> ShotSetup:
+    if "amplifier_trip" not in setup.faults:
+        return setup
+    at_s = _trip_s(setup)
+    return replace(setup, live=tuple((a, min(b, at_s)) for a, b in setup.live if a < at_s))
+
+
+def delivered_j(setup: ShotSetup, result: ShotResult) -> float:
+    """Energy turned into heat in the coils during a shot, J, on a grid of half an ADC sample."""
+    step_s = 0.5 / setup.timeline.clock.rate_hz
+    total = 0.0
+    for cut in result.cuts:
+        for k, coil in enumerate(setup.options.coils.in_order()):
+            if cut.currents[k]:
+                t = np.arange(cut.start_s, cut.stop_s, step_s)
+                total += float(np.sum(cut.current_a(k, t) ** 2)) * step_s * coil.resistance_ohm
+    return total
