@@ -23,6 +23,14 @@ def write_file(target: Path, content: bytes) -> None:
         raise storage_error(target, error) from error
 
 
+def reserve(part: Path, content: bytes, size: int) -> None:
+    """Begin a part file with `content` on `size` bytes of disk that are already its own.  Raises OSError if full."""
+    with part.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.posix_fallocate(file.fileno(), 0, size)
+
+
 def publish(part: Path, target: Path) -> None:
     """Make a finished part file appear as `target` by one rename, durable before and after.  Raises OSError."""
     _sync(part)

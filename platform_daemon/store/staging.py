@@ -1,10 +1,10 @@
 """The staging folder of a running series: `.<name>.shots/` beside the series file, locked by who writes it.
 
-    .thread.h5.shots/
-        lock                held with flock for as long as the writer lives; the kernel frees it even after kill -9
-        shot_000001.h5      acknowledged shots, each a recording of its own
-        shot_000002.h5.part being written; worthless after a crash
-        series.part         the series file being put together; worthless after a crash
+.thread.h5.shots/
+    lock                held with flock for as long as the writer lives; the kernel frees it even after kill -9
+    shot_000001.h5      acknowledged shots, each a recording of its own
+    shot_000002.h5.part being written; worthless after a crash
+    series.part         the series file being put together; worthless after a crash
 """
 
 from __future__ import annotations

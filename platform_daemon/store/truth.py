@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -80,4 +81,5 @@ def _numbers(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
         if isinstance(value, Mapping):
             yield from _numbers(value, f"{name}.")
         elif isinstance(value, int | float) and name.isascii() and name.replace(".", "_").isidentifier():
-            yield name, float(value)
+            with suppress(OverflowError):  # an integer beyond float stays in the JSON only
+                yield name, float(value)

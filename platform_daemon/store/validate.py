@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import fields
 from datetime import datetime
 
@@ -76,7 +77,8 @@ def padded_volts(header: SeriesHeader, shot: ShotRecord) -> tuple[NDArray[np.flo
 
 def check_fit(fit: FitTable, frames: int) -> None:
     """Raises InputError unless the table has one row per frame and one column per parameter."""
-    _require(fit.name.isidentifier(), f"fit name {fit.name!r} must be letters, digits and underscores")
+    named = re.fullmatch(r"[\w-][\w.-]*", fit.name) is not None
+    _require(named, f"fit name {fit.name!r} must consist of letters, digits, _ - and .")
     k = len(fit.parameters)
     expected = {"values": (frames, k), "std": (frames, k), "covariance": (frames, k, k)}
     expected |= dict.fromkeys(("r2", "nrmse", "chi2_per_dof", "window_s", "verdict", "reason"), (frames,))

@@ -52,6 +52,13 @@ def shot_file(header: SeriesHeader, series_id: str, number: int, shot: ShotRecor
         return bytes(h5.id.get_file_image())
 
 
+def empty_file() -> bytes:
+    """An HDF5 file without content, as the bytes of it."""
+    with h5py.File("empty", "w", driver="core", backing_store=False, libver=LIBVER) as h5:
+        h5.flush()
+        return bytes(h5.id.get_file_image())
+
+
 def frame_info(header: SeriesHeader, number: int, shot: ShotRecord, valid_samples: int) -> FrameInfo:
     """The record of a shot as the reader will give it back.  Raises InputError for a wrong time or excitation."""
     check_instant(shot.time_stamp, "time_stamp")
