@@ -17,8 +17,8 @@ from drivers.errors import InputError
 from platform_daemon.store import SeriesWriter, open_recording, read_truth, recover
 from tests.store.files import header, shot, volts, write_series
 
-KILLS = 40
-SHOTS = 6
+KILLS = 24
+SHOTS = 4
 
 
 def crashed(target: Path, count: int, **changes: object) -> Path:
@@ -132,14 +132,14 @@ def test_kill_minus_nine_at_any_moment_loses_no_acknowledged_shot(tmp_path: Path
         writer.start()
         send.close()
         receive.poll(10)
-        time.sleep(moments.uniform(0, 0.08))
+        time.sleep(moments.uniform(0, 0.3))
         os.kill(writer.pid, signal.SIGKILL)
         writer.join()
         acknowledged = _drain(receive)
         killed_with_leftovers += any(folder.glob(".*"))
         acknowledged_in_all += sum(acknowledged.values())
         _check(folder, acknowledged)
-    assert killed_with_leftovers > KILLS // 4, "the kills came at the wrong moments to prove anything"
+    assert killed_with_leftovers > KILLS // 2, "the kills came at the wrong moments to prove anything"
     print(f"{KILLS} kills, {killed_with_leftovers} with leftovers, {acknowledged_in_all} shots acknowledged")
 
 
