@@ -1,0 +1,40 @@
+"""The real daemon on the simulated platform; nothing is mocked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from platform_daemon.app import start_engine
+from platform_daemon.engine.engine import Engine
+from platform_daemon.engine.jobs import Job
+from platform_daemon.engine.journal import Journal
+from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.settings import load_platform
+
+SHORT_JEWEL = {"resonator": "jewel", "sequence": {"rx_s": 0.6}}
+"""A jewel shot of 0.6 s: long enough for a fit, quick to simulate."""
+
+
+@pytest.fixture
+def engine_with() -> Iterator[Callable[..., Engine]]:
+    """Makes engines on the shipped simulated platform with overrides; closes them all."""
+    made: list[Engine] = []
+
+    def make(*overrides: str, jobs: Path | None = None) -> Engine:
+        made.append(start_engine(load_platform("simulated", overrides), Journal(jobs)))
+        return made[-1]
+
+    yield make
+    for engine in made:
+        engine.close()
+
+
+def acquire(engine: Engine, target: Path, **keys: object) -> Job:
+    """Run one acquisition to its end."""
+    request = AcquisitionRequest(**{**SHORT_JEWEL, **keys})  # type: ignore[arg-type]
+    job = engine.acquire(engine.plan(request), target, target.parent)
+    assert job.ended.wait(timeout=120)
+    return job

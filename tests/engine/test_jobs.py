@@ -1,0 +1,76 @@
+import json
+
+import pytest
+
+from drivers.errors import DeviceFault
+from platform_daemon.engine.jobs import Cancelled, Job, JobState
+from platform_daemon.engine.journal import Journal
+from tests.conftest import acquire
+
+
+def raises(error):
+    def work(job):
+        raise error
+
+    return work
+
+
+def test_a_job_ends_in_done_failed_or_cancelled():
+    jobs = [Job("fit", {}, 1, "frames") for _ in range(3)]
+    for job, work in zip(jobs, (lambda job: None, raises(DeviceFault("x")), raises(Cancelled())), strict=True):
+        job.run(work)
+    assert [j.state for j in jobs] == [JobState.DONE, JobState.FAILED, JobState.CANCELLED]
+    assert all(j.ended.is_set() for j in jobs)
+
+
+def test_time_left_follows_from_the_pace_so_far():
+    class Clock:
+        now = 0.0
+
+        def monotonic_s(self):
+            return self.now
+
+        def utc(self):
+            from datetime import UTC, datetime
+
+            return datetime.now(UTC)
+
+    job = Job("acquisition", {}, 10, "shots", clock=Clock())
+    assert job.progress().time_left_s is None
+    job.begin()
+    job.clock.now = 4.0
+    job.at(2.0, "listen")
+    assert job.progress().time_left_s == pytest.approx(16.0)
+    assert job.progress().fraction == pytest.approx(0.2)
+
+
+def test_a_cancelled_job_never_starts():
+    job = Job("fit", {}, 1, "frames")
+    job.request_cancel()
+    job.run(raises(AssertionError()))
+    assert job.state is JobState.CANCELLED
+
+
+def test_a_job_that_was_cut_off_answers_after_a_restart_as_failed_with_the_reason(tmp_path):
+    job = Job("acquisition", {"resonator": "jewel"}, 3, "shots")
+    job.begin()
+    Journal(tmp_path).save(job)
+    (back,) = Journal(tmp_path).load()
+    assert back.identifier == job.identifier
+    assert back.state is JobState.FAILED
+    assert "stopped while" in str(back.error)
+    assert [j.state for j in Journal(tmp_path).load()] == [JobState.FAILED]
+
+
+def test_a_broken_job_record_does_not_keep_the_others_from_loading(tmp_path):
+    Journal(tmp_path).save(Job("fit", {}, 1, "frames"))
+    (tmp_path / "a.json").write_text("{")
+    (tmp_path / "b.json").write_text(json.dumps({"kind": "fit"}))
+    assert len(Journal(tmp_path).load()) == 1
+
+
+def test_a_finished_job_keeps_its_result_over_a_restart(engine_with, tmp_path):
+    job = acquire(engine_with(jobs=tmp_path), tmp_path / "a.h5")
+    again = engine_with(jobs=tmp_path).job("acquisition", job.identifier)
+    assert again.state is JobState.DONE
+    assert again.result == json.loads(json.dumps(job.result))

@@ -1,0 +1,199 @@
+"""The command line as a user meets it: processes, exit codes, files."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import httpx
+import numpy as np
+import pytest
+
+COMMAND = Path(sys.executable).with_name("platform-daemon")
+DATA = Path(__file__).parent / "data"
+QUICK = ("--resonator", "jewel", "--rx-s", "0.6")
+
+
+def run(*arguments, cwd=None, timeout=120):
+    command = [COMMAND, *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=timeout, check=False)
+
+
+def assert_one_line_error(done, code, *words):
+    assert done.returncode == code, done
+    lines = [line for line in done.stderr.splitlines() if line.strip()]
+    assert lines[-1].startswith("error: "), done.stderr
+    assert "Traceback" not in done.stderr
+    for word in words:
+        assert word in lines[-1]
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("measured")
+    arguments = ("--shots", 2, "--out", folder / "j.h5", "--json", folder / "j.json", "--sample", "S", "--comment", "c")
+    done = run("measure", *QUICK, *arguments)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+def test_measure_writes_a_recording_and_its_fits(measured):
+    report = json.loads((measured / "j.json").read_text())
+    assert report["shots"] == 2
+    assert [f["verdict"] for f in report["fit"]["frames"]] == ["good", "good"]
+
+
+def test_measure_never_overwrites_without_force(measured):
+    before = (measured / "j.h5").read_bytes()
+    assert_one_line_error(run("measure", *QUICK, "--out", measured / "j.h5"), 2, "j.h5", "--force")
+    assert (measured / "j.h5").read_bytes() == before
+
+
+def test_fit_writes_the_fixed_json_form(measured):
+    done = run("fit", measured / "j.h5", "--json", measured / "fit.json", "--window", "n50")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((measured / "fit.json").read_text(), parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
+    assert set(report) >= {"file", "variant", "window_s", "frames", "summary"}
+    frame = report["frames"][0]
+    assert set(frame) >= {"frame", "verdict", "reason", "parameters", "r2", "nrmse", "chi2_per_dof", "seconds"}
+    assert set(frame["parameters"]) == {
+        "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad",
+        "rodrigues_x", "rodrigues_y", "rodrigues_z",
+    }  # fmt: skip
+    assert set(report["summary"]["f_nat_hz"]) == {"mean", "std"}
+
+
+def test_fit_of_several_files_nests_them(measured):
+    done = run("fit", measured / "j.h5", DATA / "example_thread.mmr.h5", "--json", measured / "both.json")
+    assert done.returncode == 0, done.stderr
+    files = json.loads((measured / "both.json").read_text())["files"]
+    assert [f["variant"] for f in files] == ["jewel", "thread"]
+
+
+def test_a_parameter_held_fixed_has_no_standard_deviation(measured):
+    done = run("fit", measured / "j.h5", "--fix", "lambda_per_s=0.0978", "--json", measured / "fixed.json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads((measured / "fixed.json").read_text())["frames"][0]["parameters"]["lambda_per_s"]
+    assert found == {"value": 0.0978, "std": None}
+
+
+def test_fit_with_another_calibration_scales_the_moment(measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(measured / "cal.h5", "w") as target:
+        source.copy("calibration", target)
+        target["calibration/sensitivity"][...] *= 2
+    done = run("fit", measured / "j.h5", "--calibration", measured / "cal.h5", "--json", measured / "halved.json")
+    assert done.returncode == 0, done.stderr
+    halved = json.loads((measured / "halved.json").read_text())["summary"]["m_r_am2"]["mean"]
+    plain = json.loads((measured / "j.json").read_text())["fit"]["summary"]["m_r_am2"]["mean"]
+    assert halved == pytest.approx(plain / 2, rel=1e-6)
+
+
+def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_says_so(measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(measured / "bare.mmr", "w") as target:
+        for name in ("data", "sequence"):
+            source.copy(name, target)
+    done = run("fit", measured / "bare.mmr", "--variant", "jewel", "--json", measured / "bare.json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((measured / "bare.json").read_text())
+    names = {"f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad"}
+    assert set(report["frames"][0]["parameters"]) == names
+    assert "voltage-domain" in report["notes"][0]
+    assert_one_line_error(run("fit", measured / "bare.mmr"), 2, "--variant")
+
+
+def test_noise_alone_is_refused_with_exit_code_3(tmp_path, measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "noise.h5", "w") as target:
+        for name in ("sequence", "calibration", "resonator"):
+            source.copy(name, target)
+        shape = (1, *source["data"].shape[1:])
+        target["data"] = np.random.default_rng(0).normal(0, 1e-3, shape).astype("f4")
+    done = run("fit", tmp_path / "noise.h5", "--json", tmp_path / "noise.json")
+    assert done.returncode == 3
+    frame = json.loads((tmp_path / "noise.json").read_text())["frames"][0]
+    assert (frame["verdict"], frame["parameters"]) == ("refused", {})
+    assert frame["reason"]
+
+
+def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
+    done = run("plot", measured / "j.h5", "--frame", 1)
+    assert done.returncode == 0, done.stderr
+    assert (measured / "j-frame1.png").read_bytes().startswith(b"\x89PNG")
+    assert_one_line_error(run("plot", measured / "j.h5", "--frame", 1), 2, "--force")
+    assert_one_line_error(run("plot", measured / "j.h5", "--frame", 7), 2, "frame 7")
+    assert "jewel" in run("info", measured / "j.h5").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "word"),
+    [
+        (("fit", "missing.h5"), "missing.h5"),
+        (("info", "missing.h5"), "missing.h5"),
+        (("plot", "."), "directory"),
+        (("measure", "--resonator", "spring", "--out", "x.h5"), "spring"),
+        (("measure", *QUICK, "--out", "nowhere/x.h5"), "nowhere"),
+        (("measure", *QUICK, "--out", "x.h5", "--field-ut", "5000"), "field"),
+        (("measure", *QUICK, "--out", "x.h5", "--window", "d40"), "d40"),
+        (("measure", *QUICK, "--out", "x.h5", "--set", "limits.max_field=1"), "max_field"),
+        (("measure", "--resonator", "jewel", "--rx-s", "0", "--out", "x.h5"), "rx_s"),
+        (("measure", *QUICK, "--out", "x.h5", "--platform", "nothing"), "nothing"),
+        (("config", "check", "missing.toml"), "missing.toml"),
+    ],
+)
+def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_path, arguments, word):
+    assert_one_line_error(run(*arguments, cwd=tmp_path), 2, word)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_measure_keeps_its_finished_shots(tmp_path, number):
+    command = [COMMAND, "measure", *QUICK, "--shots", "500", "--out", tmp_path / "a.h5"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    wait_for(lambda: list(tmp_path.glob(".*/shot_000002.h5")))
+    process.send_signal(number)
+    assert process.wait(timeout=30) == 130
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["data"].shape[0] >= 2
+
+
+def test_shots_of_a_killed_measure_are_recovered_by_the_next(tmp_path):
+    command = [COMMAND, "measure", *QUICK, "--shots", "500", "--out", tmp_path / "a.h5"]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
+    wait_for(lambda: list(tmp_path.glob(".*/shot_000002.h5")))
+    process.kill()
+    process.wait()
+    shots = len(list(tmp_path.glob(".*/shot_??????.h5")))
+    done = run("measure", *QUICK, "--out", tmp_path / "a.h5", "--force")
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "a.recovered.h5") as file:
+        assert file["data"].shape[0] == shots
+
+
+def test_the_server_answers_and_leaves_cleanly_on_sigterm(tmp_path):
+    command = [COMMAND, "serve", "--port", "0", "--data", tmp_path / "data"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    address = process.stdout.readline().split()[-1]
+    assert httpx.get(f"{address}/health").json()["status"] == "ok"
+    second = run("serve", "--port", "0", "--data", tmp_path / "data")
+    assert_one_line_error(second, 2, "another daemon")
+    taken = run("serve", "--port", address.rsplit(":")[-1], "--data", tmp_path / "other")
+    assert_one_line_error(taken, 2, "cannot listen")
+    process.send_signal(signal.SIGTERM)
+    assert process.wait(timeout=30) == 0
+
+
+def wait_for(condition, timeout=60):
+    deadline = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+
+
+def test_the_package_runs_from_any_folder(tmp_path):
+    done = run("--version", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stdout.strip() == "0.1.0"
+    assert os.listdir(tmp_path) == []
