@@ -12,7 +12,7 @@ def describe(recording: Recording) -> dict[str, Any]:
     p, s = recording.provenance, recording.sequence
     return {
         "file": str(recording.path),
-        "size_bytes": recording.path.stat().st_size,
+        "size_bytes": recording.size_bytes,
         "layout": "own" if p else "minimal",
         "variant": recording.variant,
         "frames": recording.frames,

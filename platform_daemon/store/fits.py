@@ -11,7 +11,7 @@ import numpy as np
 
 from platform_daemon.store.hdf5 import ANOTHER_COPY, Source, open_hdf5
 from platform_daemon.store.header import FitTable
-from platform_daemon.store.layout import FIT
+from platform_daemon.store.layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
 from platform_daemon.store.writer import group, put, put_texts
 
 _TEXTS = ("parameters", "verdict", "reason")
@@ -34,8 +34,10 @@ def write_fit(h5: h5py.File, fit: FitTable) -> None:
 
 
 def read_fits(path: Path | str) -> tuple[FitTable, ...]:
-    """The fit tables of a recording, by name; () if there are none.  Raises RecordingError."""
+    """The fit tables of one of our recordings, by name; () if there are none.  Raises RecordingError."""
     with open_hdf5(path) as source:
+        if source.attribute("/", LAYOUT_ATTRIBUTE) != LAYOUT:
+            return ()
         return tuple(_read_fit(source, name) for name in source.names(FIT))
 
 

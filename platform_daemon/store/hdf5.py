@@ -93,6 +93,12 @@ class Source:
     def __init__(self, path: Path, h5: h5py.File) -> None:
         self.path, self._h5 = path, h5
 
+    @property
+    def size_bytes(self) -> int:
+        """Size of the file."""
+        with guard(str(self.path), "a file"):
+            return int(self._h5.id.get_filesize())
+
     def place(self, name: str) -> str:
         """`file:/path`, for messages."""
         return f"{self.path}:{name}"

@@ -56,6 +56,8 @@ def list_recordings(folder: Path | str) -> Listing:
             entries.append(_entry(path))
         except RecordingError as error:
             broken.append(Broken(path.stem, path, error))
+        except FileNotFoundError:
+            continue  # deleted while we were looking
     return Listing(tuple(entries), tuple(broken))
 
 
@@ -81,12 +83,12 @@ def _files(folder: Path) -> Iterator[Path]:
 
 def _entry(path: Path) -> Entry:
     recording = open_recording(path)
-    info, provenance = path.stat(), recording.provenance
-    modified = datetime.fromtimestamp(info.st_mtime, UTC).isoformat(timespec="seconds")
+    provenance = recording.provenance
+    modified = datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds")
     return Entry(
         identifier=path.stem,
         path=path,
-        size_bytes=info.st_size,
+        size_bytes=recording.size_bytes,
         frames=recording.frames,
         variant=recording.variant,
         date=provenance.start_time if provenance else modified,

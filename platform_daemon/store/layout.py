@@ -6,7 +6,8 @@ The first block is fixed by the `.mmr` format and must stay; everything else is 
 from __future__ import annotations
 
 LAYOUT = "platform-daemon/1"
-"""Value of the root attribute `recording_layout`; a reader that knows another value reads the minimal table only."""
+LAYOUT_ATTRIBUTE = "recording_layout"
+"""Root attribute that says `LAYOUT`; a reader that knows another value reads the minimal table only."""
 
 DATA = "/data"
 SEQUENCE = "/sequence"

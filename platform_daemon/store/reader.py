@@ -19,6 +19,7 @@ from platform_daemon.store.layout import (
     FREQUENCY,
     FREQUENCY_RESPONSE,
     LAYOUT,
+    LAYOUT_ATTRIBUTE,
     SENSITIVITY,
     SEQUENCE,
     VARIANT,
@@ -40,7 +41,7 @@ def open_recording(path: Path | str) -> Recording:
     with open_hdf5(path) as source:
         frames, channels, samples = _data_shape(source)
         sequence = _sequence(source, samples)
-        own = source.attribute("/", "recording_layout") == LAYOUT
+        own = source.attribute("/", LAYOUT_ATTRIBUTE) == LAYOUT
         if own:
             info = read_frame_info(source, frames, samples)
         else:
@@ -55,6 +56,7 @@ def open_recording(path: Path | str) -> Recording:
             variant=_variant(source),
             provenance=read_provenance(source) if own else None,
             fits=source.names(FIT) if own else (),
+            size_bytes=source.size_bytes,
         )
 
 

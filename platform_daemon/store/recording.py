@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -144,7 +144,8 @@ class Recording:
     calibration: Calibration | None = None
     variant: str | None = None
     provenance: Provenance | None = None
-    fits: tuple[str, ...] = field(default=())
+    fits: tuple[str, ...] = ()
+    size_bytes: int = 0
 
     def frame_volts(self, k: int) -> NDArray[np.float64]:
         """Frame `k` from 0, whole: (c, n) float64, V at the ADC input.

@@ -28,7 +28,7 @@ def recover(folder: Path | str) -> list[Path]:
     for staging in leftovers(Path(folder)):
         try:
             target = recover_series(staging)
-        except PlatformError as error:
+        except (PlatformError, OSError) as error:
             staging.release()
             _log.error("series_not_recovered", folder=str(staging.folder), error=str(error))
             continue

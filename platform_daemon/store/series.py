@@ -46,7 +46,10 @@ class SeriesWriter:
             left = leftover(folder_of(target))
             if left is None:
                 raise busy(target)
-            recover_series(left, spare_target=overwrite)
+            try:
+                recover_series(left, spare_target=overwrite)
+            finally:
+                left.release()
             _check_target(target, overwrite)
         _check_space(target, header)
         return cls(target, header, overwrite, claim(target))

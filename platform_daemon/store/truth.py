@@ -17,15 +17,18 @@ import numpy as np
 
 from drivers.errors import RecordingError
 from platform_daemon.store.hdf5 import open_hdf5
-from platform_daemon.store.layout import SIMULATION
+from platform_daemon.store.layout import LAYOUT, LAYOUT_ATTRIBUTE, SIMULATION
 
 _JSON = f"{SIMULATION}/json"
 
 
 def read_truth(path: Path | str) -> list[dict[str, Any]] | None:
-    """The truth of every frame ({} for one without); None if the file carries none.  Raises RecordingError."""
+    """The truth of every frame ({} for one without); None if the file carries none or is not ours.
+
+    Raises RecordingError.
+    """
     with open_hdf5(path) as source:
-        if not source.has_group(SIMULATION):
+        if source.attribute("/", LAYOUT_ATTRIBUTE) != LAYOUT or not source.has_group(SIMULATION):
             return None
         texts = source.texts(_JSON)
         if texts is None:

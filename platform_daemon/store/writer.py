@@ -21,6 +21,7 @@ from platform_daemon.store.layout import (
     FREQUENCY,
     FREQUENCY_RESPONSE,
     LAYOUT,
+    LAYOUT_ATTRIBUTE,
     RING_DOWN,
     SENSITIVITY,
     SEQUENCE,
@@ -92,7 +93,7 @@ def create_data(h5: h5py.File, frames: int, channels: int, samples: int) -> h5py
 
 def write_metadata(h5: h5py.File, header: SeriesHeader, series_id: str, infos: Sequence[FrameInfo]) -> None:
     """Everything but volts, truth, plot and fits."""
-    h5.attrs.update({"NX_class": "NXroot", "default": "entry", "recording_layout": LAYOUT})
+    h5.attrs.update({"NX_class": "NXroot", "default": "entry", LAYOUT_ATTRIBUTE: LAYOUT})
     h5.attrs.update({"creator": "platform-daemon", "creator_version": clean(header.software_version)})
     _write_sequence(h5, header, len(infos))
     if header.calibration is not None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.store import SeriesWriter, UnknownRecording, list_recordings, resolve
+from platform_daemon.store import SeriesWriter, UnknownRecording, list_recordings, open_recording, resolve
 from tests.store.files import START, header, shot, write_minimal, write_series
 
 
@@ -35,6 +35,14 @@ def test_two_files_with_one_id_are_reported(tmp_path: Path) -> None:
     assert [e.path.name for e in listing.recordings] == ["a.h5"]
     assert "same id" in str(listing.broken[0].error)
     assert resolve(tmp_path, "a").name == "a.h5"
+
+
+def test_a_file_that_vanishes_while_listing_is_no_error(tmp_path: Path, monkeypatch) -> None:
+    path = write_minimal(tmp_path / "a.h5")
+    opened = open_recording(path)
+    monkeypatch.setattr("platform_daemon.store.index.open_recording", lambda p: (path.unlink(), opened)[1])
+    listing = list_recordings(tmp_path)
+    assert (listing.recordings, listing.broken) == ((), ())
 
 
 def test_a_folder_that_does_not_exist_is_empty(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.store import describe, open_recording, read_calibration, read_truth
+from platform_daemon.store import describe, open_recording, read_calibration, read_fits, read_truth
 from tests.store.files import MINIMAL, P, calibration, volts, write_minimal, write_series
 
 DATA = MINIMAL["/data"]
@@ -272,6 +272,11 @@ def test_a_calibration_is_read_from_recordings_and_from_files_of_its_own(tmp_pat
         open_recording(alone)
     with pytest.raises(RecordingError, match="/calibration/sensitivity: missing"):
         read_calibration(write_minimal(tmp_path / "none.h5", {"/calibration/sensitivity": None}))
+
+
+def test_groups_of_ours_in_a_file_from_elsewhere_mean_nothing(tmp_path: Path) -> None:
+    path = write_minimal(tmp_path / "a.h5", {"/fit/d30/values": 1, "/simulation/json": "{}"})
+    assert (open_recording(path).fits, read_fits(path), read_truth(path)) == ((), (), None)
 
 
 def test_another_calibration_must_have_the_same_channels(tmp_path: Path) -> None:

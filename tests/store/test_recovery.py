@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.store import SeriesWriter, open_recording, read_truth, recover
+from platform_daemon.store import SeriesWriter, StorageError, open_recording, read_truth, recover
 from tests.store.files import header, shot, volts, write_series
 
-KILLS = 24
+KILLS = 16
 SHOTS = 4
 
 
@@ -99,6 +99,17 @@ def test_a_recovery_that_fails_leaves_everything_for_the_next_start(tmp_path: Pa
         assert recover(tmp_path) == []
     assert len(list(staging.glob("shot_*.h5"))) == 2
     assert recover(tmp_path) == [tmp_path / "a.h5", tmp_path / "b.h5"]
+
+
+def test_a_new_series_whose_leftover_cannot_be_recovered_is_refused_and_gives_the_lock_back(
+    tmp_path: Path, monkeypatch
+) -> None:
+    crashed(tmp_path / "a.h5", 2)
+    with monkeypatch.context() as patch:
+        patch.setattr("platform_daemon.store.assembly.SPARE_BYTES", 1 << 60)
+        with pytest.raises(StorageError):
+            SeriesWriter.create(tmp_path / "a.h5", header())
+    assert recover(tmp_path) == [tmp_path / "a.h5"]
 
 
 def test_empty_and_stale_staging_folders_are_swept_away(tmp_path: Path) -> None:
