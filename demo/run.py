@@ -13,7 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-import httpx
+import httpx2
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -57,14 +57,14 @@ def start_server(data: Path, log: Any) -> tuple[subprocess.Popen[str], str]:
     return server, line.removeprefix("listening on ").strip()
 
 
-def wait_until_ready(client: httpx.Client) -> None:
+def wait_until_ready(client: httpx2.Client) -> None:
     """The first start on a machine compiles the estimator; the server already answers meanwhile."""
     with console.status("compiling the estimator (first start only) ..."):
         while client.get("/ready").status_code != 200:
             time.sleep(0.2)
 
 
-def measure(client: httpx.Client, resonator: str) -> dict[str, Any]:
+def measure(client: httpx2.Client, resonator: str) -> dict[str, Any]:
     """One acquisition job from request to result, with its progress shown."""
     body = {"resonator": resonator, "shots": SHOTS, "operator": "demo", "comment": "make demo"}
     answer = client.post("/acquisitions", json=body)
@@ -85,7 +85,7 @@ def measure(client: httpx.Client, resonator: str) -> dict[str, Any]:
     return job
 
 
-def keep(client: httpx.Client, job: dict[str, Any], resonator: str) -> Path:
+def keep(client: httpx2.Client, job: dict[str, Any], resonator: str) -> Path:
     """Download the recording and draw its first frame."""
     target = HERE / f"{resonator}.h5"
     with client.stream("GET", f"/recordings/{job['result']['recording']}/file") as answer, target.open("wb") as file:
@@ -131,7 +131,7 @@ def main() -> None:
         server, address = start_server(data, log)
         try:
             console.print(f"server at {address}, its page of interactive documentation at {address}/docs")
-            with httpx.Client(base_url=address, timeout=60) as client:
+            with httpx2.Client(base_url=address, timeout=60) as client:
                 wait_until_ready(client)
                 for resonator in ("jewel", "thread"):
                     job = measure(client, resonator)

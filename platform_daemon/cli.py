@@ -6,6 +6,7 @@ Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing cou
 from __future__ import annotations
 
 import json
+import logging
 import signal
 import socket
 import sys
@@ -39,10 +40,7 @@ CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="U
 
 def main() -> None:
     """Entry point; every expected error is one line on stderr."""
-    structlog.configure(
-        processors=[structlog.processors.TimeStamper(fmt="iso"), structlog.processors.KeyValueRenderer()],
-        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
-    )
+    _log_from(logging.WARNING)
     try:
         app()
     except PlatformError as error:
@@ -54,6 +52,20 @@ def main() -> None:
     except KeyboardInterrupt:
         print("interrupted; outputs are off", file=sys.stderr)
         sys.exit(130)
+
+
+def _log_from(level: int) -> None:
+    """Log events of at least this level, one per line, on stderr."""
+    structlog.configure(
+        processors=[
+            structlog.processors.add_log_level,
+            structlog.processors.TimeStamper(fmt="iso"),
+            structlog.processors.format_exc_info,
+            structlog.processors.KeyValueRenderer(key_order=["timestamp", "level", "event"]),
+        ],
+        wrapper_class=structlog.make_filtering_bound_logger(level),
+        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+    )
 
 
 @app.callback(invoke_without_command=True)
@@ -78,6 +90,7 @@ def serve(
     from platform_daemon.engine.journal import Journal
     from platform_daemon.settings import load_platform
 
+    _log_from(logging.INFO)
     file = load_platform(platform, overrides or ())
     listener = _listen(host, port)
     folder = open_data_folder(data)

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import h5py
-import httpx
+import httpx2
 import numpy as np
 import pytest
 
@@ -176,7 +176,7 @@ def test_the_server_answers_and_leaves_cleanly_on_sigterm(tmp_path):
     command = [COMMAND, "serve", "--port", "0", "--data", tmp_path / "data"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     address = process.stdout.readline().split()[-1]
-    assert httpx.get(f"{address}/health").json()["status"] == "ok"
+    assert httpx2.get(f"{address}/health").json()["status"] == "ok"
     second = run("serve", "--port", "0", "--data", tmp_path / "data")
     assert_one_line_error(second, 2, "another daemon")
     taken = run("serve", "--port", address.rsplit(":")[-1], "--data", tmp_path / "other")

@@ -58,6 +58,8 @@ def run_shot(
     """
     try:
         _prepare(platform, plan)
+        if cancelled():  # a stop before this line is seen here; one after it leaves the card idle, so it will not trigger
+            raise Cancelled
         started, monotonic = platform.clock.utc(), platform.clock.monotonic_s()
         platform.card.trigger()
         volts, flags, reason, clipped = _collect(platform, plan, cancelled, progress)
