@@ -58,7 +58,7 @@ def run_shot(
     """
     try:
         _prepare(platform, plan)
-        if cancelled():  # a stop before this line is seen here; one after it leaves the card idle, so it will not trigger
+        if cancelled():  # a stop after this line leaves the card idle, so that it will not trigger
             raise Cancelled
         started, monotonic = platform.clock.utc(), platform.clock.monotonic_s()
         platform.card.trigger()
