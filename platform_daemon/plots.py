@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
-MAX_POINTS = 4000
+BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets
 
 
 @dataclass(frozen=True)
@@ -66,14 +66,20 @@ def envelope(samples: NDArray[np.float64], points: int) -> tuple[int, NDArray[np
     return size, cut.min(axis=2), cut.max(axis=2)
 
 
+def _buckets(samples: NDArray[np.float64], rate_hz: float) -> int:
+    return max(50, min(1200, round(samples.shape[1] / rate_hz / BUCKET_S)))
+
+
 def _whole(axes: Axes, p: RingDownPicture) -> None:
-    size, low, high = envelope(p.measured, MAX_POINTS // 4)
+    size, low, high = envelope(p.measured, _buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c, name in enumerate(p.channels):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.75, lw=0.3, label=name)
     if p.window_s is not None:
         axes.axvline(p.window_s, color="k", ls="--", lw=0.8)
-        axes.annotate(" fitted window", (p.window_s, axes.get_ylim()[1]), va="top", fontsize=8)
+        axes.annotate(
+            " end of the fitted window", (p.window_s, 0.97), xycoords=("data", "axes fraction"), va="top", fontsize=8
+        )
     axes.set(ylabel=p.unit, xlabel="time after the first RX sample / s")
     axes.legend(loc="upper right", ncols=3, fontsize=8)
 
@@ -86,6 +92,8 @@ def _zoom(axes: Axes, p: RingDownPicture) -> None:
         if p.model is not None:
             axes.plot(t, p.model[c, :n], lw=0.9, color="k", label="model" if c == 0 else None)
     axes.set(ylabel=p.unit, xlabel="time / ms")
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.3 * (high - low))
     axes.legend(loc="upper right", ncols=4, fontsize=8)
 
 
@@ -95,7 +103,7 @@ def _residual(axes: Axes, p: RingDownPicture) -> None:
         axes.set_axis_off()
         return
     n = min(p.measured.shape[1], p.model.shape[1])
-    size, low, high = envelope(p.measured[:, :n] - p.model[:, :n], MAX_POINTS // 4)
+    size, low, high = envelope(p.measured[:, :n] - p.model[:, :n], _buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c in reversed(range(len(p.channels))):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.6, lw=0.2)
