@@ -7,6 +7,7 @@ from .fit import fit_ring_down
 from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
+from .trajectory import warm_up
 
 __all__ = [
     "PARAMETER_NAMES",
@@ -20,4 +21,5 @@ __all__ = [
     "estimate_noise",
     "fit_ring_down",
     "model_signal",
+    "warm_up",
 ]

@@ -11,10 +11,18 @@ import numpy as np
 
 from .gauss_newton import FitState
 from .growing import Fitted, NoConvergenceError, Problem, fit_growing
-from .models import RingDownModel, model_named
+from .judgement import (
+    POOR_CHI2,
+    doubts,
+    is_suspect,
+    refuse_unexplained,
+    refuse_untrustworthy,
+    refuse_wrong_variant,
+)
+from .models import RingDownModel, model_named, richer_models
 from .noise import NoiseModel, estimate_noise
 from .observation import DipoleObservation
-from .publish import Published, by_convention, publish
+from .publish import by_convention, publish
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .result import FitResult, FittedModel
@@ -24,10 +32,7 @@ from .start_label import NoLabelError
 from .trajectory import LostTrajectoryError
 from .windows import SampleRange, Window, check_window, select_window
 
-_POOR_CHI2 = 1.5
-_UNEXPLAINED_R2 = 0.9
-_LARGEST_RELATIVE_STD = 0.05
-_LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
+_SHORT_PERIODS = 12.0
 _FAILURES = (NoConvergenceError, LostTrajectoryError, NoLabelError, np.linalg.LinAlgError)
 
 
@@ -60,7 +65,7 @@ def fit_ring_down(
     fixed = dict(fixed or {})
     _check_fixed(fixed, model, record)
     try:
-        result = _fit(record, model, window, noise, fixed)
+        result = _fit(_task(record, window, noise, fixed), model)
     except RefusedError as refused:
         result = FitResult("refused", reason=str(refused))
     return replace(result, seconds=time.perf_counter() - began)
@@ -78,25 +83,70 @@ def _check_fixed(fixed: Mapping[str, float], model: RingDownModel, record: RingD
             raise ValueError(f"{name} is fixed to {value!r}, which is not a finite number")
 
 
-def _fit(
-    record: RingDownRecord,
-    model: RingDownModel,
-    window: Window,
-    noise: NoiseModel | None,
-    fixed: Mapping[str, float],
-) -> FitResult:
-    """The fit proper; raises RefusedError."""
+@dataclass(frozen=True)
+class _Task:
+    """What is to be fitted, whichever model does it."""
+
+    record: RingDownRecord
+    noise_sd: np.ndarray
+    chosen: SampleRange
+    frequency_hz: float
+    fixed: Mapping[str, float]
+
+    @property
+    def samples(self) -> int:
+        """Samples per channel in the window."""
+        return self.chosen.last - self.chosen.first
+
+    @property
+    def periods(self) -> float:
+        """Periods in the window."""
+        return self.samples * self.record.dt_s * self.frequency_hz
+
+
+def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> _Task:
+    """Screen the record, measure its noise, choose the samples."""
     line = screen(record)
-    noise = estimate_noise(record) if noise is None else noise
-    sd = _usable_sd(noise, record)
+    sd = _usable_sd(estimate_noise(record) if noise is None else noise, record)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
-    refuse_few_periods((chosen.last - chosen.first) * record.dt_s, line.frequency_hz)
-    start = find_start(record, model, chosen.first, chosen.last, line.frequency_hz, sd)
-    problem = Problem(record, model, sd, _free_mask(model, start, fixed), chosen.first)
-    best = _best_fit(problem, start, chosen, fixed)
-    return _judged(problem, best, chosen)
+    task = _Task(record, sd, chosen, line.frequency_hz, fixed)
+    refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
+    return task
+
+
+def _fit(task: _Task, model: RingDownModel) -> FitResult:
+    """Fit, compare with richer models if the result is suspect, judge."""
+    problem, best = _solve(task, model)
+    chi2 = best.normal.chi2 / _degrees(task, problem)
+    if is_suspect(chi2):
+        for other in richer_models(model):
+            try:
+                other_problem, other_best = _solve(task, other)
+            except RefusedError:
+                continue
+            other_chi2 = other_best.normal.chi2 / _degrees(task, other_problem)
+            refuse_wrong_variant(model.name, chi2, other.name, other_chi2)
+    return _judged(task, problem, best)
+
+
+def _degrees(task: _Task, problem: Problem) -> int:
+    """Degrees of freedom of the residual."""
+    return task.record.channels * task.samples - int(problem.free.sum())
+
+
+def _solve(task: _Task, model: RingDownModel) -> tuple[Problem, Fitted]:
+    """Minimise chi^2 from start values found in the data."""
+    record, chosen = task.record, task.chosen
+    start = find_start(record, model, chosen.first, chosen.last, task.frequency_hz, task.noise_sd)
+    problem = Problem(record, model, task.noise_sd, _free_mask(model, start, task.fixed), chosen.first)
+    try:
+        return problem, _best_fit(problem, start, task)
+    except RefusedError as refused:
+        if refused.code is Refusal.NO_CONVERGENCE and task.periods < _SHORT_PERIODS:
+            raise RefusedError(Refusal.TOO_SHORT, f"no minimum found in {task.periods:.1f} periods") from refused
+        raise
 
 
 def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
@@ -130,53 +180,48 @@ def _with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float
     return FitState(replace(d, w=w, values=values), observation, state.offsets)
 
 
-def _best_fit(problem: Problem, start: Start, chosen: SampleRange, fixed: Mapping[str, float]) -> Fitted:
+def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
     """Fit from the most trusted start; the others are tried only if that explains the record badly."""
     best: Fitted | None = None
-    dof = problem.record.channels * (chosen.last - chosen.first)
+    dof = _degrees(task, problem)
     failure = "no start value led anywhere"
     for candidate in start.candidates:
-        state = _with_fixed(candidate, problem.model, fixed)
+        state = _with_fixed(candidate, problem.model, task.fixed)
         try:
-            fitted = fit_growing(problem, state, start.periods, chosen.last)
+            fitted = fit_growing(problem, state, start.periods, task.chosen.last)
         except _FAILURES as error:
             failure = str(error)
             continue
         if best is None or fitted.normal.chi2 < best.normal.chi2:
             best = fitted
-        if best.normal.chi2 < _POOR_CHI2 * dof:
+        if best.normal.chi2 < POOR_CHI2 * dof:
             break
     if best is None:
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
     return best
 
 
-def _judged(problem: Problem, best: Fitted, chosen: SampleRange) -> FitResult:
+def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     """Quality figures and the verdict."""
-    record, model = problem.record, problem.model
-    n = chosen.last - chosen.first
+    record, model, chosen = task.record, problem.model, task.chosen
     window = record.samples[:, chosen.first : chosen.last]
     squares = float(best.normal.squares_by_channel.sum())
-    r2 = 1.0 - squares / float(np.sum(window.var(axis=1)) * n)
-    nrmse = math.sqrt(max(squares, 0.0) / float(np.sum(window**2)))
-    dof = record.channels * n - int(problem.free.sum())
+    r2 = 1.0 - squares / float(np.sum(window.var(axis=1)) * task.samples)
+    nrmse = math.sqrt(squares / float(np.sum(window**2)))
+    dof = _degrees(task, problem)
     chi2 = best.normal.chi2 / dof
-    share = dof / record.channels
-    by_channel = tuple(float(c) / share for c in best.normal.chi2_by_channel)
-    if r2 < _UNEXPLAINED_R2 and chi2 > _POOR_CHI2:
-        raise RefusedError(
-            Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model.name}: R2 = {r2:.4f}, chi2/dof = {chi2:.3g}"
-        )
+    by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
+    refuse_unexplained(model.name, r2, chi2)
     state = by_convention(best.state)
     try:
         normal = problem.normal(state, chosen.last)
         public = publish(model, state, normal, problem.free)
     except _FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
-    _refuse_untrustworthy(public)
+    refuse_untrustworthy(public)
     return FitResult(
         verdict="good",
-        warnings=_warnings(public, chi2),
+        warnings=doubts(public, chi2),
         notes=chosen.notes,
         parameters=public.parameters,
         covariance=public.covariance,
@@ -186,36 +231,7 @@ def _judged(problem: Problem, best: Fitted, chosen: SampleRange) -> FitResult:
         chi2_per_dof=chi2,
         chi2_per_dof_by_channel=by_channel,
         window_s=chosen.last * record.dt_s,
-        samples=n,
+        samples=task.samples,
         iterations=problem.passes,
         fitted=FittedModel(model, state),
     )
-
-
-def _refuse_untrustworthy(public: Published) -> None:
-    """Numbers that are not finite or mean nothing beside their own error are no result."""
-    if not np.all(np.isfinite(public.covariance)) or np.any(np.diag(public.covariance) <= 0.0):
-        raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
-    estimates = public.parameters
-    name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
-    if name not in estimates or estimates[name].std is None:
-        name, limit = "phi_max_rad", _LARGEST_RELATIVE_STD_FREE_GAINS
-    estimate = estimates[name]
-    if estimate.std is not None and estimate.std > limit * abs(estimate.value):
-        raise RefusedError(
-            Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}"
-        )
-    friction = estimates.get("tf_over_i_rad_per_s2")
-    if friction is not None and estimates["phi_max_rad"].value > 0.5 * math.pi:
-        raise RefusedError(Refusal.OUT_OF_RANGE, "the Hertz contact holds below 90 degrees only")
-
-
-def _warnings(public: Published, chi2: float) -> tuple[str, ...]:
-    """Named doubts."""
-    warnings = []
-    if chi2 > 1.1:
-        warnings.append("residual_not_white: the model leaves more than the noise")
-    friction = public.parameters.get("tf_over_i_rad_per_s2")
-    if friction is not None and friction.std is not None and friction.std > 0.2 * abs(friction.value):
-        warnings.append("lambda_tf_not_separable: the friction is uncertain; fix lambda or lengthen the window")
-    return tuple(warnings)

@@ -68,7 +68,8 @@ def normal_equations(model: RingDownModel, state: FitState, moments: Moments, no
     for c in range(channels):
         weight = noise_sd[c] ** -2
         explained = moments.gram @ values[c]
-        squares[c] = moments.energy[c] - values[c] @ (2.0 * moments.products[c] - explained)
+        # Rounding can make the squares of a noise-free record negative.
+        squares[c] = max(moments.energy[c] - values[c] @ (2.0 * moments.products[c] - explained), 0.0)
         chi2[c] = weight * squares[c]
         gradient += weight * jacobians[c].T @ (moments.products[c] - explained)
         matrix += weight * jacobians[c].T @ moments.gram @ jacobians[c]

@@ -15,6 +15,7 @@ from .trajectory import LostTrajectoryError, Trajectory
 _EARLY_TOLERANCE = 0.3
 _FINAL_TOLERANCE = 1e-4
 _MOST_ITERATIONS = 30
+_MOST_PASSES = 250
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 
 
@@ -44,6 +45,8 @@ class Problem:
             window = self.record.samples[:, self.first : last]
             self._energies[last] = np.einsum("ij,ij->i", window, window)
         self.passes += 1
+        if self.passes > _MOST_PASSES:
+            raise NoConvergenceError(f"no minimum within {_MOST_PASSES} passes over the samples")
         dt = self.record.dt_s
         trajectory = Trajectory(self.model, state.dynamics, last * dt)
         moments = trajectory.moments(

@@ -85,18 +85,18 @@ def _write_node(y, columns, sigma, codes, widths, c, grad, node):  # type: ignor
 
 
 @kernel
-def _last_step_length(y, guess, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
-    """Length of the step from y to the turning point v = 0, by Newton's method on the step length; -1 if none."""
+def _last_step(y, guess, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
+    """Step from y to the turning point v = 0, by Newton's method on its length, which is returned; -1 if none."""
     length = guess
     for _ in range(12):
-        _step(y, length, 0, sigma, codes, widths, c, grad, stages, work, out)
+        _step(y, length, columns, sigma, codes, widths, c, grad, stages, work, out)
         a, _, _ = acceleration(out[0], out[1], sigma, codes, widths, c, grad)
         if not sigma * a < 0.0:
             return -1.0
         correction = -out[1] / a
-        length += correction
         if abs(correction) <= 1e-15:
             return length
+        length += correction
     return length if abs(correction) < 1e-12 else -1.0
 
 
@@ -109,13 +109,14 @@ def integrate_half_swing(amplitude, sigma, columns, codes, widths, c, guess, nod
     """
     size = 2 + 2 * columns
     y = np.zeros(size)
-    grad = np.zeros(max(c.size, 1))
+    grad = np.zeros(c.size + 1)
     stages = np.empty((STAGES, size))
     work = np.empty(size)
     out = np.empty(size)
     for _ in range(60):
         h = guess / STEPS
-        y[:] = 0.0
+        for m in range(size):
+            y[m] = 0.0
         y[0] = amplitude
         if columns > 0:
             y[2] = 1.0
@@ -125,20 +126,20 @@ def integrate_half_swing(amplitude, sigma, columns, codes, widths, c, guess, nod
             _step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out)
             if not sigma * out[1] > 0.0:
                 break
-            y[:] = out
+            for m in range(size):
+                y[m] = out[m]
             done += 1
             _write_node(y, columns, sigma, codes, widths, c, grad, nodes[done])
         if done < STEPS - 1:
             guess *= 0.9
             continue
-        last = _last_step_length(y, h, sigma, codes, widths, c, grad, stages, work, out)
+        last = _last_step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out)
         if last < 0.0 or last > 2.0 * h:
             guess *= 1.08
             continue
         if last < 0.3 * h:
             guess = (STEPS - 1) * h + last
             continue
-        _step(y, last, columns, sigma, codes, widths, c, grad, stages, work, out)
         _write_node(out, columns, sigma, codes, widths, c, grad, nodes[STEPS])
         return h, (STEPS - 1) * h + last
     return 0.0, -1.0

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .terms import HERTZ_FRICTION, MAGNETIC_RESTORING, VISCOUS_DAMPING, Coefficient, TorqueTerm
 from .arrays import IntArray
+from .terms import HERTZ_FRICTION, MAGNETIC_RESTORING, VISCOUS_DAMPING, Coefficient, TorqueTerm
 
 
 @dataclass(frozen=True)
@@ -43,3 +43,8 @@ def model_named(name: str) -> RingDownModel:
     if name not in MODELS:
         raise ValueError(f"unknown variant {name!r}: expected one of {', '.join(sorted(MODELS))}")
     return MODELS[name]
+
+
+def richer_models(model: RingDownModel) -> tuple[RingDownModel, ...]:
+    """Declared models that contain all terms of this one, and more."""
+    return tuple(m for m in MODELS.values() if set(m.terms) > set(model.terms))

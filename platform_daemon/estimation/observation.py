@@ -28,7 +28,9 @@ from .sampling import DIPOLE
 class Observation(Protocol):
     """What the fit needs to know about the channels."""
 
-    observable: int
+    @property
+    def observable(self) -> int:
+        """Which pair of kernel functions (sampling.py) the channels see."""
 
     @property
     def size(self) -> int:
@@ -92,9 +94,7 @@ class DipoleObservation:
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
-        return replace(
-            self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:])
-        )
+        return replace(self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
 
     def by_convention(self) -> tuple[DipoleObservation, bool]:
         """e_v . x > 0: turn R by 180 degrees about u otherwise."""

@@ -24,9 +24,7 @@ def rotation_from_rodrigues(rodrigues: Array) -> Array:
     theta = float(np.linalg.norm(rodrigues))
     k = cross_matrix(np.asarray(rodrigues, dtype=np.float64))
     # sinc keeps both coefficients exact down to theta = 0.
-    return np.asarray(
-        np.eye(3) + np.sinc(theta / np.pi) * k + 0.5 * np.sinc(theta / (2.0 * np.pi)) ** 2 * (k @ k)
-    )
+    return np.asarray(np.eye(3) + np.sinc(theta / np.pi) * k + 0.5 * np.sinc(theta / (2.0 * np.pi)) ** 2 * (k @ k))
 
 
 def rodrigues_from_rotation(rotation: Array) -> Array:

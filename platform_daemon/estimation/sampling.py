@@ -123,9 +123,7 @@ def fill_basis(  # type: ignore[no-untyped-def]
             for p in range(columns):
                 d_phi[p] = head[HEAD + p]
                 d_v[p] = 0.0
-            _write_basis(
-                head[HEAD_AMPLITUDE], 0.0, 0.0, d_phi, d_v, time, observable, columns, out, i - first
-            )
+            _write_basis(head[HEAD_AMPLITUDE], 0.0, 0.0, d_phi, d_v, time, observable, columns, out, i - first)
             continue
         local = s - head[HEAD_START]
         step = min(max(int(local / head[HEAD_STEP]), 0), STEPS - 1)
@@ -162,22 +160,19 @@ def fill_basis(  # type: ignore[no-untyped-def]
 
 @kernel
 def accumulate_moments(  # type: ignore[no-untyped-def]
-    y, first, last, dt, w, theta, columns, count, heads, nodes, observable, gram, products
+    y, first, last, dt, w, theta, columns, count, heads, nodes, observable, row, gram, products
 ):
     """Sums over the samples first .. last-1: gram (n_basis, n_basis) of the basis with itself, products
-    (channels, n_basis) with the data y (channels, n). Both are set, not added to.
+    (channels, n_basis) with the data y (channels, n). Both are set, not added to. row: where the search begins.
     """
     n_basis = gram.shape[0]
     block = np.empty((n_basis, _CHUNK))
-    gram[:] = 0.0
-    products[:] = 0.0
-    row = 0
+    gram.fill(0.0)
+    products.fill(0.0)
     begin = first
     while begin < last:
         end = min(begin + _CHUNK, last)
-        row = fill_basis(
-            begin, end, dt, w, theta, columns, count, heads, nodes, observable, row, block
-        )
+        row = fill_basis(begin, end, dt, w, theta, columns, count, heads, nodes, observable, row, block)
         size = end - begin
         for j in range(n_basis):
             for k in range(j + 1):

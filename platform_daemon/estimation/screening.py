@@ -26,9 +26,7 @@ def screen(record: RingDownRecord) -> Line:
         raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
     bad = np.flatnonzero(~np.isfinite(y).all(axis=0))
     if bad.size:
-        raise RefusedError(
-            Refusal.NOT_FINITE, f"{bad.size} samples, the first at {record.valid_from + int(bad[0])}"
-        )
+        raise RefusedError(Refusal.NOT_FINITE, f"{bad.size} samples, the first at {record.valid_from + int(bad[0])}")
     _refuse_clipped(record)
     line = find_fundamental(y, record.sampling_rate_hz)
     if line is None or line.significance < _SIGNIFICANT:

@@ -32,9 +32,7 @@ class Snapshot:
     decay_per_s: float
 
 
-def take_snapshot(
-    y: Array, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array
-) -> Snapshot:
+def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array) -> Snapshot:
     """Least-squares harmonics with linearly drifting amplitudes over samples first .. last-1 of y (channels, n).
 
     The frequency is searched within 12 % (a long spectrum shows the mean of a sweep, not its beginning), then

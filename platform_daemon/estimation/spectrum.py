@@ -11,7 +11,10 @@ from scipy.signal.windows import blackmanharris, kaiser
 from .arrays import Array
 
 _HALF_LOBE_BINS = 4  # of the Blackman-Harris window
-_SMALLEST_SEGMENT = 256
+_SMALLEST_SEGMENT = 512
+_CERTAIN = 1e4
+_ENOUGH_PERIODS = 20.0
+_KAISER_BETA = 18.0
 
 
 @dataclass(frozen=True)
@@ -25,18 +28,21 @@ class Line:
 def find_fundamental(samples: Array, sampling_rate_hz: float) -> Line | None:
     """Fundamental frequency from the beginning of a record, (channels, n); None if there is nothing to see.
 
-    The record's first n, n/2, n/4 ... samples compete: the length where the line stands out most wins. Powers are
-    added over the channels without weights, because then the fundamental exceeds 2f below 90 degrees for any
-    orientation; where gains differ, a line at half the peak's frequency reveals a 2f peak.
+    Ever longer beginnings are tried until the line is beyond doubt; else the length where it stands out most wins.
+    Powers are added over the channels without weights, because then the fundamental exceeds 2f below 90 degrees
+    for any orientation; where gains differ, a line at half the peak's frequency reveals a 2f peak.
     """
     best: Line | None = None
-    length = samples.shape[1]
-    while length >= _SMALLEST_SEGMENT:
+    length = min(_SMALLEST_SEGMENT, samples.shape[1])
+    while True:
         line = _strongest_line(samples[:, :length], sampling_rate_hz)
         if line is not None and (best is None or line.significance > best.significance):
             best = line
-        length //= 2
-    return best
+        periods = 0.0 if line is None else line.frequency_hz * length / sampling_rate_hz
+        certain = line is not None and line.significance > _CERTAIN and periods > _ENOUGH_PERIODS
+        if certain or length == samples.shape[1]:
+            return line if certain else best
+        length = min(2 * length, samples.shape[1])
 
 
 def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
@@ -89,20 +95,20 @@ class SegmentSpectra:
 
 
 def segment_spectra(samples: Array, sampling_rate_hz: float, segment: int) -> SegmentSpectra:
-    """Kaiser-windowed periodograms of segments that overlap by three quarters; mean removed."""
+    """Kaiser-windowed periodograms of segments that overlap by three quarters; weighted means removed."""
     n = samples.shape[1]
     segment = min(segment, n)
     window = kaiser(segment, _KAISER_BETA)
     hop = max(1, segment // 4)
     starts = range(0, n - segment + 1, hop)
-    centred = samples - samples.mean(axis=1, keepdims=True)
     scale = 2.0 / (sampling_rate_hz * float(np.sum(window**2)))
-    density = np.stack(
-        [scale * np.abs(rfft(centred[:, s : s + segment] * window, axis=1)) ** 2 for s in starts]
-    )
+    density = np.stack([scale * _periodogram(samples[:, s : s + segment], window) for s in starts])
     frequency = np.arange(segment // 2 + 1) * sampling_rate_hz / segment
     lobe_bins = np.sqrt(1.0 + (_KAISER_BETA / np.pi) ** 2)
     return SegmentSpectra(frequency, density, float(lobe_bins * sampling_rate_hz / segment))
 
 
-_KAISER_BETA = 18.0
+def _periodogram(piece: Array, window: Array) -> Array:
+    """|FFT|^2 of a windowed piece (channels, n). Its weighted mean is an offset; its plain mean would hold signal."""
+    offset = (piece @ window) / float(window.sum())
+    return np.asarray(np.abs(rfft((piece - offset[:, None]) * window, axis=1)) ** 2)

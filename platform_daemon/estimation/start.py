@@ -104,7 +104,7 @@ def _amplitudes(record: RingDownRecord, waves: _Waves, snr: float) -> tuple[floa
     if record.quantity == "dmdt":
         ratio = float(np.linalg.norm(waves.u) / np.linalg.norm(waves.v))
         best = amplitude_from_second_harmonic(ratio)
-        found = (best, 0.75 * best, 1.3 * best)
+        found: tuple[float, ...] = (best, 0.75 * best, 1.3 * best)
     elif snr > _TRUSTED_SNR and waves.third > 0.0:
         best = amplitude_from_third_harmonic(waves.third)
         found = (best, 0.6 * best, 1.5 * best)

@@ -19,34 +19,31 @@ HEAD_START, HEAD_STEP, HEAD_DURATION, HEAD_AMPLITUDE, HEAD = 0, 1, 2, 3, 4
 STATUS_OK, STATUS_STUCK, STATUS_LOST = 0, 1, 2
 _BAND_NODES = 14
 _BAND_RATIO = 2.5
+_WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
 @kernel
-def _build_band(low, high, sigma, columns, codes, widths, c, guess, grid, table):  # type: ignore[no-untyped-def]
+def _build_band(low, high, sigma, columns, codes, widths, c, guess, grid, table, durations):  # type: ignore[no-untyped-def]
     """Half swings at the Chebyshev amplitudes of [low, high]: grid (NA,), table (NA, STEPS + 1, fields).
 
     The nodes of all of them stand at the same fractions of their own duration, so they are smooth in A.
-    Returns the durations in durations-of-grid order, or a negative first entry on failure.
+    durations (NA,) is filled too. Returns False if a half swing found no end.
     """
     count = grid.size
-    durations = np.empty(count)
     for k in range(count):
         x = math.cos(math.pi * (2 * k + 1) / (2 * count))
         grid[k] = 0.5 * (low + high) + 0.5 * (high - low) * x
         duration = guess
         for _ in range(4):
             before = duration
-            _, duration = integrate_half_swing(
-                -sigma * grid[k], sigma, columns, codes, widths, c, before, table[k]
-            )
+            _, duration = integrate_half_swing(-sigma * grid[k], sigma, columns, codes, widths, c, before, table[k])
             if duration < 0.0:
-                durations[0] = -1.0
-                return durations
+                return False
             if abs(duration - before) < 1e-14 * duration:
                 break
         durations[k] = duration
         guess = duration
-    return durations
+    return True
 
 
 @kernel
@@ -69,7 +66,7 @@ def _interpolate(amplitude, grid, table, durations, weights, nodes):  # type: ig
         weights[exact] = 1.0
         total = 1.0
     flat = nodes.reshape(nodes.size)
-    flat[:] = 0.0
+    flat.fill(0.0)
     duration = 0.0
     for k in range(count):
         weight = weights[k] / total
@@ -78,6 +75,22 @@ def _interpolate(amplitude, grid, table, durations, weights, nodes):  # type: ig
         for m in range(flat.size):
             flat[m] += weight * row[m]
     return duration / STEPS, duration
+
+
+@kernel
+def _carry_slopes(end, columns, slope_a, slope_s):  # type: ignore[no-untyped-def]
+    """Chain rule over one half swing that ends at node `end`: update dA/dq and dS/dq (columns,) in place."""
+    for q in range(columns):
+        d_duration = -end[5 + 3 * q] / end[2]
+        if q == 0:
+            for p in range(columns):
+                slope_s[p] += d_duration * slope_a[p]
+        else:
+            slope_s[q] += d_duration
+    for p in range(columns):
+        slope_a[p] *= end[4]
+    for q in range(1, columns):
+        slope_a[q] += end[4 + 3 * q]
 
 
 @kernel
@@ -90,15 +103,15 @@ def trace_half_swings(amplitude, s_end, columns, codes, widths, c, use_map, head
     Returns (count, status): STATUS_OK, STATUS_STUCK (at rest from the last row's start on: that row has duration
     0), STATUS_LOST (no turning point; count rows are valid).
     """
-    fields = nodes.shape[2]
-    grad = np.zeros(max(c.size, 1))
+    grad = np.zeros(c.size + 1)
     slope_a = np.zeros(columns)
     slope_s = np.zeros(columns)
+    # One band of tabulated half swings per direction of motion.
     grids = np.zeros((2, _BAND_NODES))
     durations = np.zeros((2, _BAND_NODES))
-    tables = np.zeros((2, _BAND_NODES, STEPS + 1, fields))
-    low = np.full(2, np.inf)
-    high = np.full(2, -np.inf)
+    tables = np.zeros((2, _BAND_NODES, STEPS + 1, nodes.shape[2]))
+    low = np.zeros(2)
+    high = np.zeros(2)  # no amplitude lies between 0 and 0: no table yet
     weights = np.empty(_BAND_NODES)
     slope_a[0] = 1.0
     start = 0.0
@@ -120,52 +133,32 @@ def trace_half_swings(amplitude, s_end, columns, codes, widths, c, use_map, head
             head[HEAD_STEP] = 0.0
             head[HEAD_DURATION] = 0.0
             return count + 1, STATUS_STUCK
-        if abs(amplitude) > 3.0:
-            return count, STATUS_LOST
         size = abs(amplitude)
+        if size > _WIDEST:
+            return count, STATUS_LOST
         side = 0 if sigma > 0.0 else 1
-        mapped = False
-        if use_map and sigma * amplitude < 0.0:
-            inside = low[side] <= size <= high[side]
-            if not inside and loss > 0.0:
-                # A table costs as much as its nodes: worth it only if more half swings than that will use it.
-                ahead = min((s_end - start) / guess, size * (1.0 - 1.0 / _BAND_RATIO) / loss)
-                if ahead > 4.0 * _BAND_NODES:
-                    low[side] = max(size / _BAND_RATIO, size - 1.3 * loss * (s_end - start) / guess)
-                    high[side] = size
-                    durations[side] = _build_band(
-                        low[side], high[side], sigma, columns, codes, widths, c, guess, grids[side], tables[side]
-                    )
-                    inside = durations[side, 0] > 0.0
-                    if not inside:
-                        high[side] = -np.inf
-            mapped = inside
+        mapped = use_map and sigma * amplitude < 0.0 and low[side] <= size <= high[side]
+        if use_map and sigma * amplitude < 0.0 and not mapped and loss > 0.0:
+            # A table costs as much as its nodes: worth it only if more half swings than that will use it.
+            left = (s_end - start) / guess
+            if min(left, size * (1.0 - 1.0 / _BAND_RATIO) / loss) > 4.0 * _BAND_NODES:
+                low[side] = max(size / _BAND_RATIO, size - 1.3 * loss * left)
+                high[side] = size
+                mapped = _build_band(
+                    low[side], size, sigma, columns, codes, widths, c, guess, grids[side], tables[side], durations[side]
+                )
+                if not mapped:
+                    high[side] = 0.0
         if mapped:
-            h, duration = _interpolate(
-                size, grids[side], tables[side], durations[side], weights, nodes[count]
-            )
+            h, duration = _interpolate(size, grids[side], tables[side], durations[side], weights, nodes[count])
         else:
-            h, duration = integrate_half_swing(
-                amplitude, sigma, columns, codes, widths, c, guess, nodes[count]
-            )
+            h, duration = integrate_half_swing(amplitude, sigma, columns, codes, widths, c, guess, nodes[count])
         if duration < 0.0:
             return count, STATUS_LOST
         head[HEAD_STEP] = h
         head[HEAD_DURATION] = duration
         end = nodes[count, STEPS]
-        acceleration_end = end[2]
-        for q in range(columns):
-            d_duration = -end[5 + 3 * q] / acceleration_end
-            if q == 0:
-                for p in range(columns):
-                    slope_s[p] += d_duration * slope_a[p]
-            else:
-                slope_s[q] += d_duration
-        first = end[4]
-        for p in range(columns):
-            slope_a[p] *= first
-        for q in range(1, columns):
-            slope_a[q] += end[4 + 3 * q]
+        _carry_slopes(end, columns, slope_a, slope_s)
         loss = size - abs(end[0])
         amplitude = end[0]
         guess = duration

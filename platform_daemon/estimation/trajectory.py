@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from .arrays import Array
 from .half_swing import STEPS
-from .models import RingDownModel
-from .sampling import accumulate_moments, fill_basis
+from .models import THREAD, RingDownModel
+from .sampling import DIPOLE, accumulate_moments, fill_basis
 from .trace import HEAD, STATUS_LOST, trace_half_swings
 
 
@@ -70,9 +71,7 @@ class Trajectory:
         LostTrajectoryError: no oscillation.
     """
 
-    def __init__(
-        self, model: RingDownModel, dynamics: Dynamics, t_end_s: float, *, direct: bool = False
-    ) -> None:
+    def __init__(self, model: RingDownModel, dynamics: Dynamics, t_end_s: float, *, direct: bool = False) -> None:
         self.dynamics = dynamics
         self.columns = 1 + len(model.coefficients)
         self.n_basis = 2 + 2 * (2 + self.columns) + 1
@@ -106,7 +105,7 @@ class Trajectory:
         """Moments of samples first .. last-1 of y (channels, n) with the basis; energy (channels,) = sum y^2."""
         gram = np.empty((self.n_basis, self.n_basis))
         products = np.empty((y.shape[0], self.n_basis))
-        accumulate_moments(y, *self._at(first, last, dt_s), observable, gram, products)
+        accumulate_moments(y, *self._at(first, last, dt_s), observable, 0, gram, products)
         return Moments(gram, products, energy, last - first)
 
     def _at(self, first: int, last: int, dt_s: float) -> tuple[object, ...]:
@@ -115,3 +114,12 @@ class Trajectory:
             int(first), int(last), float(dt_s), float(d.w), float(d.theta),
             self.columns, self._count, self._heads, self._nodes,
         )  # fmt: skip
+
+
+def warm_up() -> float:
+    """Compile all kernels (or load them from numba's cache); returns the seconds it took. Safe in any thread."""
+    began = time.perf_counter()
+    trajectory = Trajectory(THREAD, Dynamics(1000.0, 2.0, 0.4, (0.2,)), 0.01)
+    trajectory.basis(0, 4, 1e-4, DIPOLE)
+    trajectory.moments(np.zeros((1, 4)), 0, 4, 1e-4, DIPOLE, np.zeros(1))
+    return time.perf_counter() - began

@@ -13,6 +13,4 @@ def viscous_damping(phi, sin_phi, cos_phi, v, sigma, c, j, grad):  # type: ignor
     return -2.0 * c[j] * v, 0.0, -2.0 * c[j]
 
 
-VISCOUS_DAMPING = TorqueTerm(
-    "viscous_damping", 1, (Coefficient("lambda_per_s", "1/s", 1, 2e-4),), viscous_damping
-)
+VISCOUS_DAMPING = TorqueTerm("viscous_damping", 1, (Coefficient("lambda_per_s", "1/s", 1, 2e-4),), viscous_damping)

@@ -1,0 +1,75 @@
+"""When a converged fit is still not to be believed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .publish import Published
+from .refusal import Refusal, RefusedError
+
+POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
+_UNEXPLAINED_R2 = 0.9
+_SUSPECT_CHI2 = 2.0
+_LARGEST_RELATIVE_STD = 0.05
+_LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
+_UNSEPARATED = 0.2
+
+
+def refuse_unexplained(model_name: str, r2: float, chi2_per_dof: float) -> None:
+    """Refuse a fit that leaves a tenth of the record's power."""
+    if r2 < _UNEXPLAINED_R2 and chi2_per_dof > POOR_CHI2:
+        raise RefusedError(
+            Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: R2 = {r2:.4f}, chi2/dof = {chi2_per_dof:.3g}"
+        )
+
+
+def is_suspect(chi2_per_dof: float) -> bool:
+    """Bad enough to ask whether another declared model does far better."""
+    return chi2_per_dof > _SUSPECT_CHI2
+
+
+def refuse_wrong_variant(model_name: str, chi2_per_dof: float, other_name: str, other: float) -> None:
+    """Refuse when a richer declared model explains what this one does not.
+
+    A record with an undeclared small effect must pass (diagnosis starts from it), so the other model has to remove
+    the misfit, or nine tenths of it.
+    """
+    if other < 0.1 * chi2_per_dof or (other < POOR_CHI2 and other < 0.5 * chi2_per_dof):
+        raise RefusedError(
+            Refusal.MODEL_DOES_NOT_EXPLAIN,
+            f"{model_name}: chi2/dof = {chi2_per_dof:.3g}, while {other_name} reaches {other:.3g}",
+        )
+
+
+def refuse_untrustworthy(public: Published) -> None:
+    """Numbers that are not finite, or mean nothing beside their own error, are no result."""
+    if not np.all(np.isfinite(public.covariance)) or np.any(np.diag(public.covariance) <= 0.0):
+        raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
+    estimates = public.parameters
+    name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
+    if name not in estimates or estimates[name].std is None:
+        name, limit = "phi_max_rad", _LARGEST_RELATIVE_STD_FREE_GAINS
+    estimate = estimates[name]
+    if estimate.std is not None and estimate.std > limit * abs(estimate.value):
+        raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
+    if "tf_over_i_rad_per_s2" in estimates and estimates["phi_max_rad"].value > 0.5 * math.pi:
+        raise RefusedError(Refusal.OUT_OF_RANGE, "the Hertz contact holds below 90 degrees only")
+
+
+def doubts(public: Published, chi2_per_dof: float) -> tuple[str, ...]:
+    """Named warnings about a good result."""
+    warnings = []
+    if chi2_per_dof > 1.1:
+        warnings.append("residual_not_white: the model leaves more than the noise")
+    friction = public.parameters.get("tf_over_i_rad_per_s2")
+    viscous = public.parameters.get("lambda_per_s")
+    if friction is not None and viscous is not None and friction.std is not None and viscous.std is not None:
+        i, j = (public.names.index(n) for n in ("lambda_per_s", "tf_over_i_rad_per_s2"))
+        correlation = public.covariance[i, j] / (viscous.std * friction.std)
+        if abs(correlation) > 0.99 and friction.std > _UNSEPARATED * abs(friction.value):
+            warnings.append(
+                "lambda_tf_not_separable: the window determines only their sum; fix lambda or lengthen the window"
+            )
+    return tuple(warnings)

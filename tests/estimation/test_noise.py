@@ -1,0 +1,60 @@
+"""Noise is measured beside the signal."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from platform_daemon.estimation import NoiseModel, RingDownRecord, estimate_noise
+
+from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
+
+JEWEL = Truth(f_nat_hz=213.0, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=1.2, psi_start_rad=3.86)
+
+
+def noise_of(signal, quantity="dmdt"):
+    return estimate_noise(RingDownRecord(signal, RATE_HZ, quantity))
+
+
+@pytest.mark.parametrize("truth", [Truth(), JEWEL, JEWEL.with_(f_nat_hz=700.0), Truth(f_nat_hz=110.0)])
+@pytest.mark.parametrize("scale", [1.0, 10.0])
+def test_the_noise_under_a_ring_down_is_found_within_two_percent(truth, scale):
+    signal = with_noise(dmdt(truth, 1.0), np.random.default_rng(0), scale * NOISE_SD)
+    assert np.allclose(noise_of(signal).sd, scale * NOISE_SD, rtol=0.02)
+
+
+def test_a_weak_channel_is_not_contaminated_by_a_strong_one():
+    signal = with_noise(dmdt(JEWEL, 1.0), np.random.default_rng(1), [1e-4, 0.02, 1e-3])
+    assert np.allclose(noise_of(signal).sd, [1e-4, 0.02, 1e-3], rtol=0.03)
+
+
+def test_noise_without_any_signal_is_its_standard_deviation():
+    signal = with_noise(np.zeros((3, 40000)), np.random.default_rng(2))
+    assert np.allclose(noise_of(signal).sd, NOISE_SD, rtol=0.02)
+
+
+def test_an_offset_is_not_noise():
+    signal = with_noise(dmdt(Truth(), 0.5), np.random.default_rng(3)) + 7.0
+    assert np.allclose(noise_of(signal).sd, NOISE_SD, rtol=0.03)
+
+
+def test_the_spectrum_integrates_to_the_variance_and_shows_colour():
+    rng = np.random.default_rng(4)
+    coloured = lfilter([1.0], [1.0, -0.9], rng.standard_normal(60000))
+    signal = dmdt(Truth(), 60000 / RATE_HZ) + 0.02 * coloured
+    noise = noise_of(signal)
+    step = noise.frequency_hz[1]
+    assert np.allclose(noise.psd.sum(axis=1) * step, noise.sd**2)
+    assert noise.sd[0] == pytest.approx(0.02 * coloured.std(), rel=0.05)
+    low, high = np.interp([1500.0, 25000.0], noise.frequency_hz, np.mean(noise.psd, axis=0))
+    assert low > 30 * high
+
+
+def test_a_slowly_sampled_record_has_its_folded_harmonics_masked():
+    signal = with_noise(dmdt(JEWEL.with_(tf_over_i_rad_per_s2=0.0), 2.0), np.random.default_rng(5))[:, ::30]
+    noise = estimate_noise(RingDownRecord(signal, RATE_HZ / 30, "dmdt"))
+    assert np.allclose(noise.sd, NOISE_SD, rtol=0.12)
+
+
+def test_white_noise_of_known_size_integrates_to_its_variance():
+    noise = NoiseModel.white(NOISE_SD, RATE_HZ)
+    assert np.allclose(np.trapezoid(noise.psd, noise.frequency_hz, axis=1), NOISE_SD**2)

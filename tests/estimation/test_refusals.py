@@ -1,0 +1,146 @@
+"""Ugly data: refused with a reason, never an exception, never a number."""
+
+import math
+
+import numpy as np
+import pytest
+
+from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+
+from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
+
+JEWEL = Truth(f_nat_hz=213.0, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.9, psi_start_rad=3.86)
+
+
+def noisy(truth=None, seconds=0.5, seed=0):
+    return with_noise(dmdt(truth or Truth(), seconds), np.random.default_rng(seed))
+
+
+def refused(signal, variant="thread", window="d30", rate_hz=RATE_HZ, **more):
+    result = fit_ring_down(RingDownRecord(signal, rate_hz, "dmdt", **more), variant, window)
+    assert result.verdict == "refused"
+    assert result.parameters == {}
+    assert result.covariance.size == 0
+    assert result.r2 is result.nrmse is result.chi2_per_dof is result.chi2_per_dof_by_channel is None
+    assert result.seconds > 0.0
+    with pytest.raises(ValueError, match="refused"):
+        result.model_signal(10, RATE_HZ)
+    return result.reason.split(":")[0]
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_a_record_with_a_value_that_is_no_number_is_refused(bad):
+    signal = noisy()
+    signal[1, 4321] = bad
+    assert refused(signal) == "not_finite"
+
+
+def test_pure_noise_is_refused():
+    for seed in range(5):
+        noise = with_noise(np.zeros((3, 30000)), np.random.default_rng(seed))
+        assert refused(noise) == "no_signal"
+
+
+@pytest.mark.parametrize("signal", [np.zeros((3, 20000)), np.ones((3, 20000))])
+def test_a_dead_channel_set_is_refused(signal):
+    assert refused(signal) == "no_signal"
+
+
+@pytest.mark.parametrize("samples", [0, 1, 40, 600, 1200])
+def test_a_record_of_too_few_periods_is_refused(samples):
+    assert refused(noisy()[:, :samples]) in {"too_short", "no_signal"}
+
+
+def test_a_window_of_too_few_periods_is_refused():
+    assert refused(noisy(), window=0.01) == "too_short"
+
+
+def test_a_window_that_ends_before_the_valid_samples_is_refused():
+    assert refused(noisy(), window=0.1, valid_from=10000) == "too_short"
+
+
+def test_a_record_at_full_scale_is_refused():
+    signal = np.clip(noisy(), -3.0, 3.0)
+    assert refused(signal, full_scale=3.0) == "saturated"
+
+
+def test_flat_tops_are_noticed_without_knowing_the_full_scale():
+    assert refused(np.clip(noisy(), -5.5, 5.5)) == "saturated"
+
+
+def test_clipping_that_a_rotation_has_hidden_is_caught_by_the_residual_or_the_shape():
+    mixed = np.array([[1.0, 0.1, 0.0], [-0.1, 1.0, 0.2], [0.0, 0.1, 1.0]])
+    signal = mixed @ np.clip(noisy(JEWEL), -4.0, 4.0)
+    result = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "jewel")
+    assert result.verdict == "refused" or any("residual_not_white" in w for w in result.warnings)
+
+
+def test_sampling_below_four_times_the_frequency_is_refused():
+    assert refused(noisy(seconds=2.0)[:, ::100].copy(), rate_hz=RATE_HZ / 100) == "sampling_too_slow"
+
+
+@pytest.mark.parametrize("window", ["n50", "d30"])
+def test_the_thread_model_is_refused_for_a_jewel_record(window):
+    assert refused(noisy(JEWEL, 1.3), "thread", window) == "model_does_not_explain"
+
+
+def test_two_resonators_in_one_record_are_refused():
+    other = Truth(f_nat_hz=280.0, psi_start_rad=1.0, rodrigues=(0.3, 0.2, 0.1))
+    assert refused(noisy() + dmdt(other, 0.5)) in {"model_does_not_explain", "no_convergence"}
+
+
+def test_a_square_wave_is_refused():
+    t = np.arange(30000) / RATE_HZ
+    wave = np.sign(np.sin(2 * np.pi * 215 * t)) * np.array([[5.0], [1.0], [0.2]])
+    assert refused(with_noise(wave, np.random.default_rng(1))) in {"no_convergence", "model_does_not_explain"}
+
+
+def test_an_oscillation_too_weak_to_be_trusted_is_refused():
+    signal = with_noise(dmdt(Truth(phi_max_rad=0.05), 0.3), np.random.default_rng(2), 20 * NOISE_SD)
+    assert refused(signal, window="n50") in {"amplitude_below_floor", "no_convergence"}
+
+
+def test_a_jewel_beyond_90_degrees_is_refused():
+    assert refused(noisy(JEWEL.with_(phi_max_rad=1.75), 0.5), "jewel") in {"out_of_range", "model_does_not_explain"}
+
+
+def test_a_single_spike_does_not_turn_the_fit_over():
+    signal = noisy()
+    signal[0, 3000] += 20.0
+    result = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "thread")
+    assert result.verdict == "good"
+    assert result.parameters["f_nat_hz"].value == pytest.approx(215.5, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"variant": "torsion"}, "unknown variant"),
+        ({"window": "n51"}, "window"),
+        ({"window": -1.0}, "positive"),
+        ({"window": math.nan}, "positive"),
+        ({"window": True}, "positive"),
+        ({"fixed": {"tf_over_i_rad_per_s2": 1.0}}, "cannot be fixed"),
+        ({"fixed": {"lambda_per_s": math.nan}}, "finite"),
+        ({"noise": NoiseModel.white(np.array([1.0]), RATE_HZ)}, "noise"),
+    ],
+)
+def test_mistakes_of_the_caller_are_errors_that_name_them(arguments, message):
+    call = {"variant": "thread", "window": "n50", **arguments}
+    with pytest.raises(ValueError, match=message):
+        fit_ring_down(RingDownRecord(noisy(), RATE_HZ, "dmdt"), call.pop("variant"), call.pop("window"), **call)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((np.zeros(5), 1e4, "dmdt"), "shape"),
+        ((np.zeros((2, 5)), 1e4, "dmdt"), "three world components"),
+        ((np.zeros((3, 5)), 0.0, "dmdt"), "sampling_rate_hz"),
+        ((np.zeros((3, 5)), 1e4, "tesla"), "quantity"),
+        ((np.zeros((3, 5)), 1e4, "dmdt", 4, 3), "valid range"),
+    ],
+)
+def test_a_malformed_record_cannot_be_made(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        RingDownRecord(*arguments)

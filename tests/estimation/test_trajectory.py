@@ -1,0 +1,184 @@
+"""The kernel against an independent integrator, and its derivatives against differences."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from platform_daemon.estimation.models import JEWEL, THREAD
+from platform_daemon.estimation.sampling import DIPOLE, STATE
+from platform_daemon.estimation.terms import TERMS
+from platform_daemon.estimation.trajectory import Dynamics, LostTrajectoryError, Trajectory
+
+W = 2 * math.pi * 215.5
+RATE_HZ = 8000.0
+THETA = 2.0
+
+
+def dipole(state):
+    return np.array([state[1] * np.cos(state[0]), -state[1] * np.sin(state[0])])
+
+
+def thread_reference(amplitude, lam, seconds, rtol):
+    s = W * np.arange(int(seconds * RATE_HZ)) / RATE_HZ + THETA
+    c = lam / W
+    return solve_ivp(
+        lambda _, y: [y[1], -math.sin(y[0]) - 2 * c * y[1]],
+        (0, s[-1]), [amplitude, 0.0], method="DOP853", rtol=rtol, atol=1e-17, t_eval=s,
+    ).y  # fmt: skip
+
+
+def jewel_reference(amplitude, lam, tf, seconds, rtol):
+    """Half swing by half swing with events; at rest once friction holds the rotor at a turning point."""
+    s = W * np.arange(int(seconds * RATE_HZ)) / RATE_HZ + THETA
+    c0, c1 = lam / W, tf / W**2
+    out = np.zeros((2, s.size))
+    begin, phi, stuck_at = 0.0, amplitude, None
+
+    def turning(_, y):
+        return y[1]
+
+    turning.terminal = True
+    while begin < s[-1]:
+        if abs(math.sin(phi)) <= c1 * math.cos(phi) ** (4 / 3):
+            out[0, s >= begin] = phi
+            stuck_at = (begin - THETA) / W
+            break
+        sign = -math.copysign(1.0, phi)
+        turning.direction = -sign
+
+        def rhs(_, y, sign=sign):
+            friction = sign * c1 * max(math.cos(y[0]), 0.0) ** (4 / 3)
+            return [y[1], -math.sin(y[0]) - 2 * c0 * y[1] - friction]
+
+        leg = solve_ivp(
+            rhs, (begin, begin + 6), [phi, 0.0], method="DOP853", rtol=rtol, atol=1e-17, events=turning,
+            dense_output=True,
+        )  # fmt: skip
+        inside = (s >= begin) & (s < leg.t[-1])
+        out[:, inside] = leg.sol(s[inside])
+        begin, phi = leg.t[-1], leg.y[0, -1]
+    return out, stuck_at
+
+
+def relative_rms(signal, reference):
+    return math.sqrt(np.sum((signal - reference) ** 2) / np.sum(reference**2))
+
+
+def signal_of(model, dynamics, n, direct):
+    seconds = n / RATE_HZ
+    return Trajectory(model, dynamics, seconds, direct=direct).basis(0, n, 1 / RATE_HZ, DIPOLE)[:2]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "amplitude"),
+    [
+        (0.5, 0.4),
+        (0.5, 1.3),
+        pytest.param(15.0, 0.4, marks=pytest.mark.campaign),
+    ],
+)
+def test_a_thread_ring_down_agrees_with_dop853_to_a_billionth(seconds, amplitude):
+    reference = dipole(thread_reference(amplitude, 0.2465, seconds, 3e-14))
+    looser = dipole(thread_reference(amplitude, 0.2465, seconds, 1e-12))
+    dynamics = Dynamics(W, THETA, amplitude, (0.2465,))
+    for direct in (True, False):
+        error = relative_rms(signal_of(THREAD, dynamics, reference.shape[1], direct), reference)
+        print(f"thread {seconds} s direct={direct}: {error:.1e}; reference to rtol 1e-12: "
+              f"{relative_rms(looser, reference):.1e}")  # fmt: skip
+        assert error < 1e-9
+
+
+@pytest.mark.parametrize("amplitude", [0.35, pytest.param(0.93, marks=pytest.mark.campaign)])
+def test_a_jewel_ring_down_agrees_with_dop853_with_events_until_it_sticks(amplitude):
+    reference, stuck_at = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 3e-14)
+    looser, _ = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 1e-12)
+    assert stuck_at is not None
+    dynamics = Dynamics(W, THETA, amplitude, (0.2465, 1190.0))
+    for direct in (True, False):
+        signal = signal_of(JEWEL, dynamics, reference.shape[1], direct)
+        error = relative_rms(signal, dipole(reference))
+        print(f"jewel direct={direct}: {error:.1e}, sticks at {stuck_at:.4f} s; reference to rtol 1e-12: "
+              f"{relative_rms(dipole(looser), dipole(reference)):.1e}")  # fmt: skip
+        assert error < 1e-9
+
+
+def test_a_stuck_rotor_is_silent_and_so_are_its_derivatives():
+    trajectory = Trajectory(JEWEL, Dynamics(W, THETA, 0.05, (0.2465, 1190.0)), 1.0)
+    basis = trajectory.basis(0, 8000, 1 / RATE_HZ, DIPOLE)
+    late = basis[:-1, 4000:]
+    assert np.all(late == 0.0)
+    assert np.any(basis[:-1, :500] != 0.0)
+
+
+def test_a_rotor_that_friction_holds_from_the_start_never_moves():
+    trajectory = Trajectory(JEWEL, Dynamics(W, THETA, 5e-4, (0.2465, 1190.0)), 0.1)
+    state = trajectory.basis(0, 100, 1e-3, STATE)
+    assert np.all(state[0] == 5e-4)
+    assert np.all(state[1] == 0.0)
+
+
+@pytest.mark.parametrize(
+    ("model", "values", "amplitude"),
+    [(THREAD, (0.3,), 0.5), (THREAD, (0.3,), -1.2), (JEWEL, (0.3, 1190.0), 0.9), (JEWEL, (0.3, 1190.0), -0.3)],
+)
+@pytest.mark.parametrize("observable", [DIPOLE, STATE])
+@pytest.mark.parametrize("direct", [True, False])
+def test_sensitivities_agree_with_differences_across_turning_points(model, values, amplitude, observable, direct):
+    base = np.array([THETA, W, amplitude, *values])
+    n = 3000
+
+    def functions(p):
+        d = Dynamics(p[1], p[0], p[2], tuple(p[3:]))
+        return Trajectory(model, d, n / RATE_HZ, direct=direct).basis(0, n, 1 / RATE_HZ, observable)
+
+    d = Dynamics(W, THETA, amplitude, values)
+    chain = d.chain(model)
+    at = functions(base)
+    exact = at[2:-1].reshape(-1, 2, n)
+    exact = np.einsum("pfn,pq->qfn", exact, chain)
+    for k, size in enumerate([1e-5, 1e-5, 1e-5, 1e-3, 1e-2][: base.size]):
+        up, down = base.copy(), base.copy()
+        up[k] += size
+        down[k] -= size
+        difference = (functions(up)[:2] - functions(down)[:2]) / (2 * size)
+        scale = np.sqrt(np.mean(difference**2))
+        assert np.sqrt(np.mean((exact[k] - difference) ** 2)) < 2e-4 * scale, f"parameter {k}"
+
+
+@pytest.mark.parametrize("name", sorted(TERMS))
+@pytest.mark.parametrize("sigma", [1.0, -1.0])
+def test_every_torque_term_knows_its_own_derivatives(name, sigma):
+    term = TERMS[name]
+    c0 = np.array([c.typical for c in term.coefficients])
+
+    def tau(phi, v, c):
+        grad = np.zeros(c.size + 1)
+        return (*term.function(phi, math.sin(phi), math.cos(phi), v, sigma, c, 0, grad), grad[: c.size])
+
+    for phi, v in [(0.3, 0.2 * sigma), (-1.2, 0.9 * sigma), (1.0, 1e-3 * sigma)]:
+        _, by_phi, by_v, by_c = tau(phi, v, c0)
+        h = 1e-6
+        assert by_phi == pytest.approx((tau(phi + h, v, c0)[0] - tau(phi - h, v, c0)[0]) / (2 * h), abs=1e-8)
+        assert by_v == pytest.approx((tau(phi, v + h, c0)[0] - tau(phi, v - h, c0)[0]) / (2 * h), abs=1e-8)
+        for k in range(c0.size):
+            step = 0.1 * c0[k] * np.eye(c0.size)[k]
+            slope = (tau(phi, v, c0 + step)[0] - tau(phi, v, c0 - step)[0]) / (0.2 * c0[k])
+            assert by_c[k] == pytest.approx(slope, abs=1e-8)
+
+
+def test_kernel_numbers_of_the_terms_are_distinct():
+    codes = [term.code for term in TERMS.values()]
+    assert len(set(codes)) == len(codes)
+
+
+@pytest.mark.parametrize("dynamics", [
+    Dynamics(W, THETA, 3.1, (0.2,)),
+    Dynamics(W, THETA, 0.4, (5.0 * W,)),
+    Dynamics(W, -1.0, 0.4, (0.2,)),
+    Dynamics(W, THETA, math.nan, (0.2,)),
+])  # fmt: skip
+def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
+    with pytest.raises(LostTrajectoryError):
+        Trajectory(THREAD, dynamics, 0.1)
