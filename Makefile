@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo test check campaign clean
+.PHONY: install demo test check campaign accuracy clean
 
 install: $(STAMP)
 
@@ -27,6 +27,9 @@ check: install
 
 campaign: install
 	$(BIN)/pytest -m campaign -s
+
+accuracy: install
+	$(BIN)/python -m tests.paper.accuracy
 
 clean:
 	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
