@@ -14,7 +14,7 @@ from datetime import datetime
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import DeviceFault, InterlockError, ShotRefused
+from drivers.errors import DeviceFault, DeviceStateError, InterlockError, ShotRefused
 from drivers.io_card import ChunkFlags
 from drivers.platform import Platform
 from drivers.tx_rx_switch import SwitchPosition
@@ -64,6 +64,10 @@ def run_shot(
         platform.card.trigger()
         volts, flags, reason, clipped = _collect(platform, plan, cancelled, progress)
         overloaded = platform.lna.overloaded()
+    except DeviceStateError:
+        if cancelled():  # the card was stopped under us by whoever cancelled
+            raise Cancelled from None
+        raise
     finally:
         platform.outputs_off()
     return RawShot(
