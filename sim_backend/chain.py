@@ -1,9 +1,9 @@
 """The receive chain's frequency response, applied exactly to the rotor's signal.
 
-A product of first-order poles is a sum of single poles (partial fractions).  Through one pole, a polynomial goes in
-closed form: the rotor's EMF is a polynomial in every piece of its motion, so the output is a polynomial plus one dying
-exponential, continued from piece to piece.  Sampling delay is applied by evaluating at the delayed instants.  No digital
-filter, no interpolation between samples; errors are those of the pieces themselves (about 1e-10 of the signal).
+A product of first-order poles is a sum of single poles (partial fractions), and a polynomial goes through one pole in
+closed form.  The rotor's EMF is a polynomial in every piece of its motion, so the output is a polynomial plus one dying
+exponential, continued from piece to piece.  Sampling delay is applied by evaluating at the delayed instants.  There is
+no digital filter and no interpolation between samples; what is left are the errors of the pieces themselves.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from math import exp
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim_backend.collocation import NODES
+from sim_backend.kernel import kernel
 from sim_backend.options import ChainOptions
 
 TAYLOR = 40
@@ -56,7 +56,7 @@ def is_flat(chain: ChainOptions) -> bool:
     return not any(chain.poles_hz) and not any(chain.residual_delay_s)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _horner(c, n, x):  # type: ignore[no-untyped-def]
     total = 0.0
     for k in range(n - 1, -1, -1):
@@ -64,7 +64,7 @@ def _horner(c, n, x):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _slow_pole(p, kappa, y, out):  # type: ignore[no-untyped-def]
     """Powers of s = x + 1 of the solution of kappa dy/dx = p - y with y at s = 0, by its Taylor series; kappa > 0.5."""
     shifted = p.copy()
@@ -77,7 +77,7 @@ def _slow_pole(p, kappa, y, out):  # type: ignore[no-untyped-def]
         out[k + 1] = (source - out[k]) / (kappa * (k + 1))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def add_filtered(pieces, connected, times, w_u, w_v, weight, tau, out):  # type: ignore[no-untyped-def]
     """Add weight times the response of one pole to w_u g_u + w_v g_v at rising `times` (n,) onto out (n,).
 

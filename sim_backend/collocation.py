@@ -9,14 +9,16 @@ evaluated afterwards.  Polynomials are written in x = -1 ... 1 across the step.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from sim_backend.kernel import kernel
 from sim_backend.torque import drive, friction
 
 NODES = 8
 MAX_ITERATIONS = 40
+LARGEST = 1e200  # rad/s^2: the iteration has run away
+ROUNDING = 1e-14  # of the stiffness: below it the acceleration is rounding noise (drive against friction at rest)
 
 
 def _lagrange_in_legendre(x: NDArray[np.float64], w: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -43,7 +45,7 @@ def _tables() -> tuple[NDArray[np.float64], ...]:
 C, A, AA, TO_POWERS = _tables()
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def solve_step(
     tau: float,
     h: float,
@@ -78,7 +80,9 @@ def solve_step(
             change = max(change, abs(new - accel[i]))
             size = max(size, abs(new))
             accel[i] = new
-        if change <= 3e-16 * size or (change >= 0.5 * last and change <= 1e-13 * size):
+        if not size < LARGEST:
+            break
+        if change <= 3e-16 * size or (change >= 0.5 * last and change <= 1e-13 * size + ROUNDING * q[1]):
             done = True
             break
         last = change
@@ -90,7 +94,7 @@ def solve_step(
     return done, phi + h * (phi_dot + h * second), phi_dot + h * first
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def to_powers(nodal: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Coefficients of 1, x, ... x^7 of the polynomial through the nodal values; both (NODES,)."""
     for k in range(NODES):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Contacts:
         return self.changes[-1][0]
 
     def command(self, time_s: float, target: SwitchPosition, rng: np.random.Generator) -> Contacts:
-        """The history after a coil command at `time_s`: leave at once, arrive after the dead time, bounce on RECEIVE."""
+        """The history after a command at `time_s`: leave at once, arrive after the dead time, bounce on RECEIVE."""
         if self.stuck or self.heading() is target:
             return self
         kept = tuple(c for c in self.changes if c[0] < time_s) or ((-np.inf, self.position(time_s)),)
@@ -55,4 +56,4 @@ class Contacts:
     def spans(self, start_s: float, stop_s: float) -> list[tuple[float, float, SwitchPosition]]:
         """(from, to, position) covering start_s..stop_s without gaps."""
         edges = [start_s, *(t for t, _ in self.changes if start_s < t < stop_s), stop_s]
-        return [(a, b, self.position(a)) for a, b in zip(edges, edges[1:], strict=False)]
+        return [(a, b, self.position(a)) for a, b in pairwise(edges)]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +40,14 @@ class CurrentTerm:
 
 @dataclass(frozen=True)
 class Cut:
-    """A stretch in which nothing changes: from, to (s after the trigger), position of the contacts, terms per coil."""
+    """A stretch in which nothing changes: from, to (s after the trigger), position of the contacts, terms per coil,
+    and whether an amplifier channel is at its limit."""
 
     start_s: float
     stop_s: float
     position: SwitchPosition
     currents: tuple[tuple[CurrentTerm, ...], ...]
+    clipped: bool = False
 
     def current_a(self, coil: int, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """Current of one coil at times inside the cut, A."""
@@ -82,6 +85,10 @@ class Source:
         """Phase of a burst at a time, rad."""
         start_s = burst.start_sample / self.rate_hz
         return 2 * np.pi * burst.frequency_hz * (time_s - start_s) + burst.phase_rad
+
+    def is_clipped(self, time_s: float) -> bool:
+        """True if the limit is exceeded at a time."""
+        return abs(self.wanted_v(time_s, self.active(time_s))) > self.limit_v
 
     def edges(self) -> list[float]:
         """Starts and stops of the bursts, s."""
@@ -144,12 +151,14 @@ def cuts(
     for start_s, stop_s, position in _grid(drives, live, contacts):
         closed = position is SwitchPosition.TRANSMIT
         powered = any(a <= 0.5 * (start_s + stop_s) < b for a, b in live)
+        middle_s = 0.5 * (start_s + stop_s)
+        clipped = powered and any(s.is_clipped(middle_s) for s in drives)
         terms = []
         for k, (source, coil) in enumerate(zip(drives, coils, strict=True)):
             initial_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else 0.0
             loop = coil.resistance_ohm + output_impedance_ohm, coil.inductance_h
             terms.append(_loop_terms(source, powered, start_s, stop_s, initial_a, *loop) if closed else ())
-        out.append(Cut(start_s, stop_s, position, tuple(terms)))
+        out.append(Cut(start_s, stop_s, position, tuple(terms), clipped))
     return out
 
 
@@ -160,9 +169,9 @@ def _grid(
     out = []
     for start_s, stop_s, position in contacts:
         edges = sorted({start_s, stop_s, *(t for t in switching if start_s < t < stop_s)})
-        clips = [t for s in drives for a, b in zip(edges, edges[1:], strict=False) for t in s.clip_edges(a, b)]
+        clips = [t for s in drives for a, b in pairwise(edges) for t in s.clip_edges(a, b)]
         edges = sorted({*edges, *clips})
-        out += [(a, b, position) for a, b in zip(edges, edges[1:], strict=False)]
+        out += [(a, b, position) for a, b in pairwise(edges)]
     return out
 
 

@@ -1,8 +1,8 @@
 """Marches the rotor through time in pieces, cut exactly at every turning point, with sticking and release.
 
 Between two turning points the sign of the velocity is constant, so the dry friction is smooth and the step of
-`collocation` is exact to rounding error.  A tanh in place of the sign, or steps across a turning point, would put errors
-of 1e-5 rad into the record.
+`collocation` is exact to rounding error.  A tanh in place of the sign, or steps across a turning point, would put
+errors of 1e-5 rad into the record.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from drivers.errors import DeviceError
 from sim_backend.collocation import NODES, solve_step, to_powers
+from sim_backend.kernel import kernel
 from sim_backend.torque import drive, friction, is_dry
 
 # One piece, a row: start s, length s, angle and speed at the start, then the coefficients of powers of x = -1 ... 1 of
@@ -25,7 +25,9 @@ PIECE_SLOTS = 4 + 3 * NODES
 
 FINISHED, BUFFER_FULL, NO_CONVERGENCE = 0, 1, 2
 STEP_ANGLE_RAD = 0.2
-TAIL = 1e-10
+TAIL = 1e-10  # largest share of the last polynomial term in a step
+NOISE = 1e-13  # of the stiffness: accelerations below it are no reason for a smaller step
+STILL = 1e-14  # of omega_nat: a velocity below it has no sign
 SHORTEST_S = 1e-10
 STICK_SCAN_S = 2e-5
 NO_FIELD = np.zeros((0, 5))
@@ -41,7 +43,7 @@ class Motion:
     stuck: bool
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _store(row, start, h, phi, phi_dot, angle, speed, accel, work):  # type: ignore[no-untyped-def]
     row[0] = start
     row[1] = h
@@ -56,26 +58,30 @@ def _store(row, start, h, phi, phi_dot, angle, speed, accel, work):  # type: ign
     to_powers(work, row[4 + 2 * NODES : 4 + 3 * NODES])
 
 
-@njit(cache=True, nogil=True)
-def _resolved(accel: NDArray[np.float64], work: NDArray[np.float64]) -> bool:
+@kernel
+def _resolved(accel: NDArray[np.float64], work: NDArray[np.float64], noise: float) -> bool:
     """True if the polynomial's last two terms are negligible, so that the piece is accurate inside as well."""
     to_powers(accel, work)
     size = 0.0
     for i in range(NODES):
         size = max(size, abs(accel[i]))
-    return abs(work[7]) / 64.0 + abs(work[6]) / 32.0 <= TAIL * size * 1e2 and abs(work[7]) / 64.0 <= TAIL * size
+    last = abs(work[7]) / 64.0
+    return last <= TAIL * size + noise and last + abs(work[6]) / 32.0 <= 100.0 * TAIL * size + noise
 
 
-@njit(cache=True, nogil=True)
-def _crossing(phi_dot: float, h: float, sign: float, accel: NDArray[np.float64], work: NDArray[np.float64]) -> float:
-    """First fraction (0, 1] of the step at which the velocity polynomial has lost its sign, by scan and bisection."""
+@kernel
+def _crossing(phi_dot, h, sign, still, accel, work):  # type: ignore[no-untyped-def]
+    """First fraction (0, 1] of the step at which the velocity polynomial has lost its sign; 2 if it never does."""
     to_powers(accel, work)
     low = 0.0
+    high = 2.0
     for k in range(1, 65):
-        high = k / 64.0
-        if sign * _speed_at(phi_dot, h, 2.0 * high - 1.0, work) < 0.0:
+        if sign * _speed_at(phi_dot, h, k / 32.0 - 1.0, work) < -still:
+            high = k / 64.0
             break
-        low = high
+        low = k / 64.0
+    if high == 2.0:
+        return high
     for _ in range(60):
         middle = 0.5 * (low + high)
         if sign * _speed_at(phi_dot, h, 2.0 * middle - 1.0, work) < 0.0:
@@ -85,7 +91,7 @@ def _crossing(phi_dot: float, h: float, sign: float, accel: NDArray[np.float64],
     return high
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _speed_at(phi_dot: float, h: float, x: float, powers: NDArray[np.float64]) -> float:
     total = 0.0
     edge = -1.0
@@ -97,10 +103,10 @@ def _speed_at(phi_dot: float, h: float, x: float, powers: NDArray[np.float64]) -
     return phi_dot + 0.5 * h * total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _release_s(tau, end, phi, q, terms):  # type: ignore[no-untyped-def]
     """When a rotor at rest breaks loose: first time at which |drive| exceeds static friction; `end` if it does not."""
-    hold = friction(phi, 0.0, q)
+    hold = friction(phi, 0.0, q) + NOISE * q[1]
     if terms.shape[0] == 0:
         return end
     low = tau
@@ -118,66 +124,80 @@ def _release_s(tau, end, phi, q, terms):  # type: ignore[no-untyped-def]
     return end
 
 
-@njit(cache=True, nogil=True)
+@kernel
+def _loses_sign(sign: float, still: float, end_speed: float, speed: NDArray[np.float64]) -> bool:
+    lost = sign * end_speed < -still
+    for i in range(NODES):
+        lost = lost or sign * speed[i] < -still
+    return lost
+
+
+@kernel
+def _turn(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel):  # type: ignore[no-untyped-def]
+    """Shorten the step by Newton's method until the velocity at its end vanishes; returns its length and end angle."""
+    phi_1 = phi
+    for _ in range(5):
+        _, phi_1, left = solve_step(tau, h, phi, phi_dot, sign, q, terms, angle, speed, accel)
+        slope = drive(tau + h, phi_1, left, q, terms) - sign * friction(phi_1, left, q)
+        if slope * sign >= 0.0 or left == 0.0 or abs(left) >= 0.1 * h * abs(slope):
+            break
+        h -= left / slope
+    return h, phi_1
+
+
+@kernel
 def march(start, end, origin, phi, phi_dot, q, terms, pieces, count):  # type: ignore[no-untyped-def]
     """Advance the state from `start` to `end` (s), writing pieces from row `count` on.
 
     origin: time zero of the field terms.  Returns (reason, time reached, phi, phi_dot, rows used, stuck at the end).
     """
-    angle, speed, accel = np.zeros(NODES), np.zeros(NODES), np.zeros(NODES)
-    work = np.zeros(NODES)
+    angle, speed, accel, work = np.zeros(NODES), np.zeros(NODES), np.zeros(NODES), np.zeros(NODES)
     dry = is_dry(q)
     h_max = STEP_ANGLE_RAD / np.sqrt(q[1])
+    still = STILL * np.sqrt(q[1])
     h_now = h_max
     t = start
     stuck = False
     while t < end:
         if count >= pieces.shape[0]:
             return BUFFER_FULL, t, phi, phi_dot, count, stuck
-        sign = 0.0
-        if phi_dot != 0.0:
-            sign = 1.0 if phi_dot > 0.0 else -1.0
-        if dry and phi_dot == 0.0:
+        stuck = False
+        sign = np.sign(phi_dot)
+        if dry and abs(phi_dot) <= still:
             push = drive(t - origin, phi, 0.0, q, terms)
-            if abs(push) <= friction(phi, 0.0, q):
+            sign = np.sign(push)
+            if abs(push) <= friction(phi, 0.0, q) + NOISE * q[1]:
+                phi_dot = 0.0
                 free = min(origin + _release_s(t - origin, end - origin, phi, q, terms), end)
-                pieces[count, :] = 0.0
-                pieces[count, 0] = t
-                pieces[count, 1] = free - t
-                pieces[count, 2] = phi
                 stuck = free >= end
                 if free > t:
+                    pieces[count, :] = 0.0
+                    pieces[count, 0] = t
+                    pieces[count, 1] = free - t
+                    pieces[count, 2] = phi
                     count += 1
                     t = free
                     continue
-            sign = 1.0 if push > 0.0 else -1.0
-        stuck = False
         h = (t + min(h_now, end - t)) - t
-        if t + 1.01 * h >= end:
+        last = t + 1.01 * h >= end
+        if last:
             h = end - t
         ok, phi_1, phi_dot_1 = solve_step(t - origin, h, phi, phi_dot, sign, q, terms, angle, speed, accel)
-        if h > SHORTEST_S and not (ok and _resolved(accel, work)):
+        if h > SHORTEST_S and not (ok and _resolved(accel, work, NOISE * q[1])):
             h_now = 0.5 * h
             accel[:] = 0.0
             continue
         if not ok:
             return NO_CONVERGENCE, t, phi, phi_dot, count, stuck
-        turned = dry and sign * phi_dot_1 < 0.0
-        if dry:
-            for i in range(NODES):
-                turned = turned or sign * speed[i] < 0.0
-        if turned:
-            h *= _crossing(phi_dot, h, sign, accel, work)
-            for _ in range(4):
-                ok, phi_1, phi_dot_1 = solve_step(t - origin, h, phi, phi_dot, sign, q, terms, angle, speed, accel)
-                slope = drive(t + h - origin, phi_1, phi_dot_1, q, terms) - sign * friction(phi_1, phi_dot_1, q)
-                if slope * sign >= 0.0 or abs(phi_dot_1 / slope) >= 0.1 * h:
-                    break
-                h -= phi_dot_1 / slope
-            phi_dot_1 = 0.0
+        if dry and _loses_sign(sign, still, phi_dot_1, speed):
+            part = _crossing(phi_dot, h, sign, still, accel, work)
+            if part <= 1.0:
+                h, phi_1 = _turn(t - origin, part * h, phi, phi_dot, sign, q, terms, angle, speed, accel)
+                phi_dot_1 = 0.0
+                last = False
         _store(pieces[count], t, h, phi, phi_dot, angle, speed, accel, work)
         count += 1
-        t += h
+        t = end if last else t + h
         phi = phi_1
         phi_dot = phi_dot_1
         h_now = min(2.0 * max(h_now, h), h_max)

@@ -15,9 +15,10 @@ def noise_v(
     """Noise of every channel: (channel, samples) float64, V, with rms sd_v (channel,) over the full band."""
     out = np.empty((sd_v.size, samples))
     for row, sd, corner_hz in zip(out, sd_v, colour.corner_hz, strict=True):
-        coloured = colour.enabled and corner_hz > 0
-        row[:] = _coloured(rng, samples, rate_hz, corner_hz, colour.exponent) if coloured else rng.standard_normal(samples)
-        row *= sd
+        if colour.enabled and corner_hz > 0:
+            row[:] = sd * _coloured(rng, samples, rate_hz, corner_hz, colour.exponent)
+        else:
+            row[:] = sd * rng.standard_normal(samples)
     return out
 
 

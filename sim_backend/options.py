@@ -6,6 +6,7 @@ config/platforms/simulated.toml is the commented original.  Every key is require
 from __future__ import annotations
 
 from datetime import datetime
+from itertools import pairwise
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -50,13 +51,14 @@ class CardOptions(Section):
 class AmplifierOptions(Section):
     """Class-D amplifier: voltage gain V/V, output limit V, output impedance ohm, and its heat sink.
 
-    loss_fraction of the delivered energy heats a body of heat_capacity_j_per_k that cools through
-    cooling_k_per_w; above trip_temperature_c it trips.
+    idle_w (while enabled) and loss_fraction of the delivered energy heat a body of heat_capacity_j_per_k that cools
+    through cooling_k_per_w; above trip_temperature_c it trips.
     """
 
     gain: Positive
     limit_v: Positive
     output_impedance_ohm: NonNegative
+    idle_w: NonNegative
     loss_fraction: NonNegative
     heat_capacity_j_per_k: Positive
     cooling_k_per_w: Positive
@@ -102,7 +104,7 @@ class SwitchOptions(Section):
 
 
 class LnaOptions(Section):
-    """gains V/V it can be set to, rising; output_limit_v where its output stops; overload_v where it reports overload."""
+    """gains V/V it can be set to, rising; output_limit_v: its output stops; overload_v: it reports overload."""
 
     gains: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)]
     output_limit_v: Positive
@@ -110,7 +112,7 @@ class LnaOptions(Section):
 
     @model_validator(mode="after")
     def _rising(self) -> Self:
-        if any(b <= a for a, b in zip(self.gains, self.gains[1:], strict=False)):
+        if any(b <= a for a, b in pairwise(self.gains)):
             raise ValueError("gains must rise")
         return self
 
@@ -126,7 +128,7 @@ class ChainOptions(Section):
     def _distinct(self) -> Self:
         for poles in self.poles_hz:
             ordered = sorted(poles)
-            if any(b < 1.02 * a for a, b in zip(ordered, ordered[1:], strict=False)):
+            if any(b < 1.02 * a for a, b in pairwise(ordered)):
                 raise ValueError("poles of one channel must differ by at least 2 %")
         return self
 
@@ -166,8 +168,8 @@ class HumOptions(Section):
 
 
 class NoiseOptions(Section):
-    """Noise per channel: sd_am2_per_s is the rms over the full band, referred to dm/dt by the channel's own sensitivity;
-    scale multiplies it (0: none)."""
+    """Noise per channel: sd_am2_per_s is the rms over the full band at the ADC, referred to dm/dt by the channel's own
+    sensitivity; scale multiplies it (0: none)."""
 
     sd_am2_per_s: Levels
     scale: NonNegative

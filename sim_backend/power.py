@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from sim_backend.drive import Interval
@@ -24,6 +26,7 @@ class PowerStage:
 
     def set(self, now_s: float, *, enabled: bool | None = None, muted: bool | None = None) -> bool:
         """Change state at `now_s`; True if that changed whether power could come out."""
+        self.heat(now_s, 0.0)
         self.enabled = self.enabled if enabled is None else enabled
         self.muted = self.muted if muted is None else muted
         return self._log(now_s)
@@ -41,13 +44,15 @@ class PowerStage:
     def live_intervals(self, start_s: float, stop_s: float) -> tuple[Interval, ...]:
         """When it could put out power within a stretch, counted from start_s; the present state is taken to last."""
         edges = [start_s, *(t for t, _ in self._live if start_s < t < stop_s), stop_s]
-        spans = [(a - start_s, b - start_s) for a, b in zip(edges, edges[1:], strict=False) if self._live_at(a)]
+        spans = [(a - start_s, b - start_s) for a, b in pairwise(edges) if self._live_at(a)]
         return tuple(spans)
 
     def excess_k(self, now_s: float) -> float:
         """Heat sink above ambient, K."""
         tau_s = self.options.heat_capacity_j_per_k * self.options.cooling_k_per_w
-        return float(self._excess_k * np.exp(-max(now_s - self._excess_at_s, 0.0) / tau_s))
+        settled_k = self.options.idle_w * self.options.cooling_k_per_w if self.enabled else 0.0
+        fade = float(np.exp(-max(now_s - self._excess_at_s, 0.0) / tau_s))
+        return settled_k + (self._excess_k - settled_k) * fade
 
     def heat(self, now_s: float, delivered_j: float) -> None:
         """Account for energy delivered to the coils by `now_s`."""

@@ -90,16 +90,12 @@ def friction_torque_nm(magnets: Magnets, jewel: JewelBearing) -> float:
 
 
 def design(specimen: Specimen) -> RotorDesign:
-    """Design values of a specimen.
-
-    Raises ConfigError if a jewel specimen lacks its jewel table, if the cup is not wider than the sphere, or if a
-    thread specimen claims jewel friction.
-    """
+    """Design values of a specimen.  Raises ConfigError if the jewel's cup is not wider than the sphere."""
     _check(specimen)
     magnets = specimen.magnets
     moment, inertia = sphere_moment_am2(magnets), sphere_inertia_kg_m2(magnets)
     b_0 = mu_0 * moment / (4 * np.pi * magnets.distance_m**3)
-    tf = friction_torque_nm(magnets, specimen.jewel) if specimen.variant == "jewel" and specimen.jewel else 0.0
+    tf = friction_torque_nm(magnets, specimen.jewel) if specimen.jewel else 0.0
     return RotorDesign(
         m_r_am2=moment,
         m_stator_am2=moment,
@@ -143,14 +139,10 @@ def _first(measured: float | None, designed: float) -> float:
 
 
 def _check(specimen: Specimen) -> None:
-    where = f"resonator {specimen.name!r}"
-    if specimen.variant == "thread":
-        if specimen.measured.tf_over_i_rad_per_s2:
-            raise ConfigError("a thread bearing has no jewel friction", where=f"{where}, measured.tf_over_i_rad_per_s2")
-        return
-    if specimen.jewel is None:
-        raise ConfigError("a jewel resonator needs its bearing", where=where, remedy="add the table [jewel]")
-    if specimen.jewel.cup_radius_m <= specimen.magnets.radius_m:
+    jewel, magnets = specimen.jewel, specimen.magnets
+    if jewel is not None and jewel.cup_radius_m <= magnets.radius_m:
         raise ConfigError(
-            "the cup must be wider than the sphere", where=f"{where}, jewel.cup_radius_m", why="eq:a has R > r"
+            f"a cup of {jewel.cup_radius_m} m is not wider than the sphere of {magnets.radius_m} m",
+            where=f"resonator {specimen.name!r}, jewel.cup_radius_m",
+            why="eq:a holds for R > r",
         )

@@ -1,4 +1,4 @@
-"""One shot of the simulated world, as a pure function: what is set up and commanded in, what happened and was heard out.
+"""One shot of the simulated world as a pure function: set-up and commands in, what happened and was heard out.
 
 It can be repeated with the amplifier switched off half-way, or cut short by a stop, and gives the same samples up to
 that instant.
@@ -21,6 +21,7 @@ from sim_backend.receiver import Heard, listen
 from sim_backend.rotor import Rotor
 from sim_backend.shot_setup import BOUNCE, ShotSetup
 from sim_backend.torque import parameters
+
 
 @dataclass(frozen=True)
 class ShotResult:
@@ -55,7 +56,7 @@ def simulate(setup: ShotSetup) -> ShotResult:
     violations = _violations(powered, spans)
     broken_s = 0.0 if setup.lna_broken else min((t for t, _ in violations), default=np.inf)
     heard = listen(setup, pieces, connected, spans, _leak_v(setup, powered), broken_s)
-    clipped_s = _clipped_s(setup, powered)
+    clipped_s = min((c.start_s for c in stages if c.clipped), default=None)
     return ShotResult(
         pieces, phi, phi_dot, stuck, contacts, tuple(stages), tuple(powered), violations, clipped_s, heard
     )
@@ -99,8 +100,8 @@ def conductance(
 ) -> NDArray[np.float64] | None:
     """(2, 2) sum of b b^T Re(1/Z) over the closed transmit loops at f_nat, for `torque.parameters`; None: effect off.
 
-    The loop current that the rotor induces is taken in its steady state at f_nat; its reactive part would only shift the
-    frequency by a few parts per million.
+    The loop current that the rotor induces is taken in its steady state at f_nat; its reactive part would only shift
+    the frequency by a few parts per million.
     """
     effect = options.effects.back_action
     if not effect.enabled:
@@ -125,17 +126,6 @@ def _leak_v(setup: ShotSetup, powered: list[Interval]) -> NDArray[np.float64]:
     t = np.arange(last) / rate
     on = np.any([(t >= a) & (t < b) for a, b in powered], axis=0) if powered else np.zeros(last, dtype=bool)
     return amplifier_v(setup, last) * on * 10 ** (-setup.options.switch.isolation_db / 20)
-
-
-def _clipped_s(setup: ShotSetup, powered: list[Interval]) -> float | None:
-    """When the amplifier first reached its limit; None: never."""
-    times = [
-        edge
-        for source in sources(setup.timeline, setup.options.amplifier, 3)
-        for a, b in both(powered, [(x.start_sample / source.rate_hz, x.stop_sample / source.rate_hz) for x in source.bursts])
-        for edge in source.clip_edges(a, b)
-    ]
-    return min(times, default=None)
 
 
 def _violations(

@@ -4,8 +4,6 @@
 
 This is the one place to add an effect: give it a slot in the parameter array, a line in `drive` (anything smooth) or in
 `friction` (anything that opposes the motion and can hold the rotor at rest).  The integrator needs nothing else.
-
-numba's cache looks at the file of the outermost function only: after editing this file delete `__pycache__`.
 """
 
 from __future__ import annotations
@@ -13,9 +11,9 @@ from __future__ import annotations
 from math import cos, exp, sin
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from sim_backend.kernel import kernel
 from sim_backend.rotor import Rotor
 
 DAMPING = 0  # 2 lambda, 1/s
@@ -47,7 +45,7 @@ def parameters(rotor: Rotor, conductance: NDArray[np.float64] | None = None) -> 
     return q
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def field(tau: float, terms: NDArray[np.float64]) -> tuple[float, float]:
     """Coil field at the rotor along u and v, T, `tau` seconds after the terms' time zero; terms: (n, FIELD_SLOTS)."""
     b_u = 0.0
@@ -61,13 +59,13 @@ def field(tau: float, terms: NDArray[np.float64]) -> tuple[float, float]:
     return b_u, b_v
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def back_action(sine: float, cosine: float, phi_dot: float, q: NDArray[np.float64]) -> float:
     """Braking by the current that the rotor's own EMF drives through the coils (eq:u(t,p,R) and reciprocity)."""
     return -(q[4] * sine * sine - 2.0 * q[5] * sine * cosine + q[6] * cosine * cosine) * phi_dot
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def drive(tau: float, phi: float, phi_dot: float, q: NDArray[np.float64], terms: NDArray[np.float64]) -> float:
     """All smooth torque: viscous damping, restoring torque, excitation T_Exc = m x B (after eq:T_m), back-action."""
     sine = sin(phi)
@@ -81,7 +79,7 @@ def drive(tau: float, phi: float, phi_dot: float, q: NDArray[np.float64], terms:
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def friction(phi: float, phi_dot: float, q: NDArray[np.float64]) -> float:
     """Level of dry friction, >= 0: Hertz contact T_f cos^(4/3) phi (eq:tf(phi)); beyond 90 deg nothing presses."""
     cosine = cos(phi)
@@ -90,7 +88,7 @@ def friction(phi: float, phi_dot: float, q: NDArray[np.float64]) -> float:
     return q[2] * cosine ** (4.0 / 3.0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_dry(q: NDArray[np.float64]) -> bool:
     """True if any dry friction acts at all: only then do turning points matter."""
     return q[2] != 0.0

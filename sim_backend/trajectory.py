@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim_backend.collocation import NODES
+from sim_backend.kernel import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _state(row, t):  # type: ignore[no-untyped-def]
     half = 0.5 * row[1]
     x = (t - row[0]) / half - 1.0
@@ -26,7 +26,7 @@ def _state(row, t):  # type: ignore[no-untyped-def]
     return row[2] + half * (row[3] * (x + 1.0) + half * second), row[3] + half * first
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill(pieces, times, phi, phi_dot):  # type: ignore[no-untyped-def]
     j = 0
     for i in range(times.size):
@@ -35,7 +35,9 @@ def _fill(pieces, times, phi, phi_dot):  # type: ignore[no-untyped-def]
         phi[i], phi_dot[i] = _state(pieces[j], times[i])
 
 
-def states(pieces: NDArray[np.float64], times_s: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def states(
+    pieces: NDArray[np.float64], times_s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Angle rad and speed rad/s at rising times (n,) that lie within the pieces; each (n,) float64."""
     phi, phi_dot = np.empty(times_s.size), np.empty(times_s.size)
     _fill(pieces, np.ascontiguousarray(times_s, dtype=np.float64), phi, phi_dot)
@@ -43,7 +45,7 @@ def states(pieces: NDArray[np.float64], times_s: NDArray[np.float64]) -> tuple[N
 
 
 def energy_amplitude_rad(phi_rad: float, phi_dot_rad_per_s: float, omega_rad_per_s: float) -> float:
-    """Peak angle of the undamped orbit through a state, rad; pi for a rotor that would go over the top (equ:ODE_norm)."""
+    """Peak angle of the undamped orbit through a state, rad (equ:ODE_norm); pi if it would go over the top."""
     cosine = np.cos(phi_rad) - 0.5 * (phi_dot_rad_per_s / omega_rad_per_s) ** 2
     return float(np.arccos(max(cosine, -1.0)))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,8 @@ def record(setup: ShotSetup, result: ShotResult, temperature_c: float, violation
     out: dict[str, Any] = {
         "seed": setup.options.seed,
         "shot": setup.number,
-        "effects": {name: getattr(effects, name).enabled for name in type(effects).model_fields},
+        "effects": {name: getattr(effects, name).enabled for name in type(effects).model_fields}
+        | {"noise_colour": setup.options.noise.colour.enabled, "hum": setup.options.noise.hum.enabled},
         "receive_chain": setup.options.receive.chain,
         "faults": sorted(setup.faults),
         "violations": list(violations),
@@ -127,6 +129,5 @@ def _peak_a(setup: ShotSetup, result: ShotResult, coil: int) -> float:
 
 def _hot_switch_a(result: ShotResult) -> float:
     """Largest current, A, that was still flowing when the contacts left TRANSMIT."""
-    pairs = zip(result.cuts, result.cuts[1:], strict=False)
-    leaving = [a for a, b in pairs if any(a.currents) and b.position is not a.position]
+    leaving = [a for a, b in pairwise(result.cuts) if any(a.currents) and b.position is not a.position]
     return max((abs(float(c.current_a(k, np.array([c.stop_s]))[0])) for c in leaving for k in range(3)), default=0.0)

@@ -33,6 +33,7 @@ from sim_backend.variation import Temperature, friction_factor, rotor_now
 
 TEMPERATURE, THERMOMETER, HUM, FRICTION, IDLE_BOUNCE = 10, 11, 12, 13, 14
 AT_REST_RAD = 1e-9
+DECAY_STRIDE_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -252,11 +253,10 @@ class World:
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         along_uv = sensitivity_t_per_a(self.options.coils, rotor.position_m) @ rotor.rotation[:, :2]
         q = parameters(rotor, conductance(self.options, rotor, along_uv) if closed else None)
-        t, phi, phi_dot = at.time_s, at.phi_rad, at.phi_dot_rad_per_s
-        while t < now_s:
-            until = min(t + 5.0, now_s)
-            motion = move(t, until, phi, phi_dot, q)
-            t, phi, phi_dot = until, motion.phi_rad, motion.phi_dot_rad_per_s
+        left_s, phi, phi_dot = now_s - at.time_s, at.phi_rad, at.phi_dot_rad_per_s
+        while left_s > 0:
+            motion = move(0.0, min(left_s, DECAY_STRIDE_S), phi, phi_dot, q)
+            left_s, phi, phi_dot = left_s - DECAY_STRIDE_S, motion.phi_rad, motion.phi_dot_rad_per_s
             if energy_amplitude_rad(phi, phi_dot, rotor.omega_rad_per_s) < AT_REST_RAD:
                 return Resting(now_s)
             if motion.stuck:

@@ -115,7 +115,8 @@ class SimulatedIoCard:
         if "dropped_samples" in faults and first < middle < stop:
             return first, middle
         if "dropped_samples" in faults and first == middle:
-            return min(middle + DROPPED, timeline.total_samples - 1), max(stop, min(middle + DROPPED + 1, stop + DROPPED))
+            first = min(middle + DROPPED, timeline.total_samples - 1)
+            return first, min(first + most, timeline.total_samples)
         return first, stop
 
     @staticmethod

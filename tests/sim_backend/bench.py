@@ -86,6 +86,7 @@ class Bench:
         return timeline(self.channels[more.pop("axis", 0)], field, **more)
 
     def start(self, program: Timeline) -> None:
+        self.switch.to_transmit()
         self.amplifier.enable()
         self.amplifier.unmute()
         self.card.program(program)
