@@ -117,7 +117,9 @@ def add_rows(table: Table, frame: dict[str, Any], truth: dict[str, Any], paper: 
         if name in frame["parameters"]:
             found = frame["parameters"][name]
             pull = (found["value"] - truth[name]) / found["std"]
-            cells = (number(found["value"], found["std"], factor), f"{truth[name] * factor:.6g}", f"{pull:+.2f}")
+            shown = number(found["value"], found["std"], factor)
+            decimals = len(shown.partition("(")[0].partition(".")[2])
+            cells = (shown, f"{truth[name] * factor:.{decimals}f}", f"{pull:+.2f}")
             table.add_row(str(frame["frame"]), heading, *cells, number(*paper[name], factor))
     table.add_section()
 

@@ -95,10 +95,14 @@ def serve(
     listener = _listen(host, port)
     folder = open_data_folder(data)
     engine = start_engine(file, Journal(folder.jobs))
+    # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
+    signal.signal(signal.SIGTERM, _interrupt)
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)
         server.run(sockets=[listener])
+    except KeyboardInterrupt:
+        pass
     finally:
         engine.close()
 
