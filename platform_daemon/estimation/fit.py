@@ -186,7 +186,7 @@ def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
     dof = _degrees(task, problem)
     failure = "no start value led anywhere"
     for candidate in start.candidates:
-        state = _with_fixed(candidate, problem.model, task.fixed)
+        state = by_convention(_with_fixed(candidate, problem.model, task.fixed))
         try:
             fitted = fit_growing(problem, state, start.periods, task.chosen.last)
         except _FAILURES as error:
@@ -214,7 +214,8 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     refuse_unexplained(model.name, r2, chi2)
     state = by_convention(best.state)
     try:
-        normal = problem.normal(state, chosen.last)
+        # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
+        normal = best.normal if state is best.state else problem.normal(state, chosen.last)
         public = publish(model, state, normal, problem.free)
     except _FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error

@@ -104,8 +104,6 @@ def fit_growing(problem: Problem, start: FitState, start_periods: float, last: i
     while problem.first + length < last:
         state = _minimise(problem, state, problem.first + length, prior, _EARLY_TOLERANCE).state
         length *= 2
-    if problem.first + length // 2 < last:
-        state = _minimise(problem, state, last, prior, 10.0 * _EARLY_TOLERANCE).state
     return _minimise(problem, state, last, None, _FINAL_TOLERANCE)
 
 

@@ -27,18 +27,13 @@ class Published:
 
 
 def by_convention(state: FitState) -> FitState:
-    """Resolve phi -> -phi so that the observation obeys its sign convention."""
+    """Resolve phi -> -phi so that the observation obeys its sign convention; the state itself if it does already."""
     observation, mirror = state.observation.by_convention()
-    state = replace(state, observation=observation)
-    return state.mirrored() if mirror else state
+    return replace(state, observation=observation).mirrored() if mirror else state
 
 
 def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndarray) -> Published:
-    """Public values and covariance of a fitted state (already by convention).
-
-    `normal` may stem from the mirrored state: signs of the mirrored parameters are restored here by recomputing
-    nothing but the Jacobian, so the caller passes the normal matrix of the state itself.
-    """
+    """Public values and covariance of a fitted state (already by convention); `normal` was taken at that state."""
     names, values, jacobian = _public_jacobian(model, state)
     internal, condition = covariance(normal, free)
     spread = jacobian[:, free]
