@@ -6,6 +6,7 @@ from types import FrameType
 
 import uvicorn
 from fastapi import FastAPI
+from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
 from platform_daemon.api import acquisition_routes, fit_routes, platform_routes, problems, recording_routes
@@ -19,7 +20,8 @@ Errors are RFC 9457 problem details with a remedy.  All values are in SI units, 
 
 def create_api(context: Context) -> FastAPI:
     """The application over an engine and its folders."""
-    app = FastAPI(title="platform-daemon", version=__version__, description=DESCRIPTION)
+    # Labs without internet must see the documentation page too: its scripts come from here, not from a CDN.
+    app = FastAPIOffline(title="platform-daemon", version=__version__, description=DESCRIPTION)
     app.state.context = context
     problems.install(app)
     for routes in (platform_routes, acquisition_routes, recording_routes, fit_routes):
