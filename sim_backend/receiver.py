@@ -92,12 +92,12 @@ def _add_transients(
     times: NDArray[np.float64],
     volts: NDArray[np.float64],
 ) -> None:
-    """A decaying step after every closing of the receive contact."""
+    """A decaying step that starts anew with every closing of the receive contact."""
     options = setup.options.switch
     level = np.array(options.transient_v)[:, None]
-    for closed_s in (a for a, _, position in spans if position is SwitchPosition.RECEIVE):
-        first = int(np.searchsorted(times, closed_s))
-        last = int(np.searchsorted(times, closed_s + 50 * options.transient_tau_s))
+    closings = [a for a, _, position in spans if position is SwitchPosition.RECEIVE]
+    for closed_s, next_s in zip(closings, [*closings[1:], np.inf], strict=True):
+        first, last = np.searchsorted(times, [closed_s, min(closed_s + 50 * options.transient_tau_s, next_s)])
         volts[:, first:last] += level * np.exp(-(times[first:last] - closed_s) / options.transient_tau_s)
 
 
