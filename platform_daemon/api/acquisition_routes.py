@@ -21,8 +21,10 @@ def _body(job: Job) -> dict[str, Any]:
     return job_body(job, links)
 
 
-@router.post("", status_code=202, response_model=JobModel, responses={422: {"model": ProblemModel}})
-def start(body: AcquisitionBody, response: Response, context: Shared) -> dict[str, Any]:
+@router.post(
+    "", summary="Measure a series", status_code=202, response_model=JobModel, responses={422: {"model": ProblemModel}}
+)
+def start_acquisition(body: AcquisitionBody, response: Response, context: Shared) -> dict[str, Any]:
     """Queue an acquisition.
 
     Acquisitions run one after the other in the order asked; `state` is `queued` until its turn comes.  The request is
@@ -34,26 +36,26 @@ def start(body: AcquisitionBody, response: Response, context: Shared) -> dict[st
     return _body(job)
 
 
-@router.post("/dry-run", responses={422: {"model": ProblemModel}})
+@router.post("/dry-run", summary="Check a series without moving anything", responses={422: {"model": ProblemModel}})
 def dry_run(body: AcquisitionBody, context: Shared) -> dict[str, Any]:
     """The same checks, nothing moves: realised frequency, currents, voltages, duration, disk, settle check."""
     return context.engine.plan(body).summary()
 
 
-@router.get("", response_model=list[JobModel])
-def every(context: Shared) -> list[dict[str, Any]]:
+@router.get("", summary="All acquisitions", response_model=list[JobModel])
+def list_acquisitions(context: Shared) -> list[dict[str, Any]]:
     """All acquisitions since the daemon started, oldest first."""
     return [_body(job) for job in context.engine.jobs("acquisition")]
 
 
-@router.get("/{identifier}", response_model=JobModel, responses=ERRORS)
-def one(identifier: str, context: Shared) -> dict[str, Any]:
+@router.get("/{identifier}", summary="How far it is, and what came out", response_model=JobModel, responses=ERRORS)
+def get_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
     """State, progress with time left, and the on-line fits so far."""
     return _body(context.engine.job("acquisition", identifier))
 
 
-@router.delete("/{identifier}", status_code=202, response_model=JobModel, responses=ERRORS)
-def cancel(identifier: str, context: Shared) -> dict[str, Any]:
+@router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=JobModel, responses=ERRORS)
+def cancel_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
     """Cancel.  A running shot ends within 0.1 s with outputs off and is discarded; shots on disk stay."""
     job = context.engine.job("acquisition", identifier)
     job.request_cancel()

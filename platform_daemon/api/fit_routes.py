@@ -24,8 +24,8 @@ def _body(job: Job) -> dict[str, Any]:
     return job_body(job, {"self": f"/fits/{job.identifier}", "recording": f"/recordings/{job.request['recording']}"})
 
 
-@router.post("", status_code=202, response_model=JobModel, responses=ERRORS)
-def start(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
+@router.post("", summary="Fit a recording", status_code=202, response_model=JobModel, responses=ERRORS)
+def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
     """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
     recording = opened(body.recording, context)
     unknown = sorted(set(body.fixed) - set(PARAMETER_NAMES))
@@ -48,20 +48,20 @@ def start(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
     return _body(job)
 
 
-@router.get("", response_model=list[JobModel])
-def every(context: Shared) -> list[dict[str, Any]]:
+@router.get("", summary="All fits", response_model=list[JobModel])
+def list_fits(context: Shared) -> list[dict[str, Any]]:
     """All fits asked for since the daemon started, oldest first."""
     return [_body(job) for job in context.engine.jobs("fit")]
 
 
-@router.get("/{identifier}", response_model=JobModel, responses=ERRORS)
-def one(identifier: str, context: Shared) -> dict[str, Any]:
+@router.get("/{identifier}", summary="How far it is, and the result", response_model=JobModel, responses=ERRORS)
+def get_fit(identifier: str, context: Shared) -> dict[str, Any]:
     """State, progress, and the result once it is there."""
     return _body(context.engine.job("fit", identifier))
 
 
-@router.delete("/{identifier}", status_code=202, response_model=JobModel, responses=ERRORS)
-def cancel(identifier: str, context: Shared) -> dict[str, Any]:
+@router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=JobModel, responses=ERRORS)
+def cancel_fit(identifier: str, context: Shared) -> dict[str, Any]:
     """Cancel after the frame under way."""
     job = context.engine.job("fit", identifier)
     job.request_cancel()

@@ -29,8 +29,8 @@ def opened(identifier: str, context: Shared) -> Recording:
     return open_recording(resolve(context.recordings, identifier))
 
 
-@router.get("")
-def every(context: Shared) -> dict[str, Any]:
+@router.get("", summary="All recordings")
+def list_recordings_in_folder(context: Shared) -> dict[str, Any]:
     """Every recording, and every file that cannot be read with the reason."""
     found = list_recordings(context.recordings)
     entries = [{**asdict(e), "path": e.path.name, "links": _links(e.identifier)} for e in found.recordings]
@@ -38,8 +38,8 @@ def every(context: Shared) -> dict[str, Any]:
     return {"recordings": entries, "broken": broken}
 
 
-@router.get("/{identifier}", responses=ERRORS)
-def one(identifier: str, context: Shared) -> dict[str, Any]:
+@router.get("/{identifier}", summary="What a recording holds", responses=ERRORS)
+def get_recording(identifier: str, context: Shared) -> dict[str, Any]:
     """What the recording says: sequence, calibration, frames with verdicts, sample, operator."""
     recording = opened(identifier, context)
     return {"id": identifier, **describe(recording), "file": recording.path.name, "links": _links(identifier)}
@@ -50,15 +50,20 @@ def _links(identifier: str) -> dict[str, str]:
     return {"self": base, "file": f"{base}/file", "dmdt": f"{base}/frames/0/dmdt"}
 
 
-@router.get("/{identifier}/file", responses=ERRORS)
-def download(identifier: str, context: Shared) -> FileResponse:
+@router.get("/{identifier}/file", summary="The file itself", responses=ERRORS)
+def download_recording(identifier: str, context: Shared) -> FileResponse:
     """The whole file (HDF5, NeXus, `.mmr`)."""
     path = opened(identifier, context).path
     return FileResponse(path, media_type="application/x-hdf5", filename=path.name)
 
 
-@router.get("/{identifier}/frames/{frame}/dmdt", response_model=DmdtModel, responses=ERRORS)
-def dmdt(
+@router.get(
+    "/{identifier}/frames/{frame}/dmdt",
+    summary="Calibrated dm/dt of a frame",
+    response_model=DmdtModel,
+    responses=ERRORS,
+)
+def get_dmdt(
     identifier: str,
     frame: int,
     context: Shared,
