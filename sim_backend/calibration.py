@@ -33,7 +33,7 @@ def receive_calibration(
 
 
 def calibration_frequencies_hz(highest_hz: float) -> NDArray[np.float64]:
-    """Fine enough that linear interpolation of a 20 kHz pole errs by less than 1e-7 where the rotor has its lines."""
+    """Fine enough that linear interpolation of a 20 kHz pole errs by about 1e-7 where the rotor has its lines."""
     fine = np.arange(0.0, min(FINE_UP_TO_HZ, highest_hz), FINE_HZ)
     coarse = np.arange(FINE_UP_TO_HZ, highest_hz + COARSE_HZ, COARSE_HZ)
     return np.concatenate([fine, coarse])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,7 +97,7 @@ def _add_transients(
     options = setup.options.switch
     level = np.array(options.transient_v)[:, None]
     closings = [a for a, _, position in spans if position is SwitchPosition.RECEIVE]
-    for closed_s, next_s in zip(closings, [*closings[1:], np.inf], strict=True):
+    for closed_s, next_s in pairwise([*closings, np.inf]):
         first, last = np.searchsorted(times, [closed_s, min(closed_s + 50 * options.transient_tau_s, next_s)])
         volts[:, first:last] += level * np.exp(-(times[first:last] - closed_s) / options.transient_tau_s)
 

@@ -38,7 +38,8 @@ def through_one_pole(pieces, times, pole_hz):
         s = (edges[:-1, None] + edges[1:, None]) / 2 + (edges[1:, None] - edges[:-1, None]) / 2 * GAUSS[0]
         w = (edges[1:, None] - edges[:-1, None]) / 2 * GAUSS[1]
         order = np.argsort(s.ravel())
-        out.append(np.sum(w.ravel()[order] * emf(pieces, s.ravel()[order]) * np.exp((s.ravel()[order] - t) / tau)) / tau)
+        s, w = s.ravel()[order], w.ravel()[order]
+        out.append(np.sum(w * emf(pieces, s) * np.exp((s - t) / tau)) / tau)
     return np.array(out)
 
 

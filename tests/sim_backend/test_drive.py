@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -59,7 +61,8 @@ def test_precompensated_burst_gives_a_pure_sine_from_the_first_instant_and_ends_
     stages = one([burst], [(0.0, 0.1)])
     times = np.arange(TX) / RATE
     b = bench.channels[0].field_per_ampere_t[0]
-    assert b * current(stages, times) == pytest.approx(215e-6 * np.sin(2 * np.pi * burst.frequency_hz * times), abs=1e-15)
+    wanted = 215e-6 * np.sin(2 * np.pi * burst.frequency_hz * times)
+    assert b * current(stages, times) == pytest.approx(wanted, abs=1e-15)
     after = TX / RATE + np.linspace(1e-6, 1e-2, 50)
     assert np.abs(current(stages, after)).max() < 1e-13
 
@@ -85,7 +88,7 @@ def test_cuts_cover_time_without_gaps():
     stages = one([Burst(0, 10, 2000, 212.0, 0.5), Burst(0, 500, 900, 1000.0, 0.2)], [(0.001, 0.02)], limit_v=2.0)
     assert stages[0].start_s == 0.0
     assert stages[-1].stop_s == 0.1
-    assert all(a.stop_s == b.start_s for a, b in zip(stages, stages[1:], strict=False))
+    assert all(a.stop_s == b.start_s for a, b in pairwise(stages))
 
 
 def test_overlapping_gates_are_joined():
