@@ -1,4 +1,14 @@
-"""Ring-down estimation: arrays in, frozen results out. Pure: no files, no devices, no web."""
+"""Ring-down estimation: arrays in, frozen results out. Pure: no files, no devices, no web.
+
+The way of one shot through the room:
+    calibration (equaliser)      volts -> dm/dt in world axes
+    screening, noise, windows    is it usable, how noisy is it, which samples
+    snapshot, start              start values from the first periods (spectrum, harmonics)
+    growing, gauss_newton        least squares on growing windows, from moments of
+    trajectory                     trace (half_swing, terms): the motion and its exact derivatives
+                                   sampling: what the channels see of it (observation)
+    publish, judgement           published parameters, covariance, verdict -> result
+"""
 
 from __future__ import annotations
 

@@ -15,6 +15,8 @@ _SUSPECT_CHI2 = 2.0
 _LARGEST_RELATIVE_STD = 0.05
 _LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
 _UNSEPARATED = 0.2
+_LOSSES = ("lambda_per_s", "tf_over_i_rad_per_s2")
+_SURE = 5.0  # standard deviations
 
 
 def refuse_unexplained(model_name: str, r2: float, chi2_per_dof: float) -> None:
@@ -54,6 +56,9 @@ def refuse_untrustworthy(public: Published) -> None:
     estimate = estimates[name]
     if estimate.std is not None and estimate.std > limit * abs(estimate.value):
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
+    losses = [estimates[n] for n in _LOSSES if n in estimates]
+    if all(e.std is not None and e.value < -_SURE * e.std for e in losses):
+        raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
     if "tf_over_i_rad_per_s2" in estimates and estimates["phi_max_rad"].value > 0.5 * math.pi:
         raise RefusedError(Refusal.OUT_OF_RANGE, "the Hertz contact holds below 90 degrees only")
 
@@ -63,6 +68,10 @@ def doubts(public: Published, chi2_per_dof: float) -> tuple[str, ...]:
     warnings = []
     if chi2_per_dof > 1.1:
         warnings.append("residual_not_white: the model leaves more than the noise")
+    for name in _LOSSES:
+        loss = public.parameters.get(name)
+        if loss is not None and loss.std is not None and loss.value < -_SURE * loss.std:
+            warnings.append(f"negative_loss: {name} = {loss.value:.4g} +- {loss.std:.2g} feeds energy in")
     friction = public.parameters.get("tf_over_i_rad_per_s2")
     viscous = public.parameters.get("lambda_per_s")
     if friction is not None and viscous is not None and friction.std is not None and viscous.std is not None:

@@ -8,7 +8,7 @@ from enum import Enum
 class Refusal(Enum):
     """Codes of refused fits; the text says what to try."""
 
-    NOT_FINITE = "the record contains NaN or infinite samples; check the reader and the calibration"
+    NOT_FINITE = "the record contains NaN, infinite or absurdly large samples; check the reader and the calibration"
     TOO_SHORT = "the window holds too few periods; use a longer window or record"
     SATURATED = "the record is clipped; lower the gain or the excitation"
     NO_SIGNAL = "no oscillation stands out of the noise; check excitation, frequency and switch"

@@ -64,6 +64,10 @@ def rodrigues_jacobian(rodrigues: Array) -> Array:
 def nearest_rotation(v: Array, u: Array) -> Array:
     """Rotation with columns e_u, e_v, e_w from a trusted direction v and a less trusted u, both (3,)."""
     e_v = v / np.linalg.norm(v)
-    u = u - (u @ e_v) * e_v
-    e_u = u / np.linalg.norm(u)
+    across = u - (u @ e_v) * e_v
+    if np.linalg.norm(across) <= 1e-9 * np.linalg.norm(v):
+        # No u-signal at all: any direction across v is as good as another.
+        axis = np.eye(3)[int(np.argmin(np.abs(e_v)))]
+        across = axis - (axis @ e_v) * e_v
+    e_u = across / np.linalg.norm(across)
     return np.column_stack([e_u, e_v, np.cross(e_u, e_v)])

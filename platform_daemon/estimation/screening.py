@@ -10,6 +10,7 @@ from .spectrum import Line, find_fundamental
 
 FEWEST_PERIODS = 5.0
 _FEWEST_SAMPLES = 64
+_LARGEST = 1e100
 _SIGNIFICANT = 60.0
 _CLIPPED_SAMPLES = 8
 _FLAT_RUNS = 8
@@ -24,7 +25,8 @@ def screen(record: RingDownRecord) -> Line:
     y = record.valid
     if y.shape[1] < _FEWEST_SAMPLES:
         raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
-    bad = np.flatnonzero(~np.isfinite(y).all(axis=0))
+    # Squares of larger numbers overflow; no unit makes them plausible.
+    bad = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
     if bad.size:
         raise RefusedError(Refusal.NOT_FINITE, f"{bad.size} samples, the first at {record.valid_from + int(bad[0])}")
     _refuse_clipped(record)

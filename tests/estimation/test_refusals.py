@@ -144,3 +144,40 @@ def test_mistakes_of_the_caller_are_errors_that_name_them(arguments, message):
 def test_a_malformed_record_cannot_be_made(arguments, message):
     with pytest.raises(ValueError, match=message):
         RingDownRecord(*arguments)
+
+
+def test_a_record_of_absurd_size_is_refused_without_overflow():
+    assert refused(1e200 * noisy()) == "not_finite"
+
+
+def test_an_oscillation_that_grows_is_refused():
+    assert refused(noisy()[:, ::-1].copy()) == "out_of_range"
+
+
+@pytest.mark.parametrize("variant", ["thread", "jewel"])
+def test_a_record_with_one_live_channel_is_refused_as_dipole(variant):
+    assert refused(noisy() * np.array([[1.0], [0.0], [0.0]]), variant) in {
+        "no_convergence",
+        "amplitude_below_floor",
+        "model_does_not_explain",
+        "out_of_range",
+    }
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_garbage_is_refused_and_never_raises(seed):
+    rng = np.random.default_rng(seed)
+    n = 12000
+    t = np.arange(n) / RATE_HZ
+    garbage = [
+        np.cumsum(rng.standard_normal((3, n)), axis=1),
+        np.where(t > 0.1, 5.0, 0.0) + 0.01 * rng.standard_normal((3, n)),
+        np.sin(2 * np.pi * (100 * t + 2000 * t * t)) + 0.01 * rng.standard_normal((3, n)),
+        np.eye(3, n, k=500),
+        np.hstack([0.02 * rng.standard_normal((3, 9000)), noisy()[:, :9000]]),
+        np.delete(noisy(), slice(6000, 6100), axis=1),
+    ][seed]
+    for variant in ("thread", "jewel"):
+        for quantity in ("dmdt", "voltage"):
+            result = fit_ring_down(RingDownRecord(garbage, RATE_HZ, quantity), variant)
+            assert result.verdict == "refused", (variant, quantity, result)
