@@ -163,7 +163,7 @@ class World:
             elapsed = self.clock.monotonic_s() - self._setup.start_s
             if elapsed < self._setup.stop_s:
                 self._setup = replace(self._setup, stop_s=max(elapsed, 1e-9))
-            self._settle()
+            self._end_shot(self._setup)
 
     def amplifier(self, *, enabled: bool | None = None, muted: bool | None = None) -> None:
         """Enable, disable, mute or unmute now, also in the middle of a shot."""
@@ -290,6 +290,10 @@ class World:
         setup = self._setup
         if setup is None or not self._running or self.clock.monotonic_s() < setup.start_s + setup.stop_s:
             return
+        self._end_shot(setup)
+
+    def _end_shot(self, setup: ShotSetup) -> None:
+        """Make the end of the shot the state of the world."""
         end_s = setup.start_s + setup.stop_s
         self._running = False
         setup, result = self._finished(setup)

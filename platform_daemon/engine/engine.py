@@ -119,7 +119,7 @@ class Engine:
         """Run a job to its end and keep how it ended."""
         log.info("job_started", job=job.identifier)
         job.run(work)
-        self._journal.save(job)
+        self._keep(job)
         error = None if job.error is None else str(job.error)
         log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
 
@@ -139,8 +139,15 @@ class Engine:
             self._run(*item)
             self._refresh()
 
+    def _keep(self, job: Job) -> None:
+        try:
+            self._journal.save(job)
+        except OSError as error:  # a full disk must not end the thread; the job still answers until the daemon stops
+            log.error("job_not_saved", job=job.identifier, error=str(error))
+
     def _refresh(self) -> None:
         try:
             self._status = platform_status(self.platform)
-        except PlatformError as error:
+        except Exception as error:  # the thread that owns the hardware must outlive any device
+            log.error("status_failed", error=str(error), exc_info=not isinstance(error, PlatformError))
             self._status = {**self._status, "error": str(error)}
