@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from drivers.errors import DeviceFault, DeviceStateError, InterlockError, ShotRefused
 from drivers.io_card import ChunkFlags
 from drivers.platform import Platform
+from drivers.timeline import Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.engine.jobs import Cancelled
 from sequences.compiler import ShotPlan
@@ -112,7 +113,7 @@ def _collect(
         if cancelled():
             raise Cancelled
         try:
-            piece = platform.card.read(min(step, timeline.total_samples - done))
+            piece = platform.card.read(_wanted(done, step, timeline))
             _check_contiguous(piece.first_sample, piece.volts.shape, volts.shape, done)
         except ShotRefused as refusal:
             return volts[:, :done], flags, str(refusal), clipped
@@ -121,9 +122,29 @@ def _collect(
         flags = _merged(flags, piece.flags)
         if powered and done >= timeline.tx_samples:
             clipped, powered = _end_of_power(platform), False
+        if done == timeline.rx_start + 1 < timeline.total_samples:
+            _check_receiver(platform)
         progress(done)
     reason = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
     return volts, flags, reason, clipped
+
+
+def _wanted(done: int, step: int, timeline: Timeline) -> int:
+    """Samples to read next; one chunk ends with the first RX sample, when the receiver must be connected."""
+    first_rx_end = timeline.rx_start + 1
+    return min(step, (first_rx_end if done < first_rx_end else timeline.total_samples) - done)
+
+
+def _check_receiver(platform: Platform) -> None:
+    """The switch must have followed its line, else the RX window would be silence taken for data."""
+    position = platform.switch.position()
+    if position is not SwitchPosition.RECEIVE:
+        raise DeviceFault(
+            f"the switch is on {position} in the RX window",
+            where="tx_rx_switch",
+            why="it did not follow its line",
+            remedy="check the switch and its line",
+        )
 
 
 def _check_contiguous(first: int, shape: tuple[int, ...], wanted: tuple[int, ...], done: int) -> None:
