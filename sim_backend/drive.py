@@ -21,6 +21,7 @@ from sim_backend.options import AmplifierOptions, CoilOptions
 
 Interval = tuple[float, float]
 NEGLIGIBLE_A = 1e-16
+HEAT_STEP_S = 1e-5
 
 
 @dataclass(frozen=True)
@@ -196,6 +197,17 @@ def _sine_term(source: Source, burst: Burst, start_s: float, ohm: float, henry: 
     impedance = complex(ohm, omega * henry)
     phase = source.phase(burst, start_s) - np.angle(impedance) - np.pi / 2
     return CurrentTerm(source.gain * burst.amplitude_v / abs(impedance), omega, float(phase), 0.0)
+
+
+def delivered_j(stages: Sequence[Cut], coils: Sequence[CoilOptions]) -> float:
+    """Energy turned into heat in the coils, J, by the trapezoidal rule on a fine grid."""
+    total = 0.0
+    for cut in stages:
+        for k, coil in enumerate(coils):
+            if cut.currents[k]:
+                t = np.linspace(cut.start_s, cut.stop_s, int((cut.stop_s - cut.start_s) / HEAT_STEP_S) + 2)
+                total += coil.resistance_ohm * float(np.trapezoid(cut.current_a(k, t) ** 2, t))
+    return total
 
 
 def _joined(spans: Sequence[Interval]) -> list[Interval]:

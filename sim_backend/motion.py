@@ -30,6 +30,7 @@ NOISE = 1e-13  # of the stiffness: accelerations below it are no reason for a sm
 STILL = 1e-14  # of omega_nat: a velocity below it has no sign
 SHORTEST_S = 1e-10
 STICK_SCAN_S = 2e-5
+MOST_STEPS = 200  # times as many steps as a free swing needs
 NO_FIELD = np.zeros((0, 5))
 
 
@@ -214,7 +215,7 @@ def move(
 ) -> Motion:
     """Integrate from `start_s` to `stop_s`; field terms count time from `start_s`.
 
-    Raises DeviceError if the step cannot be solved (damping or stiffness far beyond anything physical).
+    Raises DeviceError if the motion cannot be followed (damping or stiffness far beyond anything physical).
     """
     rows = int((stop_s - start_s) * np.sqrt(q[1]) / STEP_ANGLE_RAD * 1.2) + 64
     pieces = np.empty((rows, PIECE_SLOTS))
@@ -223,6 +224,11 @@ def move(
         reason, t, phi, speed, count, stuck = march(t, stop_s, start_s, phi, speed, q, terms, pieces, count)
         if reason == FINISHED:
             return Motion(pieces[:count], phi, speed, stuck)
-        if reason == NO_CONVERGENCE:
-            raise DeviceError("the simulated rotor's motion has no solution", why=f"stopped at {t} s")
+        if reason == NO_CONVERGENCE or len(pieces) > MOST_STEPS * rows:
+            raise DeviceError(
+                "the simulated rotor's motion cannot be followed",
+                where="simulated world",
+                why=f"the step became too small at {t} s",
+                remedy="check damping, friction and field in the configuration and the specimen",
+            )
         pieces = np.concatenate([pieces, np.empty_like(pieces)])

@@ -18,7 +18,6 @@ Count = Annotated[int, Field(ge=1)]
 Shots = Annotated[tuple[Count, ...], Field(strict=False)]
 
 
-
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 Levels = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
 Poles = Annotated[tuple[Positive, ...], Field(strict=False)]

@@ -48,7 +48,7 @@ def simulate(setup: ShotSetup) -> ShotResult:
     """Play the timeline, move the rotor, record.  Raises DeviceError if the motion cannot be solved."""
     contacts = _commanded(setup)
     spans = contacts.spans(0.0, setup.stop_s)
-    powered = both(high_intervals(setup.timeline, Line.PA_GATE), _within(setup.live, setup.stop_s))
+    powered = setup.powered()
     coils = setup.options.coils.in_order()
     drives = sources(setup.timeline, setup.options.amplifier, len(coils))
     stages = cuts(drives, powered, spans, coils, setup.options.amplifier.output_impedance_ohm)
@@ -66,7 +66,7 @@ def _commanded(setup: ShotSetup) -> Contacts:
     """The contacts through the shot: they follow the line RX_CONNECT and go home at its end."""
     rng = setup.rng(BOUNCE)
     contacts = setup.contacts.jam(setup.contacts.stuck or "switch_stuck" in setup.faults)
-    high = _within(high_intervals(setup.timeline, Line.RX_CONNECT), setup.stop_s)
+    high = both(high_intervals(setup.timeline, Line.RX_CONNECT), [(0.0, setup.stop_s)])
     if not high or high[0][0] > 0:
         contacts = contacts.command(0.0, SwitchPosition.TRANSMIT, rng)
     for rise_s, fall_s in high:
@@ -75,9 +75,7 @@ def _commanded(setup: ShotSetup) -> Contacts:
     return contacts
 
 
-def _motion(
-    setup: ShotSetup, stages: list[Cut]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_], float, float, bool]:
+def _motion(setup: ShotSetup, stages: list[Cut]) -> tuple[NDArray[np.float64], NDArray[np.bool_], float, float, bool]:
     """Pieces of the whole shot, which of them the receiver is connected to, and the final state."""
     phi, phi_dot, stuck = setup.phi_rad, setup.phi_dot_rad_per_s, False
     if setup.rotor is None:
@@ -95,9 +93,7 @@ def _motion(
     return np.concatenate(pieces), np.concatenate(flags), phi, phi_dot, stuck
 
 
-def conductance(
-    options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
+def conductance(options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """(2, 2) sum of b b^T Re(1/Z) over the closed transmit loops at f_nat, for `torque.parameters`; None: effect off.
 
     The loop current that the rotor induces is taken in its steady state at f_nat; its reactive part would only shift
@@ -135,7 +131,3 @@ def _violations(
     return tuple(
         (a, f"receiver connected to the live amplifier for {1e3 * (b - a):.3g} ms") for a, b in both(powered, connected)
     )
-
-
-def _within(intervals: tuple[Interval, ...] | list[Interval], stop_s: float) -> list[Interval]:
-    return both(list(intervals), [(0.0, stop_s)])

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.timeline import Timeline
+from drivers.timeline import Line, Timeline
 from sim_backend.contacts import Contacts
-from sim_backend.drive import Interval
+from sim_backend.drive import Interval, both, high_intervals
 from sim_backend.options import SimulatedOptions
 from sim_backend.rotor import Rotor
 
@@ -45,3 +45,19 @@ class ShotSetup:
     def rng(self, stream: int) -> np.random.Generator:
         """Random numbers that belong to this shot and stream alone."""
         return np.random.default_rng([self.options.seed, self.number, stream])
+
+    def powered(self) -> list[Interval]:
+        """When power reaches the output of the amplifier: live and gate open, s after the trigger."""
+        live = both(self.live, [(0.0, self.stop_s)])
+        return both(high_intervals(self.timeline, Line.PA_GATE), live)
+
+    def trip_s(self) -> float:
+        """When the fault `amplifier_trip` strikes: the middle of the transmit window."""
+        return 0.5 * self.timeline.tx_samples / self.timeline.clock.rate_hz
+
+    def with_trip(self) -> ShotSetup:
+        """The same shot with the amplifier dead from the trip on, if it trips."""
+        if "amplifier_trip" not in self.faults:
+            return self
+        at_s = self.trip_s()
+        return replace(self, live=tuple((a, min(b, at_s)) for a, b in self.live if a < at_s))

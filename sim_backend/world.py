@@ -19,21 +19,18 @@ from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.clock import SimulatedClock
 from sim_backend.coils import sensitivity_t_per_a
 from sim_backend.contacts import Contacts
+from sim_backend.decay import Resting, decayed
+from sim_backend.drive import delivered_j
 from sim_backend.faults import FaultPlan
-from sim_backend.motion import move
 from sim_backend.options import SimulatedOptions
 from sim_backend.power import OVER_TEMPERATURE, PowerStage
 from sim_backend.rotor import Rotor, effective
 from sim_backend.shot import ShotResult, conductance, simulate
 from sim_backend.shot_setup import ShotSetup
-from sim_backend.torque import parameters
-from sim_backend.trajectory import energy_amplitude_rad
 from sim_backend.truth import record
 from sim_backend.variation import Temperature, friction_factor, rotor_now
 
 TEMPERATURE, THERMOMETER, HUM, FRICTION, IDLE_BOUNCE = 10, 11, 12, 13, 14
-AT_REST_RAD = 1e-9
-DECAY_STRIDE_S = 5.0
 
 
 @dataclass(frozen=True)
@@ -47,15 +44,6 @@ class Violation:
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return {"time_s": self.time_s, "shot": self.shot, "cause": self.cause}
-
-
-@dataclass(frozen=True)
-class Resting:
-    """The rotor between shots: state at a world time."""
-
-    time_s: float = 0.0
-    phi_rad: float = 0.0
-    phi_dot_rad_per_s: float = 0.0
 
 
 class World:
@@ -137,7 +125,7 @@ class World:
                 lna_broken=self.lna_broken,
                 faults=faults,
             )
-            self._setup = _with_trip(self._setup)
+            self._setup = self._setup.with_trip()
             self._running, self._shown_s = True, -np.inf
             return now
 
@@ -148,7 +136,7 @@ class World:
                 with self.lock:
                     setup = self._setup
                     if setup is None:
-                        raise DeviceFault("no shot has been made yet", where="simulated world")
+                        raise DeviceFault("no shot has been made yet", where="simulated world", remedy="trigger one")
                     if self._cached is not None and self._cached[0] is setup:
                         return self._cached
                 cached = (setup, simulate(setup))
@@ -246,28 +234,21 @@ class World:
         return rotor_now(self._rotor, self.options.effects, self.temperature.deviation_k(now_s), factor)
 
     def _rest_until(self, now_s: float) -> Resting:
-        """The rotor's free decay since the last shot, by the same equations; below 1e-9 rad it is at rest."""
-        at, rotor = self._resting, self._setup.rotor if self._setup and self._setup.rotor else self._rotor
-        if rotor is None or (at.phi_rad == 0.0 and at.phi_dot_rad_per_s == 0.0):
+        """The rotor now, after its free decay since the last shot."""
+        rotor = self._setup.rotor if self._setup and self._setup.rotor else self._rotor
+        if rotor is None:
             return Resting(now_s)
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         along_uv = sensitivity_t_per_a(self.options.coils, rotor.position_m) @ rotor.rotation[:, :2]
-        q = parameters(rotor, conductance(self.options, rotor, along_uv) if closed else None)
-        left_s, phi, phi_dot = now_s - at.time_s, at.phi_rad, at.phi_dot_rad_per_s
-        while left_s > 0:
-            motion = move(0.0, min(left_s, DECAY_STRIDE_S), phi, phi_dot, q)
-            left_s, phi, phi_dot = left_s - DECAY_STRIDE_S, motion.phi_rad, motion.phi_dot_rad_per_s
-            if energy_amplitude_rad(phi, phi_dot, rotor.omega_rad_per_s) < AT_REST_RAD:
-                return Resting(now_s)
-            if motion.stuck:
-                break
-        return Resting(now_s, phi, phi_dot)
+        return decayed(self._resting, now_s, rotor, conductance(self.options, rotor, along_uv) if closed else None)
 
     def _relive(self) -> None:
         """The amplifier changed during the shot: the part still to come is different."""
         assert self._setup is not None
         start_s, stop_s = self._setup.start_s, self._setup.start_s + self._setup.timeline.duration_s
-        self._setup = _with_trip(replace(self._setup, live=self.power.live_intervals(start_s, stop_s)))
+        changed = replace(self._setup, live=self.power.live_intervals(start_s, stop_s)).with_trip()
+        if changed.powered() != self._setup.powered():
+            self._setup = changed
 
     def _show(self, setup: ShotSetup, result: ShotResult, elapsed_s: float) -> None:
         """Latch, once each, what has become visible by `elapsed_s` after the trigger."""
@@ -277,7 +258,7 @@ class World:
 
         self.lna_overloaded |= new(result.heard.overload_s)
         self.power.clipped |= new(result.clipped_s)
-        if "amplifier_trip" in setup.faults and new(_trip_s(setup)):
+        if "amplifier_trip" in setup.faults and new(setup.trip_s()):
             self.power.trip(setup.start_s + elapsed_s, "over-current")
         for t, cause in result.violations:
             if new(t):
@@ -300,34 +281,10 @@ class World:
         self._resting = Resting(end_s, result.phi_rad, result.phi_dot_rad_per_s)
         contacts = result.contacts.shifted(setup.start_s)
         self._contacts = contacts.command(end_s, SwitchPosition.TRANSMIT, self._contacts_rng)
-        self.power.heat(end_s, delivered_j(setup, result))
+        self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))
         self._show(setup, result, setup.stop_s)
 
     def _finished(self, setup: ShotSetup) -> tuple[ShotSetup, ShotResult]:
         if self._cached is None or self._cached[0] is not setup:
             self._cached = (setup, simulate(setup))
         return self._cached
-
-
-def _trip_s(setup: ShotSetup) -> float:
-    """When the fault `amplifier_trip` strikes: the middle of the transmit window."""
-    return 0.5 * setup.timeline.tx_samples / setup.timeline.clock.rate_hz
-
-
-def _with_trip(setup: ShotSetup) -> ShotSetup:
-    if "amplifier_trip" not in setup.faults:
-        return setup
-    at_s = _trip_s(setup)
-    return replace(setup, live=tuple((a, min(b, at_s)) for a, b in setup.live if a < at_s))
-
-
-def delivered_j(setup: ShotSetup, result: ShotResult) -> float:
-    """Energy turned into heat in the coils during a shot, J, on a grid of half an ADC sample."""
-    step_s = 0.5 / setup.timeline.clock.rate_hz
-    total = 0.0
-    for cut in result.cuts:
-        for k, coil in enumerate(setup.options.coils.in_order()):
-            if cut.currents[k]:
-                t = np.arange(cut.start_s, cut.stop_s, step_s)
-                total += float(np.sum(cut.current_a(k, t) ** 2)) * step_s * coil.resistance_ohm
-    return total

@@ -72,7 +72,7 @@ class SimulatedIoCard:
     def read(self, max_samples: int) -> Chunk:
         """See IoCard.  Waits until min(max_samples, samples left) have been taken."""
         if max_samples < 1:
-            raise InputError(f"cannot read {max_samples} samples", where=WHERE)
+            raise InputError(f"cannot read {max_samples} samples", where=WHERE, remedy="ask for one or more")
         with self._lock:
             self._require(CardState.RUNNING)
             assert self._timeline is not None
@@ -111,7 +111,12 @@ class SimulatedIoCard:
         stop = min(first + most, timeline.total_samples)
         if "card_timeout" in faults and stop > middle:
             self._world.clock.sleep(TIMEOUT_S)
-            raise DeviceTimeout("no samples arrive", where=WHERE, why=f"sample {first} is overdue by {TIMEOUT_S} s")
+            raise DeviceTimeout(
+                "no samples arrive",
+                where=WHERE,
+                why=f"sample {first} is overdue by {TIMEOUT_S} s",
+                remedy="stop the card and repeat the shot; if it happens again, check card and cable",
+            )
         if "dropped_samples" in faults and first < middle < stop:
             return first, middle
         if "dropped_samples" in faults and first == middle:
@@ -142,13 +147,22 @@ class SimulatedIoCard:
             if not peak_v <= full_scale_v:
                 complaints.append(f"output {output} would need {peak_v} V of {full_scale_v} V")
         if complaints:
-            raise SequenceRejected("the card cannot play this timeline", where=WHERE, why="; ".join(complaints))
+            raise SequenceRejected(
+                "the card cannot play this timeline",
+                where=WHERE,
+                why="; ".join(complaints),
+                remedy="change the sequence, or the card's table in the platform file",
+            )
 
     def _require(self, *states: CardState) -> None:
         if self._state not in states:
             allowed = " or ".join(s.value for s in states)
-            raise DeviceStateError(f"the card is {self._state.value}, not {allowed}", where=WHERE)
+            raise DeviceStateError(
+                f"the card is {self._state.value}, not {allowed}",
+                where=WHERE,
+                remedy="keep the order program, arm, trigger, read; stop() makes the card idle",
+            )
 
     @staticmethod
     def _stopped() -> DeviceStateError:
-        return DeviceStateError("the shot was stopped", where=WHERE)
+        return DeviceStateError("the shot was stopped", where=WHERE, remedy="program and start the shot again")

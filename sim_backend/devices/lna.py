@@ -37,7 +37,9 @@ class SimulatedLna:
             raise InputError(f"no gain {gain}", where=WHERE, remedy=f"use one of {self.gains()}")
         self._check_alive()
         if self._world.is_running():
-            raise DeviceStateError("the gain cannot change while a timeline runs", where=WHERE)
+            raise DeviceStateError(
+                "the gain cannot change while a timeline runs", where=WHERE, remedy="set it between shots"
+            )
         self._world.lna_gain = gain
 
     def overloaded(self) -> bool:

@@ -158,3 +158,14 @@ def test_every_device_introduces_itself():
     bench = Bench("thread")
     for device in (bench.card, bench.switch, bench.amplifier, bench.lna):
         assert device.identity().manufacturer == "simulated"
+
+
+def test_muting_after_the_burst_does_not_touch_the_shot():
+    bench, calm = Bench("thread"), Bench("thread")
+    bench.start(bench.line_up(rx=610))
+    head = bench.card.read(TX + 10)
+    before = bench.backend.world.result()[1]
+    bench.amplifier.disable()
+    rest = bench.card.read(10**6)
+    assert bench.backend.world.result()[1] is before
+    assert np.array_equal(np.concatenate([head.volts, rest.volts], axis=1), calm.shot(rx=610).astype(np.float32))
