@@ -215,7 +215,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     state = by_convention(best.state)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
-        normal = best.normal if state is best.state else problem.normal(state, chosen.last)
+        normal = best.normal if state is best.state else problem.normal(state, chosen.last)[1]
         public = publish(model, state, normal, problem.free)
     except _FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error

@@ -48,6 +48,21 @@ class FitState:
         return replace(self, dynamics=replace(self.dynamics, amplitude=-self.dynamics.amplitude))
 
 
+def with_best_gains(state: FitState, moments: Moments) -> FitState:
+    """The state with the gains and offsets that fit its trajectory best, if its gains are free.
+
+    They are linear, so they follow from the moments exactly. Without this, gain times amplitude makes a curved
+    valley that Gauss-Newton zigzags along.
+    """
+    which = [0, 1, moments.gram.shape[0] - 1]
+    gram = moments.gram[np.ix_(which, which)]
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
+    solution = np.linalg.lstsq(gram * np.outer(scale, scale), (moments.products[:, which] * scale).T, rcond=None)[0]
+    best = (solution * scale[:, None]).T
+    observation = state.observation.with_gains(best[:, :2], state.dynamics.w)
+    return state if observation is None else replace(state, observation=observation, offsets=best[:, 2])
+
+
 @dataclass(frozen=True)
 class Normal:
     """Quadratic model of chi^2 around a state: chi2 - 2 gradient.step + step.matrix.step."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .arrays import Array
-from .gauss_newton import FitState, Normal, normal_equations, solve_step
+from .gauss_newton import FitState, Normal, normal_equations, solve_step, with_best_gains
 from .models import RingDownModel
 from .record import RingDownRecord
 from .trajectory import LostTrajectoryError, Trajectory
@@ -17,6 +17,7 @@ _FINAL_TOLERANCE = 1e-4
 _MOST_ITERATIONS = 30
 _MOST_PASSES = 250
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
+_PRIOR_AMPLITUDE = 0.5  # of the start value
 
 
 class NoConvergenceError(ArithmeticError):
@@ -35,8 +36,10 @@ class Problem:
     passes: int = 0
     _energies: dict[int, Array] = field(default_factory=dict)
 
-    def normal(self, state: FitState, last: int) -> Normal:
+    def normal(self, state: FitState, last: int) -> tuple[FitState, Normal]:
         """Normal equations over samples first .. last-1; one trace and one pass.
+
+        The state comes back with its free gains, if it has any, put at their best for this trajectory.
 
         Raises:
             LostTrajectoryError: the state does not oscillate.
@@ -52,21 +55,26 @@ class Problem:
         moments = trajectory.moments(
             self.record.samples, self.first, last, dt, state.observation.observable, self._energies[last]
         )
-        return normal_equations(self.model, state, moments, self.noise_sd)
+        state = with_best_gains(state, moments)
+        return state, normal_equations(self.model, state, moments, self.noise_sd)
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Gaussian knowledge about the loss coefficients while windows are too short to separate them."""
+    """Gaussian knowledge for windows too short to tell everything: of the amplitude, then of the loss coefficients.
+
+    mean, precision: (1 + coefficients,), precision 0 where nothing is known.
+    """
 
     mean: Array
     precision: Array
 
     def added(self, normal: Normal, state: FitState) -> Normal:
-        """Normal equations with the prior's pull on the coefficients."""
-        miss = self.mean - np.array(state.dynamics.values)
+        """Normal equations with the prior's pull."""
+        d = state.dynamics
+        miss = self.mean - np.array([d.amplitude, *d.values])
         gradient, matrix = normal.gradient.copy(), normal.matrix.copy()
-        k = slice(3, 3 + miss.size)
+        k = slice(2, 2 + miss.size)
         gradient[k] += self.precision * miss
         matrix[k, k] += np.diag(self.precision)
         chi2 = normal.chi2 + float(np.sum(self.precision * miss**2))
@@ -74,13 +82,16 @@ class Prior:
 
 
 def weak_prior(model: RingDownModel, state: FitState) -> Prior:
-    """Typical losses give or take three times themselves; the last term, which took up the decay, is left free."""
-    w = state.dynamics.w
-    typical = np.array([c.typical * w**c.power for c in model.coefficients])
-    precision = (_PRIOR_WIDTH * typical) ** -2.0
-    if precision.size:
-        precision[-1] = (100.0 * typical[-1]) ** -2.0
-    return Prior(np.array(state.dynamics.values), precision)
+    """Typical losses give or take three times themselves; the last term, which took up the decay, is left free.
+
+    Where nothing but the small anharmonicity tells the amplitude, half of the start value is its standard deviation.
+    """
+    d = state.dynamics
+    widths = [_PRIOR_WIDTH * c.typical * d.w**c.power for c in model.coefficients]
+    if widths:
+        widths[-1] *= 30.0
+    amplitude = np.inf if state.observation.ties_amplitude else _PRIOR_AMPLITUDE * abs(d.amplitude)
+    return Prior(np.array([d.amplitude, *d.values]), np.array([amplitude, *widths]) ** -2.0)
 
 
 @dataclass(frozen=True)
@@ -109,7 +120,7 @@ def fit_growing(problem: Problem, start: FitState, start_periods: float, last: i
 
 def _minimise(problem: Problem, state: FitState, last: int, prior: Prior | None, tolerance: float) -> Fitted:
     """Damped Gauss-Newton until the predicted fall of chi^2 is below the tolerance."""
-    normal = _evaluate(problem, state, last, prior)
+    state, normal = _evaluate(problem, state, last, prior)
     damping = 0.0
     for _ in range(_MOST_ITERATIONS):
         step, predicted = solve_step(normal, problem.free, damping)
@@ -120,7 +131,7 @@ def _minimise(problem: Problem, state: FitState, last: int, prior: Prior | None,
             return Fitted(state.moved(step), normal)
         trial = state.moved(shrink * step)
         try:
-            trial_normal = _evaluate(problem, trial, last, prior)
+            trial, trial_normal = _evaluate(problem, trial, last, prior)
         except LostTrajectoryError:
             trial_normal = None
         if trial_normal is not None and trial_normal.chi2 <= normal.chi2 * (1.0 + 1e-12) + 1e-6:
@@ -133,10 +144,10 @@ def _minimise(problem: Problem, state: FitState, last: int, prior: Prior | None,
     raise NoConvergenceError(f"no minimum after {_MOST_ITERATIONS} iterations")
 
 
-def _evaluate(problem: Problem, state: FitState, last: int, prior: Prior | None) -> Normal:
-    """Normal equations, with the prior if there is one."""
-    normal = problem.normal(state, last)
-    return normal if prior is None else prior.added(normal, state)
+def _evaluate(problem: Problem, state: FitState, last: int, prior: Prior | None) -> tuple[FitState, Normal]:
+    """State and normal equations, with the prior if there is one."""
+    state, normal = problem.normal(state, last)
+    return state, normal if prior is None else prior.added(normal, state)
 
 
 def _shrink(state: FitState, step: Array, t_end_s: float) -> float:

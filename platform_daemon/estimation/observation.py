@@ -33,6 +33,10 @@ class Observation(Protocol):
         """Which pair of kernel functions (sampling.py) the channels see."""
 
     @property
+    def ties_amplitude(self) -> bool:
+        """True if the ratio of f1 to f2 in the channels tells the amplitude of the motion."""
+
+    @property
     def size(self) -> int:
         """Number of own parameters."""
 
@@ -47,6 +51,9 @@ class Observation(Protocol):
 
     def moved(self, step: Array) -> Observation:
         """The observation after a step (size,) in its own parameters."""
+
+    def with_gains(self, gains: Array, w: float) -> Observation | None:
+        """The observation with these gains (channels, 2), or None if they are not free to take any value."""
 
     def by_convention(self) -> tuple[Observation, bool]:
         """Resolve the exact ambiguity phi -> -phi; True if phi has to be mirrored."""
@@ -69,6 +76,11 @@ class DipoleObservation:
     rotation: Array
     mixing: Array
     observable: int = DIPOLE
+
+    @property
+    def ties_amplitude(self) -> bool:
+        """u and v share m_r."""
+        return True
 
     @property
     def size(self) -> int:
@@ -95,6 +107,10 @@ class DipoleObservation:
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
         return replace(self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+
+    def with_gains(self, gains: Array, w: float) -> None:
+        """Tied by m_r and R."""
+        return
 
     def by_convention(self) -> tuple[DipoleObservation, bool]:
         """e_v . x > 0: turn R by 180 degrees about u otherwise."""
@@ -124,6 +140,11 @@ class FreeGainObservation:
     observable: int = DIPOLE
 
     @property
+    def ties_amplitude(self) -> bool:
+        """Gains of u and v are independent."""
+        return False
+
+    @property
     def size(self) -> int:
         """Two per channel."""
         return int(self.sensitivities.size)
@@ -143,6 +164,10 @@ class FreeGainObservation:
     def moved(self, step: Array) -> FreeGainObservation:
         """Step in all gains."""
         return replace(self, sensitivities=self.sensitivities + step.reshape(self.sensitivities.shape))
+
+    def with_gains(self, gains: Array, w: float) -> FreeGainObservation:
+        """Any gains will do."""
+        return replace(self, sensitivities=gains / w)
 
     def by_convention(self) -> tuple[FreeGainObservation, bool]:
         """The channel with the largest Sv has a positive sensitivity, so its Sv is negative (u = -P dm/dt)."""
