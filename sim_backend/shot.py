@@ -80,7 +80,7 @@ def _motion(setup: ShotSetup, stages: list[Cut]) -> tuple[NDArray[np.float64], N
     phi, phi_dot, stuck = setup.phi_rad, setup.phi_dot_rad_per_s, False
     if setup.rotor is None:
         return np.zeros((0, PIECE_SLOTS)), np.zeros(0, dtype=np.bool_), phi, phi_dot, stuck
-    along_uv = setup.sensitivity_t_per_a @ setup.rotor.rotation[:, :2]
+    along_uv = setup.sensitivity_t_per_a @ setup.rotor.rotation[:, :2]  # a field along w has no torque about w
     free, braked = parameters(setup.rotor), parameters(setup.rotor, conductance(setup.options, setup.rotor, along_uv))
     pieces, flags = [], []
     for cut in stages:
