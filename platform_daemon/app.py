@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import fcntl
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-import numpy as np
 import structlog
 
 from drivers.calibration import ReceiveCalibration
@@ -18,7 +16,7 @@ from drivers.registry import build_platform
 from platform_daemon.api.context import Context
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.journal import Journal
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
 from platform_daemon.store import read_calibration, recover
 
@@ -75,26 +73,18 @@ def open_data_folder(folder: Path) -> DataFolder:
 
 def create_context(engine: Engine, data: DataFolder) -> Context:
     """What the API serves; compiles the fit in the background and says so under /ready."""
-    context = Context(engine, data.recordings, data.fits, {"thread fit": False, "jewel fit": False})
+    context = Context(engine, data.recordings, data.fits, {"estimator": False})
     threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
     return context
 
 
 def _warm_up(parts: dict[str, bool]) -> None:
-    """Compile by fitting a made-up decay; whether that fit is good does not matter."""
-    t = np.arange(12_000) / 61_035.0
-    decay = 6.0 * np.exp(-0.25 * t) * np.sin(2 * np.pi * 212.0 * t)
-    samples = np.stack([decay, 0.2 * decay**2, 0.01 * decay])
-    jobs: dict[str, Callable[[], object]] = {
-        f"{v} fit": lambda v=v: fit_ring_down(RingDownRecord(samples, 61_035.0, "dmdt"), v, 0.15)  # type: ignore[misc]
-        for v in ("thread", "jewel")
-    }
-    for name, job in jobs.items():
-        try:
-            job()
-        except Exception as error:  # a warm-up must never keep the daemon from serving
-            log.warning("warm_up_failed", part=name, error=str(error))
-        parts[name] = True
+    """Compile or load the estimator's kernels."""
+    try:
+        log.info("estimator_warm", seconds=round(warm_up(), 2))
+    except Exception as error:  # a warm-up must never keep the daemon from serving
+        log.warning("warm_up_failed", error=str(error))
+    parts["estimator"] = True
 
 
 def check_config(path: Path) -> str:

@@ -224,7 +224,7 @@ def test_ready_becomes_true_once_everything_has_warmed_up(client):
     deadline = time.monotonic() + 120
     while client.get("/ready").status_code == 503 and time.monotonic() < deadline:
         time.sleep(0.1)
-    assert client.get("/ready").json() == {"ready": True, "warm": {"thread fit": True, "jewel fit": True}}
+    assert client.get("/ready").json() == {"ready": True, "warm": {"estimator": True}}
 
 
 def test_openapi_shows_examples_and_problem_details(client):
