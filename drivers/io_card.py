@@ -88,7 +88,10 @@ class IoCard(Protocol):
         """Make ready for the trigger.  PROGRAMMED only, else DeviceStateError."""
 
     def trigger(self) -> None:
-        """Start outputs, lines and recording together at sample 0.  ARMED only, else DeviceStateError."""
+        """Start outputs, lines and recording together at sample 0.  ARMED only, else DeviceStateError.
+
+        The caller has read the Tx/Rx switch back as TRANSMIT: contacts on their way would lose the start of the drive.
+        """
 
     def read(self, max_samples: int) -> Chunk:
         """Wait for and return the next samples, at most `max_samples`, at least one.

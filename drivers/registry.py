@@ -102,7 +102,7 @@ def build_platform(section: PlatformSection, calibration: ReceiveCalibration | N
         return opened[-1]
 
     try:
-        return Platform(
+        platform = Platform(
             name=section.name,
             card=device("io_card"),
             switch=device("tx_rx_switch"),
@@ -114,10 +114,23 @@ def build_platform(section: PlatformSection, calibration: ReceiveCalibration | N
             clock=_clock(backends),
             backends=backends,
         )
+        _check_gain(platform)
+        return platform
     except Exception:
         for each in reversed(opened):
             each.close()
         raise
+
+
+def _check_gain(platform: Platform) -> None:
+    """A calibration made at another gain would scale every moment by the ratio, in silence."""
+    made_at, is_set = platform.calibration.lna_gain, platform.lna.gain()
+    if made_at is not None and made_at != is_set:
+        raise ConfigError(
+            f"the calibration {platform.calibration.identifier!r} holds for an LNA gain of {made_at:g}, set is {is_set:g}",
+            where="lna.gain",
+            remedy="set the gain the calibration was made at, or name another calibration",
+        )
 
 
 def _clock(backends: Mapping[str, Backend]) -> Any:

@@ -35,7 +35,8 @@ class SwitchTiming:
 class TxRxSwitch(Protocol):
     """Tx/Rx switch.  Its rest position is TRANSMIT: the receiver is disconnected unless somebody asks for it.
 
-    During a running timeline the switch follows the card's line RX_CONNECT; outside it, the two commands below.
+    During a running timeline the switch follows the card's line RX_CONNECT, and the two commands below may raise
+    DeviceStateError; outside it they move the contacts.
     """
 
     def identity(self) -> Identity:

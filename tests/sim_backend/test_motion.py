@@ -1,5 +1,3 @@
-import time
-
 import numpy as np
 import pytest
 
@@ -181,11 +179,3 @@ def test_field_terms_are_sines_constants_and_dying_exponentials():
 def test_absurd_damping_is_an_error_and_not_a_wrong_answer():
     with pytest.raises(DeviceError, match="cannot be followed"):
         move(0.0, 1e-3, 0.1, 0.0, oscillator(damping=1e13))
-
-
-def test_fifteen_seconds_of_thread_take_less_than_a_second_and_a_half():
-    q = parameters(effective(specimen("thread")))
-    move(0.0, 0.01, 0.39, 0.0, q)
-    begin = time.process_time()
-    states(move(0.0, 15.0, 0.39, 0.0, q).pieces, np.arange(915_527) / CLOCK.rate_hz)
-    assert time.process_time() - begin < 1.5
