@@ -127,8 +127,9 @@ def _check_gain(platform: Platform) -> None:
     made_at, is_set = platform.calibration.lna_gain, platform.lna.gain()
     if made_at is not None and made_at != is_set:
         raise ConfigError(
-            f"the calibration {platform.calibration.identifier!r} holds for an LNA gain of {made_at:g}, set is {is_set:g}",
+            f"the calibration holds for an LNA gain of {made_at:g}, set is {is_set:g}",
             where="lna.gain",
+            why=f"it is {platform.calibration.identifier!r}",
             remedy="set the gain the calibration was made at, or name another calibration",
         )
 
