@@ -25,8 +25,8 @@ from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_tables import fit_table_text, print_info
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
-config_app = typer.Typer(no_args_is_help=True, help="Configuration files.")
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
@@ -42,14 +42,18 @@ def main() -> None:
     """Entry point; every expected error is one line on stderr."""
     _log_from(logging.WARNING)
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
+    except typer.TyperException as error:
+        message = " ".join(getattr(error, "format_message", error.__str__)().split()).rstrip(".")
+        print(f"error: {message}. Remedy: see platform-daemon --help.", file=sys.stderr)
+        sys.exit(2)
     except PlatformError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2 if isinstance(error, InputError) else 1)
     except OSError as error:
         print(f"error: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         sys.exit(1)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         print("interrupted; outputs are off", file=sys.stderr)
         sys.exit(130)
 
@@ -69,11 +73,20 @@ def _log_from(level: int) -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _version(version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
-    """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators."""
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
+
+    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+    """
     if version:
         print(__version__)
         raise typer.Exit
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+        raise typer.Exit(2)
 
 
 @app.command()
@@ -125,6 +138,7 @@ def measure(
     out: Annotated[Path, typer.Option(help="Recording to write.")],
     shots: Annotated[int, typer.Option(min=0, help="Excited shots.")] = 1,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 0,
+    sequence: Annotated[str | None, typer.Option(help="Sequence file; default: the resonator's preset.")] = None,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
     window: WindowOption = "d30",
@@ -140,14 +154,15 @@ def measure(
     from platform_daemon.analysis import parse_window
     from platform_daemon.app import start_engine
     from platform_daemon.engine.request import AcquisitionRequest
-    from platform_daemon.settings import load_platform
+    from platform_daemon.settings import load_platform, load_sequence
 
     changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
+    base = {} if sequence is None else load_sequence(sequence).model_dump(exclude={"repetitions", "blank_shots"})
     asked = {
         "resonator": resonator,
         "shots": shots,
         "blank_shots": blank_shots,
-        "sequence": {k: v for k, v in changed.items() if v is not None},
+        "sequence": base | {k: v for k, v in changed.items() if v is not None},
         "window": parse_window(window),
         "sample": sample,
         "operator": operator,

@@ -47,6 +47,16 @@ def test_measure_writes_a_recording_and_its_fits(measured):
     assert [f["verdict"] for f in report["fit"]["frames"]] == ["good", "good"]
 
 
+def test_measure_takes_a_sequence_file(tmp_path):
+    preset = (Path(__file__).parents[1] / "config" / "sequences" / "jewel.toml").read_text()
+    (tmp_path / "s.toml").write_text(preset.replace("490e-6", "300e-6").replace("rx_s = 2.0", "rx_s = 0.4"))
+    done = run("measure", "--resonator", "jewel", "--sequence", tmp_path / "s.toml", "--out", tmp_path / "a.h5")
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["excitation/field"][0] == pytest.approx(300e-6)
+        assert file["sequence/numRxSamples"][()] == round(0.4 * 125e6 / 2048)
+
+
 def test_measure_never_overwrites_without_force(measured):
     before = (measured / "j.h5").read_bytes()
     assert_one_line_error(run("measure", *QUICK, "--out", measured / "j.h5"), 2, "j.h5", "--force")
@@ -141,6 +151,11 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
         (("measure", "--resonator", "jewel", "--rx-s", "0", "--out", "x.h5"), "rx_s"),
         (("measure", *QUICK, "--out", "x.h5", "--platform", "nothing"), "nothing"),
         (("config", "check", "missing.toml"), "missing.toml"),
+        (("fit",), "Missing argument"),
+        (("nonsense",), "nonsense"),
+        (("measure", *QUICK, "--out", "x.h5", "--shots", "-1"), "--shots"),
+        (("measure", *QUICK, "--out", "x.h5", "--shots", "0"), "shots"),
+        (("measure", *QUICK, "--out", "x.h5", "--sequence", "missing.toml"), "missing.toml"),
     ],
 )
 def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_path, arguments, word):
