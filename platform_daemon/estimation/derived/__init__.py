@@ -7,6 +7,7 @@ orientation       error angles over a series
 
 from __future__ import annotations
 
+from .allan import AllanDeviation, allan_deviation
 from .orientation import (
     OrientationSpread,
     best_orientation,
@@ -15,6 +16,7 @@ from .orientation import (
     orientation_spread,
     orientations,
 )
+from .predict import Plan, Precision, planned_window_s, precision_table, predict_precision
 from .quality import (
     Envelopes,
     decay_time_s,
@@ -26,9 +28,13 @@ from .quality import (
 from .ring_down import RingDown
 
 __all__ = [
+    "AllanDeviation",
     "Envelopes",
     "OrientationSpread",
+    "Plan",
+    "Precision",
     "RingDown",
+    "allan_deviation",
     "best_orientation",
     "decay_time_s",
     "envelopes",
@@ -37,6 +43,9 @@ __all__ = [
     "mean_orientation",
     "orientation_spread",
     "orientations",
+    "planned_window_s",
+    "precision_table",
+    "predict_precision",
     "quality_factor",
     "small_angle_quality_factor",
 ]
