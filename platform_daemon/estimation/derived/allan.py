@@ -34,6 +34,7 @@ class AllanDeviation:
         noise: dominant noise of the frequency at each tau: "white_phase", "flicker_phase", "white", "flicker" or
             "random_walk".
         slope, slope_sd: of log deviation against log tau: -1/2 white, 0 flicker, +1/2 random walk, +1 drift.
+            The sd takes the averaging times for independent, which overlap makes them not quite.
         mean_hz: mean of the series.
         cadence_s: time from frame to frame.
     """
@@ -66,7 +67,7 @@ def allan_deviation(time_s: Array, frequency_hz: Array, confidence: float = 0.68
     tail = 0.5 * (1.0 - confidence)
     slope, slope_sd = _slope(factors, deviation, edf)
     return AllanDeviation(
-        tau_s=factors * cadence,
+        tau_s=np.asarray(factors * cadence, dtype=np.float64),
         deviation_hz=deviation,
         low_hz=deviation * np.sqrt(edf / chi2.ppf(1.0 - tail, edf)),
         high_hz=deviation * np.sqrt(edf / chi2.ppf(tail, edf)),
