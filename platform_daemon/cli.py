@@ -1,11 +1,10 @@
-"""The command line: `platform-daemon serve | measure | fit | info | plot | config check`.
+"""The command line: `platform-daemon serve | measure | fit | info | plot | predict | config check`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
 """
 
 from __future__ import annotations
 
-import json
 import logging
 import signal
 import socket
@@ -23,11 +22,14 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
+from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_planning import predict
 from platform_daemon.cli_tables import fit_table_text, print_info
 
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, help=__doc__)
-config_app = typer.Typer(no_args_is_help=True, help="Configuration files.")
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
+config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
+app.command()(predict)
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
@@ -42,14 +44,18 @@ def main() -> None:
     """Entry point; every expected error is one line on stderr."""
     _log_from(logging.WARNING)
     try:
-        app()
+        sys.exit(app(standalone_mode=False))
+    except typer.TyperException as error:
+        message = " ".join(getattr(error, "format_message", error.__str__)().split()).rstrip(".")
+        print(f"error: {message}. Remedy: see platform-daemon --help.", file=sys.stderr)
+        sys.exit(2)
     except PlatformError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2 if isinstance(error, InputError) else 1)
     except OSError as error:
         print(f"error: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         sys.exit(1)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         print("interrupted; outputs are off", file=sys.stderr)
         sys.exit(130)
 
@@ -69,11 +75,20 @@ def _log_from(level: int) -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _version(version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False) -> None:
-    """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators."""
+def _root(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
+
+    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+    """
     if version:
         print(__version__)
         raise typer.Exit
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+        raise typer.Exit(2)
 
 
 @app.command()
@@ -125,6 +140,7 @@ def measure(
     out: Annotated[Path, typer.Option(help="Recording to write.")],
     shots: Annotated[int, typer.Option(min=0, help="Excited shots.")] = 1,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 0,
+    sequence: Annotated[str | None, typer.Option(help="Sequence file; default: the resonator's preset.")] = None,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
     window: WindowOption = "d30",
@@ -140,22 +156,23 @@ def measure(
     from platform_daemon.analysis import parse_window
     from platform_daemon.app import start_engine
     from platform_daemon.engine.request import AcquisitionRequest
-    from platform_daemon.settings import load_platform
+    from platform_daemon.settings import load_platform, load_sequence
 
     changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
+    base = {} if sequence is None else load_sequence(sequence).model_dump(exclude={"repetitions", "blank_shots"})
     asked = {
         "resonator": resonator,
         "shots": shots,
         "blank_shots": blank_shots,
-        "sequence": {k: v for k, v in changed.items() if v is not None},
+        "sequence": base | {k: v for k, v in changed.items() if v is not None},
         "window": parse_window(window),
         "sample": sample,
         "operator": operator,
         "comment": comment,
     }
     request = validated(AcquisitionRequest, asked, "measure")
-    _must_not_exist(json_file, force)
-    _must_not_exist(out, force)
+    must_not_exist(json_file, force)
+    must_not_exist(out, force)
     signal.signal(signal.SIGTERM, _interrupt)
     engine = start_engine(load_platform(platform, overrides or ()))
     try:
@@ -173,7 +190,7 @@ def measure(
     if job.result:
         print(fit_table_text(job.result["fit"]))
         print(f"{job.result['shots']} shots in {out}")
-        _write_json(json_file, {"file": str(out), **job.result})
+        write_json(json_file, {"file": str(out), **job.result})
     if job.error is not None:
         raise job.error
 
@@ -218,7 +235,7 @@ def fit(
     if other is not None:
         recordings = [r.with_calibration(other) for r in recordings]
     asks = [FitRequest(choose_variant(r, variant), span, fixed) for r in recordings]
-    _must_not_exist(json_file, force)
+    must_not_exist(json_file, force)
     reports = []
     with _progress() as bar:
         for recording, ask in zip(recordings, asks, strict=True):
@@ -226,7 +243,7 @@ def fit(
             reports.append(fit_recording(recording, ask, progress=partial(_tell, bar, task)))
     for report in reports:
         print(fit_table_text(report))
-    _write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
+    write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
     if not any(f["verdict"] == "good" for r in reports for f in r["frames"]):
         print("every frame was refused", file=sys.stderr)
         raise typer.Exit(3)
@@ -242,9 +259,9 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
     from platform_daemon.store import describe, open_recording
 
     facts = describe(open_recording(file))
-    _must_not_exist(json_file, force)
+    must_not_exist(json_file, force)
     print_info(facts)
-    _write_json(json_file, facts)
+    write_json(json_file, facts)
 
 
 @app.command()
@@ -266,7 +283,7 @@ def plot(
     if calibration is not None:
         recording = recording.with_calibration(read_calibration(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
-    _must_not_exist(target, force)
+    must_not_exist(target, force)
     save_png(picture(recording, frame, variant, parse_window(window)), target)
     print(target)
 
@@ -277,15 +294,3 @@ def config_check(file: Path) -> None:
     from platform_daemon.app import check_config
 
     print(check_config(file))
-
-
-def _must_not_exist(path: Path | None, force: bool) -> None:
-    if path is not None and path.exists() and not force:
-        raise InputError("exists already", where=str(path), remedy="choose another name, or overwrite it with --force")
-
-
-def _write_json(path: Path | None, content: Any) -> None:
-    from platform_daemon.files import write_whole
-
-    if path is not None:
-        write_whole(path, json.dumps(content, indent=1, allow_nan=False).encode())

@@ -42,12 +42,18 @@ def locate(kind: str, name: str | Path) -> Path:
     path = Path(name)
     if path.suffix == ".toml" or path.exists():
         return path
+    names = shipped(kind)
+    if str(name) in names:
+        return names[str(name)]
+    raise ConfigError(
+        f"no {kind[:-1]} {str(name)!r}", remedy=f"give the path of a TOML file, or one of: {', '.join(names)}"
+    )
+
+
+def shipped(kind: str) -> dict[str, Path]:
+    """The files of a kind that come with the daemon, by name."""
     folder = Path(str(files("config"))) / kind
-    shipped = folder / f"{name}.toml"
-    if shipped.is_file() and shipped.parent == folder:
-        return shipped
-    names = ", ".join(sorted(p.stem for p in folder.glob("*.toml")))
-    raise ConfigError(f"no {kind[:-1]} {str(name)!r}", remedy=f"give the path of a TOML file, or one of: {names}")
+    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
 
 
 def read_toml(path: Path) -> tuple[dict[str, Any], str]:

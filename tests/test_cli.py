@@ -47,6 +47,16 @@ def test_measure_writes_a_recording_and_its_fits(measured):
     assert [f["verdict"] for f in report["fit"]["frames"]] == ["good", "good"]
 
 
+def test_measure_takes_a_sequence_file(tmp_path):
+    preset = (Path(__file__).parents[1] / "config" / "sequences" / "jewel.toml").read_text()
+    (tmp_path / "s.toml").write_text(preset.replace("490e-6", "300e-6").replace("rx_s = 2.0", "rx_s = 0.4"))
+    done = run("measure", "--resonator", "jewel", "--sequence", tmp_path / "s.toml", "--out", tmp_path / "a.h5")
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["excitation/field"][0] == pytest.approx(300e-6)
+        assert file["sequence/numRxSamples"][()] == round(0.4 * 125e6 / 2048)
+
+
 def test_measure_never_overwrites_without_force(measured):
     before = (measured / "j.h5").read_bytes()
     assert_one_line_error(run("measure", *QUICK, "--out", measured / "j.h5"), 2, "j.h5", "--force")
@@ -105,6 +115,14 @@ def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_say
     assert_one_line_error(run("fit", measured / "bare.mmr"), 2, "--variant")
 
 
+def test_predict_gives_the_bound_for_each_window(tmp_path):
+    done = run("predict", "--resonator", "thread", "--window", "n50", "--window", "4.9", "--json", tmp_path / "p.json")
+    assert done.returncode == 0, done.stderr
+    short, long = json.loads((tmp_path / "p.json").read_text())["windows"]
+    assert short["std"]["f_nat_hz"] == pytest.approx(0.0008, rel=0.15)
+    assert long["std"]["f_nat_hz"] == pytest.approx(1.7e-5, rel=0.1)
+
+
 def test_noise_alone_is_refused_with_exit_code_3(tmp_path, measured):
     with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "noise.h5", "w") as target:
         for name in ("sequence", "calibration", "resonator"):
@@ -141,6 +159,13 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
         (("measure", "--resonator", "jewel", "--rx-s", "0", "--out", "x.h5"), "rx_s"),
         (("measure", *QUICK, "--out", "x.h5", "--platform", "nothing"), "nothing"),
         (("config", "check", "missing.toml"), "missing.toml"),
+        (("fit",), "Missing argument"),
+        (("predict", "--resonator", "thread", "--noise", "0,1"), "noise"),
+        (("predict", "--resonator", "thread", "--deflection-deg", "95"), "deflection"),
+        (("nonsense",), "nonsense"),
+        (("measure", *QUICK, "--out", "x.h5", "--shots", "-1"), "--shots"),
+        (("measure", *QUICK, "--out", "x.h5", "--shots", "0"), "shots"),
+        (("measure", *QUICK, "--out", "x.h5", "--sequence", "missing.toml"), "missing.toml"),
     ],
 )
 def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_path, arguments, word):

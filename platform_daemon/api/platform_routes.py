@@ -11,6 +11,7 @@ from platform_daemon import __version__
 from platform_daemon.api.context import Shared
 from platform_daemon.api.problems import problem_kinds
 from platform_daemon.engine.engine import UnknownId
+from platform_daemon.settings import load_sequence, load_specimen, shipped
 
 router = APIRouter(tags=["platform"])
 
@@ -18,7 +19,7 @@ router = APIRouter(tags=["platform"])
 @router.get("/", summary="Where everything is")
 def root() -> dict[str, Any]:
     """Entry points of the API."""
-    paths = ("platform", "acquisitions", "recordings", "fits", "health", "ready", "docs", "openapi.json")
+    paths = ("platform", "acquisitions", "recordings", "fits", "resonators", "health", "ready", "docs", "openapi.json")
     return {"name": "platform-daemon", "version": __version__, "links": {p: f"/{p}" for p in paths}}
 
 
@@ -39,6 +40,14 @@ def ready(context: Shared) -> JSONResponse:
 def platform(context: Shared) -> dict[str, Any]:
     """As last read back: every second while idle, before and after each acquisition."""
     return context.engine.status()
+
+
+@router.get("/resonators", summary="Resonators that can be measured")
+def resonators() -> dict[str, Any]:
+    """Resonators by the name to use in an acquisition, with variant and the presets of their sequence."""
+    found = {name: load_specimen(name)[0] for name in shipped("resonators")}
+    presets = {s.variant: load_sequence(s.variant).model_dump() for s in found.values()}
+    return {n: {"name": s.name, "variant": s.variant, "sequence": presets[s.variant]} for n, s in found.items()}
 
 
 @router.post("/stop", summary="All outputs off, now")

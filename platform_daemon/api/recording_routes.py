@@ -12,6 +12,7 @@ import numpy as np
 from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 
+from drivers.errors import InputError
 from platform_daemon.analysis import ring_down
 from platform_daemon.api.context import Shared
 from platform_daemon.api.models import DmdtModel, ProblemModel
@@ -81,8 +82,7 @@ def get_dmdt(
     recording = opened(identifier, context)
     rate = recording.sequence.rate_hz
     record = ring_down(recording.rx_volts(frame), rate, recording.calibration)
-    first = min(round(start_s * rate), record.samples.shape[1] - 1)
-    last = record.samples.shape[1] if stop_s is None else max(first + 1, round(stop_s * rate))
+    first, last = _span(record.samples.shape[1], rate, start_s, stop_s)
     cut = record.samples[:, first:last]
     if format == "json":
         return _points(identifier, frame, record, cut, first, points)
@@ -90,6 +90,15 @@ def get_dmdt(
     body = _npy(cut) if format == "npy" else _h5(cut, record, first)
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
     return Response(body, media_type="application/octet-stream", headers=headers)
+
+
+def _span(samples: int, rate_hz: float, start_s: float, stop_s: float | None) -> tuple[int, int]:
+    """Sample range of a time range.  Raises InputError if it is empty or leaves the RX window."""
+    first, last = round(start_s * rate_hz), samples if stop_s is None else round(stop_s * rate_hz)
+    if not 0 <= first < last <= samples:
+        remedy = f"ask for times from 0 to {samples / rate_hz:.6f} s, start_s before stop_s"
+        raise InputError("the time range holds no samples of this frame", where="start_s, stop_s", remedy=remedy)
+    return first, last
 
 
 def _points(identifier: str, frame: int, record: RingDownRecord, cut: Any, first: int, points: int) -> dict[str, Any]:

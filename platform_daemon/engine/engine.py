@@ -34,7 +34,8 @@ class UnknownId(InputError):
 class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
-    config_text is stored in every recording; `fits` run in one thread so that they never hold up a shot.
+    config_text is stored in every recording.  On-line fits and fit jobs have a thread each, so that neither holds up a
+    shot nor the other.
     """
 
     def __init__(
@@ -47,6 +48,7 @@ class Engine:
         self._jobs = {job.identifier: job for job in self._journal.load()}
         self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
+        self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._closed = threading.Event()
         self._status = platform_status(platform)
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
@@ -60,7 +62,7 @@ class Engine:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended."""
         job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
         path = target or folder / f"{job.identifier}.h5"
-        work = Acquisition(self.platform, plan, path, self.config_text, self._fits, overwrite=overwrite)
+        work = Acquisition(self.platform, plan, path, self.config_text, self._online, overwrite=overwrite)
         return self._submit(job, work)
 
     def analyse(self, request: dict[str, Any], frames: int, work: Callable[[Job], None]) -> Job:
@@ -79,11 +81,11 @@ class Engine:
 
     def jobs(self, kind: str) -> list[Job]:
         """All jobs of a kind, oldest first."""
-        return [j for j in self._jobs.values() if j.kind == kind]
+        return [j for j in list(self._jobs.values()) if j.kind == kind]
 
     def status(self) -> dict[str, Any]:
         """Devices as last read back (at most a second ago while idle, before the shot while one runs), and the job."""
-        running = next((j.identifier for j in self._jobs.values() if j.state is JobState.RUNNING), None)
+        running = next((j.identifier for j in self.jobs("acquisition") if j.state is JobState.RUNNING), None)
         waiting = [j.identifier for j in self.jobs("acquisition") if j.state is JobState.QUEUED]
         return {**self._status, "running": running, "queued": waiting}
 
@@ -105,7 +107,8 @@ class Engine:
         finally:
             self._queue.put(None)
             self._thread.join(timeout=60)
-            self._fits.shutdown(wait=True, cancel_futures=True)
+            for each in (self._online, self._fits):
+                each.shutdown(wait=True, cancel_futures=True)
             self.platform.close()
 
     def _register(self, job: Job) -> Job:

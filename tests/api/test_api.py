@@ -115,6 +115,18 @@ def test_a_cut_of_dmdt_starts_where_asked(client, recording):
     assert cut["samples"] == pytest.approx(610, abs=1)
 
 
+@pytest.mark.parametrize("span", [{"start_s": 5.0}, {"stop_s": 5.0}, {"start_s": 0.2, "stop_s": 0.1}])
+def test_a_time_range_outside_the_frame_is_a_problem_not_a_clamp(client, recording, span):
+    answer = client.get(f"/recordings/{recording}/frames/0/dmdt", params=span)
+    assert "from 0 to 0.599998 s" in problem(answer, 422)["remedy"]
+
+
+def test_resonators_are_listed_with_their_preset_sequences(client):
+    found = client.get("/resonators").json()
+    assert set(found) == {"jewel", "thread"}
+    assert found["thread"]["sequence"]["rx_s"] == 15.0
+
+
 def test_a_fit_job_gives_the_fixed_form_and_is_kept_on_disk(client, recording):
     answer = client.post("/fits", json={"recording": recording, "window": 0.3})
     assert answer.status_code == 202

@@ -2,9 +2,11 @@
 
 from importlib.metadata import EntryPoint
 
+import numpy as np
 import pytest
 
 from drivers import registry
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, DeviceError, DeviceNotFound
 from drivers.registry import PlatformSection, build_platform, installed_backends, load_backend
 from drivers.validation import validated
@@ -28,6 +30,9 @@ class Part:
     def disable(self) -> None:
         self._note("disable")
 
+    def gain(self) -> float:
+        return 40.0
+
     def to_transmit(self) -> None:
         self._note("to_transmit")
 
@@ -45,7 +50,7 @@ class TheirBackend:
         self.options = options
 
     def __getattr__(self, kind):
-        if kind not in (*DEVICES, "thermometer", "transmit_channels", "receive_calibration"):
+        if kind not in (*DEVICES, "thermometer", "transmit_channels"):
             raise AttributeError(kind)
 
         def make(options):
@@ -54,6 +59,9 @@ class TheirBackend:
             return Part(kind, self.log, fails=options.get("fails", False))
 
         return make
+
+    def receive_calibration(self, options):
+        return ReceiveCalibration(np.eye(3), "theirs", "2026-01-01", lna_gain=40.0)
 
     def clock(self):
         return registry.SystemClock()

@@ -1,0 +1,51 @@
+"""Quantities derived from fits: pure functions, fit results and arrays in, frozen dataclasses out.
+
+ring_down         the known motion that everything here starts from
+quality           Q, equivalent quality factor, envelopes, frequency trace
+orientation       error angles over a series
+"""
+
+from __future__ import annotations
+
+from .allan import AllanDeviation, allan_deviation
+from .orientation import (
+    OrientationSpread,
+    best_orientation,
+    error_angle,
+    mean_orientation,
+    orientation_spread,
+    orientations,
+)
+from .predict import Plan, Precision, planned_window_s, precision_table, predict_precision
+from .quality import (
+    Envelopes,
+    decay_time_s,
+    envelopes,
+    equivalent_quality_factor,
+    quality_factor,
+    small_angle_quality_factor,
+)
+from .ring_down import RingDown
+
+__all__ = [
+    "AllanDeviation",
+    "Envelopes",
+    "OrientationSpread",
+    "Plan",
+    "Precision",
+    "RingDown",
+    "allan_deviation",
+    "best_orientation",
+    "decay_time_s",
+    "envelopes",
+    "equivalent_quality_factor",
+    "error_angle",
+    "mean_orientation",
+    "orientation_spread",
+    "orientations",
+    "planned_window_s",
+    "precision_table",
+    "predict_precision",
+    "quality_factor",
+    "small_angle_quality_factor",
+]
