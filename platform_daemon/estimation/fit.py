@@ -184,7 +184,7 @@ def _with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float
 
 
 def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
-    """Quickly from the most trusted start; carefully, and from the others too, only if that explains the record badly."""
+    """Quickly from the most trusted start; carefully, and from the others, only if that explains the record badly."""
     best: Fitted | None = None
     dof = _degrees(task, problem)
     failure = "no start value led anywhere"

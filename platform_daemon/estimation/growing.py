@@ -85,6 +85,19 @@ class Problem:
         state = with_best_gains(state, moments)
         return Evaluation(state, moments, normal_equations(self.model, state, moments, self.noise_sd))
 
+    def bend(self, at: Evaluation, step: Array, last: int) -> float:
+        """A step relative to what the model bends over: phase at either end in rad, amplitude and gains in themselves."""
+        d = at.state.dynamics
+        k = 3 + len(d.values)
+        inner = d.chain(self.model) @ step[:k]
+        end = inner[0] + inner[1] * last * self.record.dt_s - at.moments.slopes @ inner[2:]
+        own = at.state.observation.bend(step[k : k + at.state.observation.size])
+        return float(max(abs(inner[0]), abs(end), abs(step[2] / d.amplitude), own))
+
+    def after(self, at: Evaluation, step: Array) -> Normal:
+        """The normal equations with the residual that a small step leaves."""
+        return after_step(at.normal, self.model, at.state, at.moments, step)
+
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -139,7 +152,9 @@ class Fitted:
     moments: Moments
 
 
-def fit_growing(problem: Problem, start: FitState, start_periods: float, last: int, schedule: Schedule) -> Fitted:
+def fit_growing(
+    problem: Problem, start: FitState, start_periods: float, last: int, schedule: Schedule = CAREFUL
+) -> Fitted:
     """Minimise chi^2 over samples first .. last-1, on windows growing from the start's own stretch.
 
     Raises:
@@ -160,9 +175,7 @@ def fit_growing(problem: Problem, start: FitState, start_periods: float, last: i
         stride = _stride((last - problem.first) / period, schedule.last_half_swings)
         state = _Stage(problem, last, stride, schedule.digits, None).minimise(state, schedule.early).state
     final = _Stage(problem, last, 1, EXACT, None).minimise(state, schedule.final)
-    before = final.before
-    normal = after_step(before.normal, problem.model, before.state, before.moments, final.step)
-    return Fitted(final.state, normal, before.moments)
+    return Fitted(final.state, problem.after(final.before, final.step), final.before.moments)
 
 
 def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) -> float:
@@ -227,8 +240,7 @@ class _Stage:
                 raise NoConvergenceError("the normal equations are not finite")
             shrink = _shrink(at.state, step, self.last * self.problem.record.dt_s)
             undamped = damping == 0.0 and shrink == 1.0
-            left = _CAUTION * _relative(at.state, step, self.last * self.problem.record.dt_s) ** 2 * predicted
-            if undamped and (predicted < tolerance or left < tolerance):
+            if undamped and (predicted < tolerance or self._left(at, step, predicted) < tolerance):
                 return _Minimum(at.state.moved(step), at, step)
             trial = self._try(at.state.moved(shrink * step))
             if trial is not None and _is_better(trial.normal, at.normal):
@@ -239,6 +251,10 @@ class _Stage:
             if damping > 1e8:
                 break
         raise NoConvergenceError(f"no minimum after {_MOST_ITERATIONS} iterations")
+
+    def _left(self, at: Evaluation, step: Array, predicted: float) -> float:
+        """Upper estimate of the fall of chi^2 that the next step would predict."""
+        return _CAUTION * self.problem.bend(at, step, self.last) ** 2 * predicted
 
     def _try(self, state: FitState) -> Evaluation | None:
         try:
@@ -256,11 +272,6 @@ def _is_better(trial: Normal, normal: Normal) -> bool:
     """Not worse than rounding, or than the few samples that changed sides where half swings are left out."""
     slack = 1e-12 if trial.samples == normal.samples else 0.02
     return trial.chi2 / trial.samples <= normal.chi2 / normal.samples * (1.0 + slack) + 1e-6 / normal.samples
-
-
-def _relative(state: FitState, step: Array, t_end_s: float) -> float:
-    """A step in units over which the model bends: the phase at either end in rad, the amplitude in its own size."""
-    return float(max(abs(step[0]) + abs(step[1]) * t_end_s, abs(step[2] / state.dynamics.amplitude)))
 
 
 def _shrink(state: FitState, step: Array, t_end_s: float) -> float:

@@ -21,7 +21,7 @@ def _dot(a, b):  # type: ignore[no-untyped-def]
 
 @fast_kernel
 def explained_power(data, step, omega, weights):  # type: ignore[no-untyped-def]
-    """Weighted power that cos, sin of omega t and 2 omega t explain, by least squares; data (channels, n), t = i step."""
+    """Weighted power of data (channels, n) that cos, sin of omega t and 2 omega t explain, t = i step."""
     n = data.shape[1]
     channels = data.shape[0]
     gram = np.zeros((4, 4))
@@ -84,7 +84,7 @@ def block_means(y, first, block, blocks, out):  # type: ignore[no-untyped-def]
 
 @fast_kernel
 def drifting_harmonics(data, step, omega, harmonics, solution):  # type: ignore[no-untyped-def]
-    """Least squares of data (channels, n) by cos k omega t, -sin k omega t, both times t/half, and 1, t from the middle.
+    """Least squares of data (channels, n) by cos k omega t, -sin k omega t, both times t/half, and 1; t = 0 mid-way.
 
     solution (4 harmonics + 1, channels): in this order, each for k = 1 .. harmonics.
     """

@@ -15,7 +15,8 @@ import numpy as np
 from .half_swing import direction_at_rest
 from .jit import fast_kernel, kernel
 from .sampling import DIPOLE
-from .sums import CHUNK, add_gram, add_products, spread, to_nodes as sums_to_nodes
+from .sums import CHUNK, add_gram, add_products, spread
+from .sums import to_nodes as sums_to_nodes
 from .swing_table import build_table, look_up_end, look_up_values
 from .terms.dispatch import acceleration
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK

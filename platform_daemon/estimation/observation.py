@@ -51,6 +51,9 @@ class Observation(Protocol):
     def moved(self, step: Array) -> Observation:
         """The observation after a step (size,) in its own parameters."""
 
+    def bend(self, step: Array) -> float:
+        """A step in own parameters relative to what the gains bend over."""
+
     def with_gains(self, gains: Array, w: float) -> Observation | None:
         """The observation with these gains (channels, 2), or None if they are not free to take any value."""
 
@@ -111,6 +114,10 @@ class DipoleObservation:
         """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
         return replace(self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
 
+    def bend(self, step: Array) -> float:
+        """Relative change of the moment, or angle of rotation."""
+        return float(np.max(np.abs(step / np.array([self.m_r, 1.0, 1.0, 1.0]))))
+
     def with_gains(self, gains: Array, w: float) -> None:
         """Tied by m_r and R."""
         return
@@ -167,6 +174,10 @@ class FreeGainObservation:
     def moved(self, step: Array) -> FreeGainObservation:
         """Step in all gains."""
         return replace(self, sensitivities=self.sensitivities + step.reshape(self.sensitivities.shape))
+
+    def bend(self, step: Array) -> float:
+        """Linear, and always at their best."""
+        return 0.0
 
     def with_gains(self, gains: Array, w: float) -> FreeGainObservation:
         """Any gains will do."""
