@@ -1,11 +1,10 @@
-"""The command line: `platform-daemon serve | measure | fit | info | plot | config check`.
+"""The command line: `platform-daemon serve | measure | fit | info | plot | predict | config check`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
 """
 
 from __future__ import annotations
 
-import json
 import logging
 import signal
 import socket
@@ -23,11 +22,14 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
+from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_planning import predict
 from platform_daemon.cli_tables import fit_table_text, print_info
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
+app.command()(predict)
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
@@ -169,8 +171,8 @@ def measure(
         "comment": comment,
     }
     request = validated(AcquisitionRequest, asked, "measure")
-    _must_not_exist(json_file, force)
-    _must_not_exist(out, force)
+    must_not_exist(json_file, force)
+    must_not_exist(out, force)
     signal.signal(signal.SIGTERM, _interrupt)
     engine = start_engine(load_platform(platform, overrides or ()))
     try:
@@ -188,7 +190,7 @@ def measure(
     if job.result:
         print(fit_table_text(job.result["fit"]))
         print(f"{job.result['shots']} shots in {out}")
-        _write_json(json_file, {"file": str(out), **job.result})
+        write_json(json_file, {"file": str(out), **job.result})
     if job.error is not None:
         raise job.error
 
@@ -233,7 +235,7 @@ def fit(
     if other is not None:
         recordings = [r.with_calibration(other) for r in recordings]
     asks = [FitRequest(choose_variant(r, variant), span, fixed) for r in recordings]
-    _must_not_exist(json_file, force)
+    must_not_exist(json_file, force)
     reports = []
     with _progress() as bar:
         for recording, ask in zip(recordings, asks, strict=True):
@@ -241,7 +243,7 @@ def fit(
             reports.append(fit_recording(recording, ask, progress=partial(_tell, bar, task)))
     for report in reports:
         print(fit_table_text(report))
-    _write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
+    write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
     if not any(f["verdict"] == "good" for r in reports for f in r["frames"]):
         print("every frame was refused", file=sys.stderr)
         raise typer.Exit(3)
@@ -257,9 +259,9 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
     from platform_daemon.store import describe, open_recording
 
     facts = describe(open_recording(file))
-    _must_not_exist(json_file, force)
+    must_not_exist(json_file, force)
     print_info(facts)
-    _write_json(json_file, facts)
+    write_json(json_file, facts)
 
 
 @app.command()
@@ -281,7 +283,7 @@ def plot(
     if calibration is not None:
         recording = recording.with_calibration(read_calibration(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
-    _must_not_exist(target, force)
+    must_not_exist(target, force)
     save_png(picture(recording, frame, variant, parse_window(window)), target)
     print(target)
 
@@ -292,15 +294,3 @@ def config_check(file: Path) -> None:
     from platform_daemon.app import check_config
 
     print(check_config(file))
-
-
-def _must_not_exist(path: Path | None, force: bool) -> None:
-    if path is not None and path.exists() and not force:
-        raise InputError("exists already", where=str(path), remedy="choose another name, or overwrite it with --force")
-
-
-def _write_json(path: Path | None, content: Any) -> None:
-    from platform_daemon.files import write_whole
-
-    if path is not None:
-        write_whole(path, json.dumps(content, indent=1, allow_nan=False).encode())

@@ -115,6 +115,14 @@ def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_say
     assert_one_line_error(run("fit", measured / "bare.mmr"), 2, "--variant")
 
 
+def test_predict_gives_the_bound_for_each_window(tmp_path):
+    done = run("predict", "--resonator", "thread", "--window", "n50", "--window", "4.9", "--json", tmp_path / "p.json")
+    assert done.returncode == 0, done.stderr
+    short, long = json.loads((tmp_path / "p.json").read_text())["windows"]
+    assert short["std"]["f_nat_hz"] == pytest.approx(0.0008, rel=0.15)
+    assert long["std"]["f_nat_hz"] == pytest.approx(1.7e-5, rel=0.1)
+
+
 def test_noise_alone_is_refused_with_exit_code_3(tmp_path, measured):
     with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "noise.h5", "w") as target:
         for name in ("sequence", "calibration", "resonator"):
@@ -152,6 +160,8 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
         (("measure", *QUICK, "--out", "x.h5", "--platform", "nothing"), "nothing"),
         (("config", "check", "missing.toml"), "missing.toml"),
         (("fit",), "Missing argument"),
+        (("predict", "--resonator", "thread", "--noise", "0,1"), "noise"),
+        (("predict", "--resonator", "thread", "--deflection-deg", "95"), "deflection"),
         (("nonsense",), "nonsense"),
         (("measure", *QUICK, "--out", "x.h5", "--shots", "-1"), "--shots"),
         (("measure", *QUICK, "--out", "x.h5", "--shots", "0"), "shots"),
