@@ -2,7 +2,9 @@
 
 `fit_growing` and `solve_step` know nothing of magnets: they see a state that can be moved, its normal equations, and
 which parameters are free. Here the state is a vector of regression parameters behind three dummies that are held
-(phase, frequency, amplitude in a ring-down), and the normal equations come from the regression's own derivatives.
+(phase, frequency, amplitude in a ring-down), and the normal equations come from the regression's own derivatives. A
+leading factor b1 is treated as the fit treats free gains: every pass puts it at its best for the other parameters, and
+it stays a column of the normal equations.
 """
 
 from dataclasses import dataclass, replace
@@ -61,6 +63,10 @@ class Vector:
         return replace(self, b=self.b + step[HELD:])
 
 
+# Problems whose first parameter is a factor of the whole function.
+GAIN_FIRST = {"Misra1a", "Eckerle4", "Rat42", "Rat43", "Bennett5", "BoxBOD", "MGH10"}
+
+
 class Regression:
     """What fit_growing reads of a Problem."""
 
@@ -69,6 +75,7 @@ class Regression:
 
     def __init__(self, name):
         self.certified, self.function = PROBLEMS[name], MODELS[name]
+        self.has_gain = name in GAIN_FIRST
         n, k = self.certified.y.size, len(self.certified.values)
         self.record = SimpleNamespace(sampling_rate_hz=1.0, dt_s=1.0)
         self.sd = FINENESS * np.sqrt(self.certified.squares / (n - k))
@@ -83,6 +90,7 @@ class Regression:
 
     def evaluate(self, state, last, stride=1, digits=0.0):
         self.passes += 1
+        state = self.with_best_gain(state)
         jacobian = np.zeros((self.n, state.size))
         # Complex steps: derivatives exact to rounding without writing them down.
         for k in range(state.b.size):
@@ -104,6 +112,14 @@ class Regression:
             self.n,
         )
         return Evaluation(state, None, normal)
+
+    def with_best_gain(self, state):
+        if not self.has_gain:
+            return state
+        shape = self.function(np.array([1.0, *state.b[1:]]), self.certified.x)
+        if not (np.all(np.isfinite(shape)) and np.any(shape)):
+            raise LostTrajectoryError("the regression function is not finite here")
+        return replace(state, b=np.array([shape @ self.certified.y / (shape @ shape), *state.b[1:]]))
 
 
 def digits(value, certified):
@@ -130,15 +146,14 @@ def check(problem, best):
     assert digits(normal.squares_by_channel, certified.squares) > 6
 
 
-# The core damps with 1e-4 of a parameter's own curvature or not at all: too coarse for valleys this flat. Where the
-# damping may begin at 1e-12, Bennett5 takes 16 passes to 11 digits; MGH10 needs more than that.
-TOO_FLAT = {"Bennett5", "MGH10"}
-NEAR = [pytest.param(n, marks=pytest.mark.xfail(reason="too flat")) if n in TOO_FLAT else n for n in sorted(PROBLEMS)]
-
-
-@pytest.mark.parametrize("name", NEAR)
+@pytest.mark.parametrize("name", sorted(PROBLEMS))
 def test_certified_values_and_errors_are_found_from_the_near_start(name):
     check(*solved(name, 1))
+
+
+# From afar four valleys are too flat or too bent for 30 iterations with a damping of at least
+# 1e-4 of each parameter's own curvature. Ring-downs start near: what counts is that nothing false comes out.
+GIVEN_UP = {"Eckerle4", "MGH09", "MGH10", "Thurber"}
 
 
 @pytest.mark.filterwarnings("ignore:.*(overflow|invalid value|divide by zero):RuntimeWarning")
@@ -146,7 +161,7 @@ def test_certified_values_and_errors_are_found_from_the_near_start(name):
 def test_a_far_start_leads_to_the_certified_values_or_is_given_up_but_never_to_others(name):
     try:
         problem, best = solved(name, 0)
-    except (NoConvergenceError, np.linalg.LinAlgError):
-        assert name not in {"Hahn1", "Rat42"}
+    except (NoConvergenceError, LostTrajectoryError, np.linalg.LinAlgError):
+        assert name in GIVEN_UP
         return
     check(problem, best)

@@ -8,6 +8,12 @@ orientation       error angles over a series
 from __future__ import annotations
 
 from .allan import AllanDeviation, allan_deviation
+from .frequency_domain import (
+    BiasAgainstFit,
+    FrequencyDomainEstimate,
+    bias_against_fit,
+    estimate_from_harmonics,
+)
 from .orientation import (
     OrientationSpread,
     best_orientation,
@@ -29,17 +35,21 @@ from .ring_down import RingDown
 
 __all__ = [
     "AllanDeviation",
+    "BiasAgainstFit",
     "Envelopes",
+    "FrequencyDomainEstimate",
     "OrientationSpread",
     "Plan",
     "Precision",
     "RingDown",
     "allan_deviation",
     "best_orientation",
+    "bias_against_fit",
     "decay_time_s",
     "envelopes",
     "equivalent_quality_factor",
     "error_angle",
+    "estimate_from_harmonics",
     "mean_orientation",
     "orientation_spread",
     "orientations",
