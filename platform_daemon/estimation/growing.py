@@ -86,7 +86,7 @@ class Problem:
         return Evaluation(state, moments, normal_equations(self.model, state, moments, self.noise_sd))
 
     def bend(self, at: Evaluation, step: Array, last: int) -> float:
-        """A step relative to what the model bends over: phase at either end in rad, amplitude and gains in themselves."""
+        """A step relative to what the model bends over: phase at both ends in rad, amplitude, gains in themselves."""
         d = at.state.dynamics
         k = 3 + len(d.values)
         inner = d.chain(self.model) @ step[:k]

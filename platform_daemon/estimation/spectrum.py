@@ -64,7 +64,8 @@ def _window(n: int) -> Array:
 def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     """Strongest spectral line of a segment, halved if it is the second harmonic."""
     n = samples.shape[1]
-    size = next_fast_len(n, real=True)
+    # Few periods are few bins: pad, so that the peak is found between them.
+    size = next_fast_len(n if n >= _USUAL_SEGMENT else 2 * n, real=True)
     centred = samples - samples.mean(axis=1, keepdims=True)
     spectrum = rfft(centred * _window(n), size, axis=1)
     power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
