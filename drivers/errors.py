@@ -6,7 +6,7 @@ PlatformError                     what, where, why and the remedy; one line on t
 │   ├── SequenceRejected          a request outside the safety envelope or the platform's abilities
 │   └── RecordingError            a file that is no usable recording
 ├── DeviceError                   a device said no, or said nothing
-│   ├── DeviceNotFound            nothing at the address, or no such back end
+│   ├── DeviceNotFound            nothing at the address, or the back end has no such device
 │   ├── DeviceTimeout             no answer in time
 │   ├── DeviceProtocolError       an answer that makes no sense
 │   ├── DeviceFault               the device reports a fault (trip, over-temperature, overload)
@@ -73,7 +73,7 @@ class DeviceError(PlatformError):
 
 
 class DeviceNotFound(DeviceError):
-    """Nothing answers at the address, or no back end has that name."""
+    """Nothing answers at the address, or the back end offers no such device."""
 
     title = "Device not found"
 

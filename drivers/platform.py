@@ -52,6 +52,9 @@ class Backend(Protocol):
     def mount(self, specimen: Specimen) -> None:
         """The operator has put this resonator into the clamping unit.  Real back ends: nothing to do."""
 
+    def warm_up(self) -> object:
+        """Do now what would make the first shot late (compiling, loading); blocking, harmless to repeat."""
+
     def ground_truth(self) -> Mapping[str, Any] | None:
         """What only a simulation knows of the shot just made (seed, effects, parameters); None on real hardware."""
 
@@ -75,6 +78,11 @@ class Platform:
         """Tell every back end which resonator is in the clamping unit."""
         for backend in self.backends.values():
             backend.mount(specimen)
+
+    def warm_up(self) -> None:
+        """Let every back end do what takes long the first time."""
+        for backend in self.backends.values():
+            backend.warm_up()
 
     def ground_truth(self) -> dict[str, Any]:
         """What simulated back ends know of the last shot, by back end; empty on real hardware."""

@@ -11,6 +11,7 @@ and naming it in the platform's TOML: `[io_card]` with `backend = "mycard"`.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.metadata import entry_points
 from typing import Annotated, Any
 
@@ -18,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.calibration import ReceiveCalibration
 from drivers.clock import SystemClock
-from drivers.errors import ConfigError, DeviceNotFound
+from drivers.errors import ConfigError
 from drivers.platform import Backend, Platform
 
 GROUP = "platform_daemon.backends"
@@ -64,10 +65,10 @@ def installed_backends() -> dict[str, str]:
 
 
 def load_backend(name: str, options: Mapping[str, Any]) -> Backend:
-    """Import and construct one back end.  Raises DeviceNotFound if no such back end is installed."""
+    """Import and construct one back end.  Raises ConfigError if no such back end is installed."""
     found = [e for e in entry_points(group=GROUP) if e.name == name]
     if not found:
-        raise DeviceNotFound(
+        raise ConfigError(
             f"no back end is called {name!r}",
             why=f"installed are: {', '.join(sorted(installed_backends())) or 'none'}",
             remedy=f"correct the name, or install the package that publishes it in the entry-point group {GROUP}",
@@ -118,7 +119,8 @@ def build_platform(section: PlatformSection, calibration: ReceiveCalibration | N
         return platform
     except Exception:
         for each in reversed(opened):
-            each.close()
+            with suppress(Exception):  # the first error is the one to report, and every device must get its close
+                each.close()
         raise
 
 

@@ -9,6 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
+Coordinate = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
+Position = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 
 
@@ -54,9 +56,9 @@ class Measured(_Section):
 
 
 class Pose(_Section):
-    """Pose on the platform: position of the rotor m, Rodrigues vector rad of R (u, v, w to world x, y, z)."""
+    """Pose on the platform: position of the rotor m (at most 1 m), Rodrigues vector rad (u, v, w to world)."""
 
-    position_m: Vector = (0.0, 0.0, 0.0)
+    position_m: Position = (0.0, 0.0, 0.0)
     rodrigues_rad: Vector
 
 

@@ -30,7 +30,7 @@ def config_error(error: ValidationError, where: str) -> ConfigError:
         "; ".join(complaints),
         where=where,
         why=f"{len(complaints)} keys are wrong" if len(complaints) > 1 else "",
-        remedy="correct the key; docs/configuration.md lists all keys with units and ranges",
+        remedy="correct the key; the shipped file of the same kind has every key with its unit",
     )
 
 

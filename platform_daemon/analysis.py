@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import fmean, median, stdev
 from typing import Any, Literal
@@ -22,6 +22,7 @@ from platform_daemon.estimation import (
     calibrate,
     fit_ring_down,
     model_signal,
+    saturation,
 )
 from platform_daemon.plots import RingDownPicture
 from platform_daemon.store import Calibration, FitTable, Recording
@@ -38,6 +39,19 @@ class FitRequest:
     variant: str
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
+
+
+def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
+    """Raises InputError for a parameter that cannot be held, or not at that value."""
+    allowed = ["f_nat_hz", "lambda_per_s"]
+    allowed += ["m_r_am2"] if calibrated else []
+    allowed += ["tf_over_i_rad_per_s2"] if ask.variant == "jewel" else []
+    for name, value in (ask.fixed or {}).items():
+        if name not in allowed:
+            why = f"a {ask.variant} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
+            raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
+        if not (math.isfinite(value) and value >= 0 and (value > 0 or name not in ("f_nat_hz", "m_r_am2"))):
+            raise InputError(f"{name} = {value} makes no sense", where="fixed", remedy="give a finite positive value")
 
 
 def parse_window(text: str) -> Window:
@@ -67,33 +81,44 @@ def choose_variant(recording: Recording, variant: str | None) -> str:
     return chosen
 
 
-def ring_down(rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None) -> RingDownRecord:
+def ring_down(
+    rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None
+) -> tuple[RingDownRecord, tuple[str, ...]]:
     """The record that a fit takes: calibrated dm/dt (3, n) A m^2/s, or volts (c, n) if there is no calibration.
+
+    With it, what the calibration had to assume.
 
     Raises RecordingError if the calibration does not fit the data.
     """
     if calibration is None:
-        return RingDownRecord(samples=rx_volts, sampling_rate_hz=rate_hz, quantity="voltage")
+        return RingDownRecord(samples=rx_volts, sampling_rate_hz=rate_hz, quantity="voltage"), ()
     try:
         done = calibrate(
             rx_volts, rate_hz, calibration.sensitivity, calibration.frequency_hz, calibration.frequency_response
         )
     except CalibrationError as error:
-        raise RecordingError(str(error), where="/calibration", remedy="give another with --calibration") from None
-    return RingDownRecord(
+        where = f"calibration {calibration.identifier or 'of the file'}"
+        raise RecordingError(str(error), where=where, remedy="give another with --calibration") from None
+    record = RingDownRecord(
         samples=done.dmdt,
         sampling_rate_hz=rate_hz,
         quantity="dmdt",
         valid_from=done.valid_from,
         valid_to=done.valid_to,
     )
+    return record, tuple(done.notes)
 
 
 def fit_frame(
     rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None, ask: FitRequest
 ) -> FitResult:
-    """Calibrate and fit one RX window, (c, n) V."""
-    return fit_ring_down(ring_down(rx_volts, rate_hz, calibration), ask.variant, ask.window, fixed=ask.fixed)
+    """Calibrate and fit one RX window, (c, n) V; refused if the volts are clipped, whatever the calibration mixes."""
+    clipped = saturation(rx_volts)
+    if clipped is not None:
+        return FitResult(verdict="refused", reason=f"saturated: {clipped}")
+    record, assumed = ring_down(rx_volts, rate_hz, calibration)
+    fit = fit_ring_down(record, ask.variant, ask.window, fixed=ask.fixed)
+    return replace(fit, notes=(*fit.notes, *assumed))
 
 
 def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
@@ -125,12 +150,32 @@ def refused_report(frame: int, reason: str) -> dict[str, Any]:
 def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float | None]]:
     """Mean and scatter of each parameter over the good frames; psi averaged on the circle; std None for one frame."""
     good = [f["parameters"] for f in frames if f["verdict"] == "good"]
+    vectors = _neighbouring_rotations(good)
     result: dict[str, dict[str, float | None]] = {}
     for name in PARAMETER_NAMES:
         values = [p[name]["value"] for p in good if name in p]
+        if values and name in _RODRIGUES:
+            values = vectors[:, _RODRIGUES.index(name)].tolist()
         if values:
             result[name] = _mean_and_scatter(values, circular=name == "psi_start_rad")
     return result
+
+
+_RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
+
+
+def _neighbouring_rotations(good: list[dict[str, Any]]) -> NDArray[np.float64]:
+    """Rodrigues vectors (frame, 3), each by that of its two names (v, v shortened by 2 pi) that lies nearest the first.
+
+    Near 180 deg the vector jumps to the other side for a hair's turn; components of such vectors have no mean.
+    """
+    vectors = np.array([[p[n]["value"] for n in _RODRIGUES] for p in good if _RODRIGUES[0] in p]).reshape(-1, 3)
+    for k, v in enumerate(vectors[1:], start=1):
+        angle = np.linalg.norm(v)
+        other = v * (1 - 2 * np.pi / angle) if angle > 0 else v
+        if np.linalg.norm(other - vectors[0]) < np.linalg.norm(v - vectors[0]):
+            vectors[k] = other
+    return vectors
 
 
 def _mean_and_scatter(values: list[float], *, circular: bool) -> dict[str, float | None]:
@@ -153,13 +198,19 @@ def fit_recording(
     """Fit every excited frame of a recording; the fixed JSON form for one file.
 
     `calibration` replaces the file's own.  Frames that the daemon refused, blank shots and frames with bad samples are
-    refused with their reason; one bad frame does not stop the others.
+    refused with their reason; one bad frame does not stop the others.  Raises RecordingError if no frame can be read.
     """
     used = calibration or recording.calibration
+    check_fixed(ask, calibrated=used is not None)
     frames = []
     for k in range(recording.frames):
         frames.append(_fit_or_refuse(recording, k, used, ask))
         progress(k + 1)
+    unreadable = [f["error"] for f in frames if "error" in f]
+    if len(unreadable) == recording.frames:
+        raise unreadable[0]
+    for frame in frames:
+        frame.pop("error", None)
     return file_report(str(recording.path), ask, frames, used)
 
 
@@ -170,7 +221,7 @@ def _fit_or_refuse(recording: Recording, k: int, calibration: Calibration | None
     try:
         volts = recording.rx_volts(k)
     except PlatformError as error:
-        return refused_report(k, str(error))
+        return {**refused_report(k, str(error)), "error": error}
     return frame_report(k, fit_frame(volts, recording.sequence.rate_hz, calibration, ask))
 
 
@@ -261,8 +312,9 @@ def parse_fixed(texts: list[str]) -> dict[str, float] | None:
 def picture(recording: Recording, frame: int, variant: str | None, window: Window) -> RingDownPicture:
     """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
     rate = recording.sequence.rate_hz
-    record = ring_down(recording.rx_volts(frame), rate, recording.calibration)
-    fit = fit_ring_down(record, choose_variant(recording, variant), window)
+    volts = recording.rx_volts(frame)
+    record, _ = ring_down(volts, rate, recording.calibration)
+    fit = fit_frame(volts, rate, recording.calibration, FitRequest(choose_variant(recording, variant), window))
     good = fit.verdict == "good"
     n = record.samples.shape[1]
     calibrated = record.quantity == "dmdt"

@@ -26,7 +26,11 @@ log = structlog.get_logger()
 def start_engine(file: PlatformFile, journal: Journal | None = None) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
-    platform = build_platform(file.section, calibration)
+    try:
+        platform = build_platform(file.section, calibration)
+    except ConfigError as error:
+        where = f"{file.path}: {error.where}" if error.where else str(file.path)
+        raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     try:
         return Engine(platform, file.limits, file.text, journal)
     except Exception:

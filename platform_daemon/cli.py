@@ -128,6 +128,7 @@ def _listen(host: str, port: int) -> socket.socket:
         listener = socket.socket(family, socket.SOCK_STREAM)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((host, port))
+        listener.listen(128)
     except OSError as error:
         why = error.strerror or str(error)
         raise InputError("cannot listen", where=f"{host}:{port}", why=why, remedy="choose another --port") from None
@@ -174,25 +175,34 @@ def measure(
     must_not_exist(json_file, force)
     must_not_exist(out, force)
     signal.signal(signal.SIGTERM, _interrupt)
-    engine = start_engine(load_platform(platform, overrides or ()))
+    engine, interrupted = start_engine(load_platform(platform, overrides or ())), False
     try:
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
         try:
             _watch(job)
         except KeyboardInterrupt:
+            interrupted = True
             engine.outputs_off()
             job.ended.wait(timeout=60)
-            raise
     finally:
         engine.close()
-    for warning in job.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    if job.result:
-        print(fit_table_text(job.result["fit"]))
-        print(f"{job.result['shots']} shots in {out}")
-        write_json(json_file, {"file": str(out), **job.result})
+    _report_series(job, out, json_file)
+    if interrupted:
+        print("interrupted; outputs are off", file=sys.stderr)
+        raise typer.Exit(130)
     if job.error is not None:
         raise job.error
+
+
+def _report_series(job: Any, out: Path, json_file: Path | None) -> None:
+    """What came out of a series, also of one that was cut short."""
+    for warning in job.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    if "fit" in job.result:
+        print(fit_table_text(job.result["fit"]))
+    print(f"{job.result.get('shots', 0)} of {int(job.total)} shots" + (f" in {out}" if job.result else ""))
+    if job.result:
+        write_json(json_file, {"file": str(out), **job.result})
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
@@ -226,15 +236,24 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit every frame of one or more recordings."""
-    from platform_daemon.analysis import FitRequest, choose_variant, fit_recording, parse_fixed, parse_window
+    from platform_daemon.analysis import (
+        FitRequest,
+        check_fixed,
+        choose_variant,
+        fit_recording,
+        parse_fixed,
+        parse_window,
+    )
     from platform_daemon.store import open_recording, read_calibration
 
     span, fixed = parse_window(window), parse_fixed(fix or [])
     other = None if calibration is None else read_calibration(calibration)
     recordings = [open_recording(path) for path in files]
     if other is not None:
-        recordings = [r.with_calibration(other) for r in recordings]
+        recordings = [r.with_calibration(other, str(calibration)) for r in recordings]
     asks = [FitRequest(choose_variant(r, variant), span, fixed) for r in recordings]
+    for recording, ask in zip(recordings, asks, strict=True):
+        check_fixed(ask, calibrated=recording.calibration is not None)
     must_not_exist(json_file, force)
     reports = []
     with _progress() as bar:
@@ -281,7 +300,7 @@ def plot(
 
     recording = open_recording(file)
     if calibration is not None:
-        recording = recording.with_calibration(read_calibration(calibration))
+        recording = recording.with_calibration(read_calibration(calibration), str(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
     must_not_exist(target, force)
     save_png(picture(recording, frame, variant, parse_window(window)), target)

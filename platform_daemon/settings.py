@@ -35,16 +35,16 @@ class PlatformFile:
 
 
 def locate(kind: str, name: str | Path) -> Path:
-    """Path of a configuration file: `name` itself if it is a path that exists, else the shipped one of that name.
+    """Path of a configuration file: the shipped one of that name, else `name` itself if it is a file or ends in .toml.
 
     kind: "platforms", "resonators" or "sequences".  Raises ConfigError that lists what ships.
     """
-    path = Path(name)
-    if path.suffix == ".toml" or path.exists():
-        return path
     names = shipped(kind)
     if str(name) in names:
         return names[str(name)]
+    path = Path(name)
+    if path.suffix == ".toml" or path.is_file():
+        return path
     raise ConfigError(
         f"no {kind[:-1]} {str(name)!r}", remedy=f"give the path of a TOML file, or one of: {', '.join(names)}"
     )

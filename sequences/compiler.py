@@ -29,17 +29,13 @@ class TransmitSide:
 
 @dataclass(frozen=True)
 class ShotPlan:
-    """A checked shot: its timeline and its drives; `drives` is empty for a blank shot."""
+    """A checked shot: its timeline and its drives; a blank shot has none."""
 
     request: SequenceRequest
     timeline: Timeline
     frequency_hz: float
     drives: tuple[ChannelDrive, ...]
-
-    @property
-    def blank(self) -> bool:
-        """True if the shot has no excitation."""
-        return not self.drives
+    blank: bool
 
     def currents_a(self) -> dict[str, float]:
         """Commanded coil current amplitude by axis, A."""
@@ -81,7 +77,7 @@ def compile_shot(request: SequenceRequest, side: TransmitSide, *, blank: bool = 
         check_drive(request.field_t, drives, side.limits)
     timeline = _timeline(request, windows, drives, side)
     check_timeline(timeline, side.limits, side.card, side.switch)
-    return ShotPlan(request, timeline, windows.frequency_hz, drives)
+    return ShotPlan(request, timeline, windows.frequency_hz, drives, blank)
 
 
 def _timeline(

@@ -23,7 +23,7 @@ class SequenceRequest(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
-    f_tx_hz: Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
+    f_tx_hz: Annotated[float, Field(ge=0.01, le=20e3, allow_inf_nan=False)]
     tx_periods: Annotated[int, Field(ge=1, le=100_000)]
     field_t: Annotated[float, Field(gt=0, le=1.0, allow_inf_nan=False)]
     axis: Axis | Annotated[tuple[Finite, Finite, Finite], Field(strict=False)] = "x"
@@ -37,8 +37,8 @@ class SequenceRequest(BaseModel):
     @field_validator("axis")
     @classmethod
     def _needs_a_direction(cls, axis: Axis | tuple[float, float, float]) -> Axis | tuple[float, float, float]:
-        if not isinstance(axis, str) and not np.linalg.norm(axis) > 0:
-            raise ValueError("the axis vector must not be zero")
+        if not isinstance(axis, str) and not 1e-6 < np.max(np.abs(axis)) < 1e6:
+            raise ValueError("the axis vector must not be zero, tiny or huge")
         return axis
 
     def direction(self) -> NDArray[np.float64]:

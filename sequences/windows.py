@@ -24,7 +24,7 @@ def realise(request: SequenceRequest, clock: SampleClock) -> Windows:
     """Whole samples for the three windows.
 
     The TX window holds a whole number of periods and of samples, so the frequency moves a little: 10 periods of 212 Hz
-    at 125 MHz/2048 become 2879 samples and 212.0013 Hz.  Raises SequenceRejected for a frequency that the clock cannot
+    at 125 MHz/2048 become 2879 samples and 212.0012 Hz.  Raises SequenceRejected for a frequency that the clock cannot
     play with at least 8 samples per period, or an RX window below one sample.
     """
     if request.f_tx_hz > clock.rate_hz / 8:

@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 from scipy.constants import mu_0
 from scipy.special import ellipe, ellipk
 
+from drivers.errors import ConfigError
 from sim_backend.options import CoilOptions, CoilsOptions
 from sim_backend.rotor import rotation_matrix
 
 AXES = ("x", "y", "z")
+WIRE = 1e-3  # of the loop's radius: closer than this to a wire the thin-loop field means nothing
 
 
 def loop_field_t(radius_m: float, radial_m: float, axial_m: float) -> tuple[float, float]:
@@ -19,6 +21,12 @@ def loop_field_t(radius_m: float, radial_m: float, axial_m: float) -> tuple[floa
     radial_m >= 0 and axial_m are measured from the loop's centre; on the wire itself the field is infinite.
     """
     near = (radius_m - radial_m) ** 2 + axial_m**2
+    if near < (WIRE * radius_m) ** 2:
+        raise ConfigError(
+            f"a point {radial_m} m off the axis and {axial_m} m along it lies on the wire of a coil",
+            where="position_m",
+            remedy="give a position inside the coils",
+        )
     far = (radius_m + radial_m) ** 2 + axial_m**2
     m = 4 * radius_m * radial_m / far
     k, e = float(ellipk(m)), float(ellipe(m))

@@ -11,6 +11,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from drivers.specimen import Position
+
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -278,7 +280,7 @@ class CalibrationTable(Section):
     deliberate errors of the calibration, relative per channel (0: exact)."""
 
     lna_gain: Positive
-    position_m: Vector
+    position_m: Position
     frequency_max_hz: Positive
     identifier: Annotated[str, Field(min_length=1)]
     date: Annotated[str, Field(min_length=10)]

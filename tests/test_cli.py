@@ -146,6 +146,37 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
 
 
 @pytest.mark.parametrize(
+    ("fixed", "word"),
+    [("rodrigues_x=3", "rodrigues_x"), ("lambda_per_s=nan", "nan"), ("f_nat_hz=0", "f_nat_hz"), ("x=1", "x")],
+)
+def test_what_cannot_be_held_fixed_is_said_in_one_line(measured, fixed, word):
+    assert_one_line_error(run("fit", measured / "j.h5", "--fix", fixed), 2, word)
+
+
+def test_a_file_whose_only_frame_holds_nan_is_bad_input_naming_the_sample(tmp_path, measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "nan.h5", "w") as target:
+        for name in ("sequence", "calibration", "resonator"):
+            source.copy(name, target)
+        volts = source["data"][:1].copy()
+        volts[0, 1, 5000] = np.nan
+        target["data"] = volts
+    assert_one_line_error(run("fit", tmp_path / "nan.h5"), 2, "frame 0", "channel 1", "sample 5000")
+
+
+def test_clipped_volts_are_refused_whatever_the_calibration_mixes(tmp_path, measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "clipped.h5", "w") as target:
+        for name in ("sequence", "calibration", "resonator"):
+            source.copy(name, target)
+        target["calibration/sensitivity"][0, 1] = 0.01
+        target["calibration/sensitivity"][1, 0] = 0.013
+        limit = 0.97 * np.abs(source["data"][0, 0, -20000:]).max()
+        target["data"] = np.clip(source["data"][:1], -limit, limit)
+    done = run("fit", tmp_path / "clipped.h5", "--json", tmp_path / "c.json")
+    assert done.returncode == 3
+    assert "saturated" in json.loads((tmp_path / "c.json").read_text())["frames"][0]["reason"]
+
+
+@pytest.mark.parametrize(
     ("arguments", "word"),
     [
         (("fit", "missing.h5"), "missing.h5"),
@@ -176,10 +207,13 @@ def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_pa
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupted_measure_keeps_its_finished_shots(tmp_path, number):
     command = [COMMAND, "measure", *QUICK, "--shots", "500", "--out", tmp_path / "a.h5"]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     wait_for(lambda: list(tmp_path.glob(".*/shot_000002.h5")))
     process.send_signal(number)
-    assert process.wait(timeout=30) == 130
+    said, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "of 500 shots in" in said
+    assert "outputs are off" in errors
     with h5py.File(tmp_path / "a.h5") as file:
         assert file["data"].shape[0] >= 2
 

@@ -55,7 +55,7 @@ def get_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
 
 
 @router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=JobModel, responses=ERRORS)
-def cancel_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
+async def cancel_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
     """Cancel.  A running shot ends within 0.1 s with outputs off and is discarded; shots on disk stay."""
     job = context.engine.job("acquisition", identifier)
     job.request_cancel()

@@ -7,13 +7,11 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from drivers.errors import InputError
-from platform_daemon.analysis import FitRequest, choose_variant, fit_recording
+from platform_daemon.analysis import FitRequest, check_fixed, choose_variant, fit_recording
 from platform_daemon.api.context import Shared, job_body
 from platform_daemon.api.models import FitBody, JobModel, ProblemModel
 from platform_daemon.api.recording_routes import opened
 from platform_daemon.engine.jobs import Cancelled, Job
-from platform_daemon.estimation import PARAMETER_NAMES
 from platform_daemon.files import write_whole
 
 router = APIRouter(prefix="/fits", tags=["fits"])
@@ -28,11 +26,8 @@ def _body(job: Job) -> dict[str, Any]:
 def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
     """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
     recording = opened(body.recording, context)
-    unknown = sorted(set(body.fixed) - set(PARAMETER_NAMES))
-    if unknown:
-        remedy = f"one of: {', '.join(PARAMETER_NAMES)}"
-        raise InputError(f"no parameter is called {unknown[0]!r}", where="fixed", remedy=remedy)
     ask = FitRequest(choose_variant(recording, body.variant), body.window, body.fixed or None)
+    check_fixed(ask, calibrated=recording.calibration is not None)
 
     def work(job: Job) -> None:
         def tell(frames: int) -> None:

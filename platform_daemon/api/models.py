@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.settings import shipped
 
 NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
 
@@ -23,7 +24,14 @@ class AcquisitionBody(AcquisitionRequest):
         }
     )
 
-    resonator: Annotated[str, Field(pattern=NAME, max_length=100)]
+    resonator: Annotated[str, Field(max_length=100, description="one of GET /resonators")]
+
+    @field_validator("resonator")
+    @classmethod
+    def _ships(cls, name: str) -> str:
+        if name not in shipped("resonators"):
+            raise ValueError(f"no resonator is called {name!r}, there are: {', '.join(shipped('resonators'))}")
+        return name
 
 
 class FitBody(BaseModel):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import anyio
 from fastapi import APIRouter
 from fastapi.responses import JSONResponse
 
@@ -32,7 +33,7 @@ def health() -> dict[str, str]:
 @router.get("/ready", summary="Is everything warmed up?")
 def ready(context: Shared) -> JSONResponse:
     """200 once every part has warmed up, 503 before, naming the parts; requests are served all the same."""
-    parts = dict(context.warm)
+    parts = {"platform": context.engine.warm, **context.warm}
     return JSONResponse({"ready": all(parts.values()), "warm": parts}, 200 if all(parts.values()) else 503)
 
 
@@ -51,9 +52,10 @@ def resonators() -> dict[str, Any]:
 
 
 @router.post("/stop", summary="All outputs off, now")
-def stop(context: Shared) -> dict[str, str]:
+async def stop(context: Shared) -> dict[str, str]:
     """Amplifier off, card stopped, receiver disconnected, all acquisitions cancelled.  Shots already on disk stay."""
-    context.engine.outputs_off()
+    # Threads of its own: downloads and other long requests must not make it wait.
+    await anyio.to_thread.run_sync(context.engine.outputs_off, limiter=anyio.CapacityLimiter(1))
     return {"status": "outputs are off, acquisitions are cancelled"}
 
 

@@ -83,9 +83,9 @@ def install(app: FastAPI) -> None:
 
     async def validation(request: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, RequestValidationError)
-        places = [(".".join(str(p) for p in e["loc"]), e["msg"]) for e in error.errors()]
-        text = "; ".join(f"{place}: {message}" for place, message in places)
-        found = errors.InputError(text, where=places[0][0], remedy="correct the request; /docs shows every field")
+        (place, message), *others = [(".".join(str(p) for p in e["loc"]), e["msg"]) for e in error.errors()]
+        text = "; ".join([message, *(f"{p}: {m}" for p, m in others)])
+        found = errors.InputError(text, where=place, remedy="correct the request; /docs shows every field")
         return _respond(problem(found, request.url.path))
 
     async def http(request: Request, error: Exception) -> JSONResponse:

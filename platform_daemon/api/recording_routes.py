@@ -72,8 +72,8 @@ def get_dmdt(
         Literal["json", "npy", "h5"], Query(description="json is decimated, npy and h5 are full")
     ] = "json",
     points: Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")] = 2000,
-    start_s: Annotated[float, Query(ge=0, allow_inf_nan=False, description="from, s after the first RX sample")] = 0.0,
-    stop_s: Annotated[float | None, Query(gt=0, allow_inf_nan=False, description="to, s; default: the end")] = None,
+    start_s: Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")] = 0.0,
+    stop_s: Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")] = None,
 ) -> Any:
     """dm/dt = -P^-1 u in A m^2/s, world axes; the RX volts if the recording has no calibration.
 
@@ -81,11 +81,11 @@ def get_dmdt(
     """
     recording = opened(identifier, context)
     rate = recording.sequence.rate_hz
-    record = ring_down(recording.rx_volts(frame), rate, recording.calibration)
+    record, assumed = ring_down(recording.rx_volts(frame), rate, recording.calibration)
     first, last = _span(record.samples.shape[1], rate, start_s, stop_s)
     cut = record.samples[:, first:last]
     if format == "json":
-        return _points(identifier, frame, record, cut, first, points)
+        return {**_points(identifier, frame, record, cut, first, points), "notes": _notes(record, assumed)}
     name = f"{identifier}-frame{frame}-{record.quantity}.{format}"
     body = _npy(cut) if format == "npy" else _h5(cut, record, first)
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
@@ -117,8 +117,12 @@ def _points(identifier: str, frame: int, record: RingDownRecord, cut: Any, first
         "t_s": start.tolist(),
         "minimum": low.tolist(),
         "maximum": high.tolist(),
-        "notes": [] if calibrated else ["the recording has no calibration: these are volts at the ADC input"],
     }
+
+
+def _notes(record: RingDownRecord, assumed: tuple[str, ...]) -> list[str]:
+    bare = [] if record.quantity == "dmdt" else ["the recording has no calibration: these are volts at the ADC input"]
+    return [*bare, *assumed]
 
 
 def _unit(record: RingDownRecord) -> str:

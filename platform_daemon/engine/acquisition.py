@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import asdict
 from pathlib import Path
@@ -39,11 +40,13 @@ class Acquisition:
         fits: Executor,
         *,
         overwrite: bool,
+        after_shot: Callable[[], None] = lambda: None,
     ) -> None:
         self._platform, self._plan, self._target = platform, plan, target
         self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
         self._calibration = store_calibration(platform)
         self._fits: list[Future[FitResult] | str] = []
+        self._after_shot = after_shot
         self._refused_in_a_row = 0
 
     def __call__(self, job: Job) -> None:
@@ -57,10 +60,17 @@ class Acquisition:
                     self._pause(job, first=series.shots == 0)
                     raw = self._shoot(job, shot, series.shots)
                     stored = series.add_shot(shot_record(shot, raw))
-                    job.at(stored, "stored")
+                    self._stored(job, stored)
                     self._follow_up(job, shot, raw)
+                    self._after_shot()
             finally:
                 self._finish(job, series)
+
+    def _stored(self, job: Job, stored: int) -> None:
+        """From here on the job's record says where the shots are, whatever happens to the process."""
+        job.result = {"recording": self._target.stem, "file": self._target.name, "shots": stored}
+        job.at(stored, "stored")
+        job.on_change(job)
 
     def _shoot(self, job: Job, shot: ShotPlan, stored: int) -> RawShot:
         total = shot.timeline.total_samples
@@ -117,11 +127,10 @@ class Acquisition:
         path = series.finish(tables)
         if path is None:
             return
-        job.result = {"recording": self._target.stem, "file": path.name, "shots": stored}
         if window is not None:
             reports = [_report(k, fit) for k, fit in enumerate(fits)]
             ask = FitRequest(self._plan.specimen.variant, window)
-            job.result["fit"] = file_report(path.name, ask, reports, self._calibration)
+            job.result = {**job.result, "fit": file_report(path.name, ask, reports, self._calibration)}
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 
     def _header(self) -> SeriesHeader:

@@ -6,12 +6,13 @@ import queue
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import structlog
 
-from drivers.errors import DeviceStateError, InputError, PlatformError
+from drivers.errors import DeviceStateError, InputError, InterlockError, PlatformError
 from drivers.platform import Platform
 from platform_daemon.engine.acquisition import Acquisition
 from platform_daemon.engine.jobs import Job, JobState
@@ -50,7 +51,9 @@ class Engine:
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._closed = threading.Event()
-        self._status = platform_status(platform)
+        self._interlock: str | None = None
+        self._warm = threading.Event()
+        self._status = self._read_back()
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
         self._thread.start()
 
@@ -62,8 +65,10 @@ class Engine:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended."""
         job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
         path = target or folder / f"{job.identifier}.h5"
-        work = Acquisition(self.platform, plan, path, self.config_text, self._online, overwrite=overwrite)
-        return self._submit(job, work)
+        work = Acquisition(
+            self.platform, plan, path, self.config_text, self._online, overwrite=overwrite, after_shot=self._refresh
+        )
+        return self._submit(job, partial(self._behind_interlock, work))
 
     def analyse(self, request: dict[str, Any], frames: int, work: Callable[[Job], None]) -> Job:
         """Run `work(job)` in the analysis thread, as a job of its own."""
@@ -87,15 +92,22 @@ class Engine:
         """Devices as last read back (at most a second ago while idle, before the shot while one runs), and the job."""
         running = next((j.identifier for j in self.jobs("acquisition") if j.state is JobState.RUNNING), None)
         waiting = [j.identifier for j in self.jobs("acquisition") if j.state is JobState.QUEUED]
-        return {**self._status, "running": running, "queued": waiting}
+        return {**self._status, "interlock": self._interlock, "running": running, "queued": waiting}
+
+    @property
+    def warm(self) -> bool:
+        """True once the platform has done what takes long the first time; jobs wait for it."""
+        return self._warm.is_set()
 
     def outputs_off(self) -> None:
         """Everything off, now, from any thread; running and queued acquisitions are cancelled."""
         for job in self.jobs("acquisition"):
             job.cancel_requested.set()
-        self.platform.outputs_off()
-        for job in self.jobs("acquisition"):
-            job.request_cancel()
+        try:
+            self._prove_off()
+        finally:
+            for job in self.jobs("acquisition"):
+                job.request_cancel()
 
     def close(self) -> None:
         """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent."""
@@ -111,10 +123,32 @@ class Engine:
                 each.shutdown(wait=True, cancel_futures=True)
             self.platform.close()
 
+    def _behind_interlock(self, work: Callable[[Job], None], job: Job) -> None:
+        """No power before outputs are proved off: a platform that once could not be switched off stays locked."""
+        try:
+            self._prove_off()
+        except PlatformError as error:
+            remedy = "switch the amplifier's mains off by hand, repair the device named, then POST /stop to prove it"
+            raise InterlockError("outputs cannot be confirmed off", why=str(error), remedy=remedy) from None
+        try:
+            work(job)
+        finally:
+            self._prove_off()
+
+    def _prove_off(self) -> None:
+        """Outputs off and confirmed, else the interlock says why.  Raises DeviceError."""
+        try:
+            self.platform.outputs_off()
+        except Exception as error:
+            self._interlock = str(error)
+            raise
+        self._interlock = None
+
     def _register(self, job: Job) -> Job:
         if self._closed.is_set():
             raise DeviceStateError("the daemon is shutting down", remedy="start it again")
         self._journal.save(job)
+        job.on_change = self._keep
         self._jobs[job.identifier] = job
         return job
 
@@ -131,6 +165,7 @@ class Engine:
         return job
 
     def _work(self) -> None:
+        self._warm_up()
         while True:
             try:
                 item = self._queue.get(timeout=IDLE_S)
@@ -148,9 +183,19 @@ class Engine:
         except OSError as error:  # a full disk must not end the thread; the job still answers until the daemon stops
             log.error("job_not_saved", job=job.identifier, error=str(error))
 
+    def _warm_up(self) -> None:
+        try:
+            self.platform.warm_up()
+        except Exception as error:  # the first job will meet the same error and report it
+            log.error("platform_warm_up_failed", error=str(error))
+        self._warm.set()
+
     def _refresh(self) -> None:
         try:
-            self._status = platform_status(self.platform)
+            self._status = self._read_back()
         except Exception as error:  # the thread that owns the hardware must outlive any device
             log.error("status_failed", error=str(error), exc_info=not isinstance(error, PlatformError))
             self._status = {**self._status, "error": str(error)}
+
+    def _read_back(self) -> dict[str, Any]:
+        return {**platform_status(self.platform), "read_at": self.platform.clock.utc().isoformat()}

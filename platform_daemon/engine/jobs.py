@@ -10,7 +10,12 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
+import structlog
+
 from drivers.clock import Clock, SystemClock
+from drivers.errors import PlatformError
+
+log = structlog.get_logger()
 
 
 class Cancelled(Exception):
@@ -69,6 +74,7 @@ class Job:
     finished: datetime | None = None
     cancel_requested: threading.Event = field(default_factory=threading.Event)
     ended: threading.Event = field(default_factory=threading.Event)
+    on_change: Callable[[Job], None] = lambda job: None
     _started_s: float = 0.0
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -83,7 +89,8 @@ class Job:
             if self.state is not JobState.QUEUED:
                 return False
             self.state, self.started, self._started_s = JobState.RUNNING, self.clock.utc(), self.clock.monotonic_s()
-            return True
+        self.on_change(self)
+        return True
 
     def at(self, done: float, phase: str) -> None:
         """Report progress."""
@@ -122,7 +129,11 @@ class Job:
             work(self)
         except Cancelled:
             self.end(JobState.CANCELLED)
-        except Exception as error:
+        except PlatformError as error:
             self.end(JobState.FAILED, error)
+        except Exception as error:
+            log.error("job_broke", job=self.identifier, exc_info=error)
+            what, remedy = f"unexpected {type(error).__name__}", f"report it; the log has it under {self.identifier}"
+            self.end(JobState.FAILED, PlatformError(what, why=str(error), remedy=remedy))
         else:
             self.end(JobState.DONE)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from drivers.errors import SequenceRejected
+from drivers.errors import ConfigError, SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon.settings import load_sequence, load_specimen
@@ -74,6 +74,10 @@ class AcquisitionPlan:
 def plan_acquisition(request: AcquisitionRequest, side: TransmitSide) -> AcquisitionPlan:
     """The checked plan.  Raises ConfigError for a wrong key, SequenceRejected outside the envelope; nothing moves."""
     specimen, text = load_specimen(request.resonator)
+    twice = {"repetitions", "blank_shots"} & set(request.sequence)
+    if twice:
+        remedy = "give the counts as `shots` and `blank_shots`"
+        raise ConfigError(f"{sorted(twice)[0]!r} does not belong here", where="sequence", remedy=remedy)
     preset = load_sequence(specimen.variant).model_dump()
     counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence}, "sequence")

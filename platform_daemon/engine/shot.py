@@ -2,7 +2,7 @@
 
 The order is the safety argument: the receiver is disconnected and read back before the amplifier is enabled; the card's
 lines then keep gate and receiver apart sample-exactly (checked on the timeline before it is programmed); the amplifier
-is disabled as soon as the TX window is over; and every way out ends in `Platform.outputs_off`.
+is disabled as soon as the host has the last TX sample; and every way out ends in `Platform.outputs_off`.
 """
 
 from __future__ import annotations
@@ -63,7 +63,8 @@ def run_shot(
             raise Cancelled
         started, monotonic = platform.clock.utc(), platform.clock.monotonic_s()
         platform.card.trigger()
-        volts, flags, reason, clipped = _collect(platform, plan, cancelled, progress)
+        until_s = monotonic + plan.timeline.duration_s
+        volts, flags, reason, clipped = _collect(platform, plan, until_s, cancelled, progress)
         overloaded = platform.lna.overloaded()
     except DeviceStateError:
         if cancelled():  # the card was stopped under us by whoever cancelled
@@ -102,13 +103,18 @@ def _prepare(platform: Platform, plan: ShotPlan) -> None:
 
 
 def _collect(
-    platform: Platform, plan: ShotPlan, cancelled: Callable[[], bool], progress: Callable[[int], None]
+    platform: Platform,
+    plan: ShotPlan,
+    until_s: float,
+    cancelled: Callable[[], bool],
+    progress: Callable[[int], None],
 ) -> tuple[NDArray[np.float32], ChunkFlags, str | None, bool]:
     """All samples of the timeline; the amplifier is disabled once TX is over."""
     timeline = plan.timeline
     volts = np.empty((platform.card.capabilities().inputs, timeline.total_samples), dtype=np.float32)
     step = max(1, round(CHUNK_S * timeline.clock.rate_hz))
     done, flags, clipped, powered = 0, ChunkFlags(), False, not plan.blank
+    doubt: str | None = None
     while done < timeline.total_samples:
         if cancelled():
             raise Cancelled
@@ -123,21 +129,27 @@ def _collect(
         if powered and done >= timeline.tx_samples:
             clipped, powered = _end_of_power(platform), False
         if done == timeline.rx_start + 1 < timeline.total_samples:
-            _check_receiver(platform)
+            doubt = _receiver_missing(platform, until_s)
         progress(done)
-    reason = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
-    return volts, flags, reason, clipped
+    flagged = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
+    return volts, flags, flagged or doubt, clipped
 
 
 def _wanted(done: int, step: int, timeline: Timeline) -> int:
-    """Samples to read next; one chunk ends with the first RX sample, when the receiver must be connected."""
-    first_rx_end = timeline.rx_start + 1
-    return min(step, (first_rx_end if done < first_rx_end else timeline.total_samples) - done)
+    """Samples to read next: chunks end with TX, when power must go off, and with the first RX sample."""
+    ends = (timeline.tx_samples, timeline.rx_start + 1, timeline.total_samples)
+    return min(step, next(end for end in ends if end > done) - done)
 
 
-def _check_receiver(platform: Platform) -> None:
-    """The switch must have followed its line, else the RX window would be silence taken for data."""
+def _receiver_missing(platform: Platform, until_s: float) -> str | None:
+    """Why the RX window would be silence taken for data, None if the switch followed its line.
+
+    The position is the present one: read after the window, `until_s` on the platform's clock, it proves nothing.
+    Raises DeviceFault if the switch stands elsewhere in the middle of the window.
+    """
     position = platform.switch.position()
+    if platform.clock.monotonic_s() >= until_s:
+        return "the host was too late to see the receiver connected"
     if position is not SwitchPosition.RECEIVE:
         raise DeviceFault(
             f"the switch is on {position} in the RX window",
@@ -145,6 +157,7 @@ def _check_receiver(platform: Platform) -> None:
             why="it did not follow its line",
             remedy="check the switch and its line",
         )
+    return None
 
 
 def _check_contiguous(first: int, shape: tuple[int, ...], wanted: tuple[int, ...], done: int) -> None:

@@ -18,6 +18,7 @@ from .fit import fit_ring_down
 from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
+from .saturation import saturation
 from .warm import warm_up
 
 __all__ = [
@@ -32,5 +33,6 @@ __all__ = [
     "estimate_noise",
     "fit_ring_down",
     "model_signal",
+    "saturation",
     "warm_up",
 ]

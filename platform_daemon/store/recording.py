@@ -164,7 +164,7 @@ class Recording:
         """The RX window of frame `k`: (c, rx_samples) float64, V.  The whole frame is checked; errors as above."""
         return self.frame_volts(k)[:, self.sequence.rx_start :]
 
-    def with_calibration(self, calibration: Calibration) -> Recording:
-        """The same recording under another calibration.  Raises RecordingError if the channels do not match."""
-        check_calibration(calibration, self.channels, str(self.path))
+    def with_calibration(self, calibration: Calibration, source: str = "calibration") -> Recording:
+        """The same recording under another calibration, which came from `source`; RecordingError if it does not fit."""
+        check_calibration(calibration, self.channels, f"{source} (used for {self.path})")
         return replace(self, calibration=calibration)

@@ -180,6 +180,9 @@ def test_an_unknown_id_is_a_404_problem_with_a_remedy(client, path):
     [
         ({"resonator": "spring"}, "spring"),
         ({"resonator": "/etc/passwd"}, "resonator"),
+        ({"resonator": "jewel.toml"}, "resonator"),
+        ({"resonator": "jewel", "sequence": {"repetitions": 9}}, "repetitions"),
+        ({"resonator": "jewel", "sequence": {"axis": [1e200, 1e200, 0]}}, "axis"),
         ({"resonator": "jewel", "shots": -1}, "shots"),
         ({"resonator": "jewel", "shots": "3"}, "shots"),
         ({"resonator": "jewel", "shots": 0}, "shots"),
@@ -217,6 +220,11 @@ def test_a_fit_of_nothing_is_a_problem(client, body):
     assert answer.status_code in (404, 422)
 
 
+def test_a_parameter_that_cannot_be_held_is_refused_before_the_job(client, recording):
+    found = problem(client.post("/fits", json={"recording": recording, "fixed": {"rodrigues_x": 1.0}}), 422)
+    assert "rodrigues_x" in found["detail"]
+
+
 def test_a_frame_that_does_not_exist_is_a_problem(client, recording):
     assert "frame" in problem(client.get(f"/recordings/{recording}/frames/9/dmdt"), 422)["detail"]
 
@@ -236,7 +244,7 @@ def test_ready_becomes_true_once_everything_has_warmed_up(client):
     deadline = time.monotonic() + 120
     while client.get("/ready").status_code == 503 and time.monotonic() < deadline:
         time.sleep(0.1)
-    assert client.get("/ready").json() == {"ready": True, "warm": {"estimator": True}}
+    assert client.get("/ready").json() == {"ready": True, "warm": {"platform": True, "estimator": True}}
 
 
 def test_openapi_shows_examples_and_problem_details(client):

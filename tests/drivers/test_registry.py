@@ -7,7 +7,7 @@ import pytest
 
 from drivers import registry
 from drivers.calibration import ReceiveCalibration
-from drivers.errors import ConfigError, DeviceError, DeviceNotFound
+from drivers.errors import ConfigError, DeviceError
 from drivers.registry import PlatformSection, build_platform, installed_backends, load_backend
 from drivers.validation import validated
 
@@ -66,6 +66,9 @@ class TheirBackend:
     def clock(self):
         return registry.SystemClock()
 
+    def warm_up(self):
+        self.log.append("warm_up")
+
     def mount(self, specimen):
         self.log.append("mount")
 
@@ -92,7 +95,7 @@ def test_one_back_end_serves_all_its_devices():
 
 
 def test_an_unknown_back_end_is_named_with_those_that_are_installed():
-    with pytest.raises(DeviceNotFound, match=r"'ours'.*installed are: theirs"):
+    with pytest.raises(ConfigError, match=r"'ours'.*installed are: theirs"):
         load_backend("ours", {})
     assert installed_backends() == {"theirs": f"{__name__}:TheirBackend"}
 

@@ -1,9 +1,10 @@
+import json
 import time
 
 import numpy as np
 import pytest
 
-from drivers.errors import DeviceError, SequenceRejected
+from drivers.errors import DeviceError, InterlockError, SequenceRejected
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.request import AcquisitionRequest
@@ -113,6 +114,58 @@ def test_a_failing_device_ends_the_series_with_outputs_off_and_keeps_what_was_st
     assert open_recording(tmp_path / "a.h5").frames == 1
     assert not engine.platform.amplifier.status().can_put_out_power
     assert engine.platform.backends["simulated"].world.violations() == ()
+
+
+def test_a_platform_that_cannot_be_switched_off_makes_no_further_shot_until_it_can(engine_with, tmp_path, monkeypatch):
+    engine = engine_with()
+    world, amplifier = engine.platform.backends["simulated"].world, engine.platform.amplifier
+
+    def fails():
+        raise DeviceError("no answer")
+
+    with monkeypatch.context() as broken:
+        broken.setattr(amplifier, "disable", fails)
+        jobs = [acquire(engine, tmp_path / f"{k}.h5") for k in range(3)]
+        assert world.shots == 0
+        assert {job.state for job in jobs} == {JobState.FAILED}
+        assert isinstance(jobs[2].error, InterlockError)
+        assert "no answer" in engine.status()["interlock"]
+    assert acquire(engine, tmp_path / "b.h5").state is JobState.DONE
+    assert engine.status()["interlock"] is None
+
+
+def test_the_amplifier_is_off_before_the_receiver_is_connected(engine_with, tmp_path, monkeypatch):
+    engine, seen = engine_with(), []
+    platform, disable = engine.platform, engine.platform.amplifier.disable
+
+    def watched():
+        seen.append((platform.card.state(), platform.amplifier.status().enabled, platform.switch.position()))
+        disable()
+
+    monkeypatch.setattr(platform.amplifier, "disable", watched)
+    acquire(engine, tmp_path / "a.h5")
+    assert [position for _, enabled, position in seen if enabled] == [SwitchPosition.TRANSMIT]
+
+
+def test_the_first_real_time_shot_of_a_process_is_good(engine_with, tmp_path):
+    engine = engine_with("backends.simulated.clock.mode='realtime'")
+    job = acquire(engine, tmp_path / "a.h5", sequence={"rx_s": 0.3}, window=None)
+    assert job.state is JobState.DONE, job.error
+    assert open_recording(tmp_path / "a.h5").frame_info[0].verdict == "good"
+
+
+def test_the_record_of_a_running_job_says_where_its_shots_are(engine_with, tmp_path):
+    engine = engine_with(jobs=tmp_path)
+    request = AcquisitionRequest(**SHORT_JEWEL, shots=300)
+    job = engine.acquire(engine.plan(request), tmp_path / "a.h5", tmp_path)
+    while job.progress().done < 2:
+        time.sleep(0.02)
+    record = json.loads((tmp_path / f"{job.identifier}.json").read_text())
+    job.request_cancel()
+    assert job.ended.wait(timeout=60)
+    assert record["state"] == "running"
+    assert record["times"]["started"]
+    assert record["result"]["recording"] == "a"
 
 
 def test_three_refused_shots_in_a_row_end_the_series(engine_with, tmp_path):

@@ -20,6 +20,8 @@ GOOD = load_sequence("thread").model_dump()
         ("tx_periods", 0),
         ("axis", "u"),
         ("axis", [0, 0, 0]),
+        ("axis", [1e200, 1e200, 0]),
+        ("f_tx_hz", 1e-320),
         ("axis", [0, float("inf"), 0]),
         ("guard_samples", 0),
         ("switch_s", 0),

@@ -1,0 +1,29 @@
+import numpy as np
+import pytest
+
+from platform_daemon.estimation import saturation
+
+T = np.arange(60_000) / 61_035.0
+DECAY = np.exp(-0.25 * T) * np.sin(2 * np.pi * 212.0 * T)
+
+
+def record(levels: float, noise_levels: float) -> np.ndarray:
+    noise = np.random.default_rng(1).normal(0, max(noise_levels, 1e-12), T.size)
+    return np.rint(levels * DECAY + noise)[None]
+
+
+@pytest.mark.parametrize("levels", [3.4, 20.0, 109.0, 20_000.0])
+@pytest.mark.parametrize("noise_levels", [0.0, 0.3, 3.0, 30.0])
+def test_quantised_records_that_stay_in_range_are_not_called_clipped(levels, noise_levels):
+    assert saturation(record(levels, noise_levels)) is None
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.97])
+def test_records_cut_at_a_limit_are(share):
+    limit = round(20_000 * share)
+    assert "channel 1" in saturation(np.vstack([record(100, 1), np.clip(record(20_000.0, 30.0), -limit, limit)]))
+
+
+def test_floating_point_and_constant_records_are_not():
+    assert saturation(DECAY[None]) is None
+    assert saturation(np.zeros((3, 100))) is None
