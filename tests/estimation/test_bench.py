@@ -1,0 +1,24 @@
+"""The benchmark runs, and says what it says it says."""
+
+from platform_daemon.estimation.bench import DATASETS, make_record, run_bench, table
+
+
+def test_a_short_benchmark_gives_times_ratios_and_a_table():
+    report = run_bench(repeats=2, paper_seconds=0.3, datasets=DATASETS[:1])
+    row = report["datasets"]["JN50"]
+    assert row["verdict"] == "good"
+    assert row["samples"] == 14648
+    assert row["fit_ms"] > 0.0
+    assert row["fit_over_demodulation"] == row["fit_ms"] / row["demodulation_ms"]
+    assert row["paper_finished"] is False
+    assert 0.3 <= row["paper_s"] < 3.0
+    assert "JN50" in table(report)
+
+
+def test_the_paper_s_method_can_be_left_out():
+    row = run_bench(repeats=1, paper_seconds=0.0, datasets=DATASETS[2:3])["datasets"]["TN50"]
+    assert row["paper_s"] is row["paper_finished"] is row["paper_over_fit"] is None
+
+
+def test_records_are_the_same_every_time():
+    assert (make_record(DATASETS[2]).samples == make_record(DATASETS[2]).samples).all()
