@@ -13,7 +13,7 @@ from .models import RingDownModel
 from .result import PARAMETER_NAMES, Estimate
 from .sampling import STATE
 from .start_label import label_of_state
-from .trajectory import Trajectory
+from .workspace import Workspace
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,8 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     d = state.dynamics
     coefficients = len(d.values)
     dynamic = 3 + coefficients
-    basis = Trajectory(model, d, 0.0).basis(0, 1, 1.0, STATE)[:, 0]
+    # The products of the basis with one sample that is 1, at t = 0, are the basis there.
+    basis = Workspace(model).moments(d, np.ones((1, 1)), 0, 1, 1.0, STATE).products[0]
     by_dynamics = basis[2 : 2 + 2 * dynamic].reshape(dynamic, 2).T @ d.chain(model)
     phi_max, psi, by_state = label_of_state(float(basis[0]), float(basis[1]))
     obs_names, obs_values, obs_jacobian = state.observation.public()

@@ -1,6 +1,8 @@
 """The benchmark runs, and says what it says it says."""
 
-from platform_daemon.estimation.bench import DATASETS, make_record, run_bench, table
+import numpy as np
+
+from platform_daemon.estimation.bench import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
 
 
 def test_a_short_benchmark_gives_times_ratios_and_a_table():
@@ -22,3 +24,12 @@ def test_the_paper_s_method_can_be_left_out():
 
 def test_records_are_the_same_every_time():
     assert (make_record(DATASETS[2]).samples == make_record(DATASETS[2]).samples).all()
+
+
+def test_the_floor_demodulates_what_it_is_given():
+    t = np.arange(2560) / RATE_HZ
+    f = 10 * RATE_HZ / 2560
+    found = demodulate(np.stack([2.0 * np.cos(2 * np.pi * f * t), np.sin(6 * np.pi * f * t)]), f)
+    expected = np.zeros((5, 2), dtype=complex)
+    expected[0, 0], expected[2, 1] = 2.0, -1j
+    assert np.allclose(found, expected, atol=1e-9)
