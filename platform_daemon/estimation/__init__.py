@@ -4,9 +4,10 @@ The way of one shot through the room:
     calibration (equaliser)      volts -> dm/dt in world axes
     screening, noise, windows    is it usable, how noisy is it, which samples
     snapshot, start              start values from the first periods (spectrum, harmonics)
-    growing, gauss_newton        least squares on growing windows, from moments of
-    trajectory                     trace (half_swing, terms): the motion and its exact derivatives
-                                   sampling: what the channels see of it (observation)
+    growing, gauss_newton        least squares on growing windows (assemble, linear), from
+    workspace, moments, sums       what the samples say, half swing by half swing, with the help of
+    swing_table, collocation         half swings solved once for all amplitudes (chebyshev, terms)
+    trajectory                   the same motion sample by sample: trace (half_swing, terms), sampling (observation)
     publish, judgement           published parameters, covariance, verdict -> result
 """
 
@@ -18,7 +19,7 @@ from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
 from .saturation import saturation
-from .trajectory import warm_up
+from .warm import warm_up
 
 __all__ = [
     "PARAMETER_NAMES",

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .gauss_newton import FitState
-from .growing import Fitted, NoConvergenceError, Problem, fit_growing
+from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import (
     POOR_CHI2,
     doubts,
@@ -140,7 +140,9 @@ def _solve(task: _Task, model: RingDownModel) -> tuple[Problem, Fitted]:
     """Minimise chi^2 from start values found in the data."""
     record, chosen = task.record, task.chosen
     start = find_start(record, model, chosen.first, chosen.last, task.frequency_hz, task.noise_sd)
-    problem = Problem(record, model, task.noise_sd, _free_mask(model, start, task.fixed), chosen.first)
+    problem = Problem(
+        record, model, task.noise_sd, _free_mask(model, start.state(start.amplitudes[0]).size, task.fixed), chosen.first
+    )
     try:
         return problem, _best_fit(problem, start, task)
     except RefusedError as refused:
@@ -154,13 +156,14 @@ def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
     sd = np.asarray(noise.sd, dtype=np.float64)
     if sd.shape != (record.channels,) or not np.all(np.isfinite(sd)) or np.any(sd < 0.0):
         raise ValueError(f"noise.sd must be {record.channels} finite numbers >= 0, not {sd!r}")
-    floor = 1e-9 * float(np.sqrt(np.mean(record.valid**2)))
-    return np.maximum(sd, floor)
+    # A thousand samples, evenly spread, know the size of the signal well enough.
+    some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)]
+    return np.maximum(sd, 1e-9 * float(np.sqrt(np.mean(some**2))))
 
 
-def _free_mask(model: RingDownModel, start: Start, fixed: Mapping[str, float]) -> np.ndarray:
+def _free_mask(model: RingDownModel, size: int, fixed: Mapping[str, float]) -> np.ndarray:
     """True for the internal parameters that are fitted, bool (size,)."""
-    free = np.ones(start.candidates[0].size, dtype=bool)
+    free = np.ones(size, dtype=bool)
     free[1] = "f_nat_hz" not in fixed
     for k, coefficient in enumerate(model.coefficients):
         free[3 + k] = coefficient.name not in fixed
@@ -181,14 +184,14 @@ def _with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float
 
 
 def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
-    """Fit from the most trusted start; the others are tried only if that explains the record badly."""
+    """Quickly from the most trusted start; carefully, and from the others, only if that explains the record badly."""
     best: Fitted | None = None
     dof = _degrees(task, problem)
     failure = "no start value led anywhere"
-    for candidate in start.candidates:
-        state = by_convention(_with_fixed(candidate, problem.model, task.fixed))
+    for amplitude, schedule in [(start.amplitudes[0], QUICK), *((a, CAREFUL) for a in start.amplitudes)]:
+        state = by_convention(_with_fixed(start.state(amplitude), problem.model, task.fixed))
         try:
-            fitted = fit_growing(problem, state, start.periods, task.chosen.last)
+            fitted = fit_growing(problem, state, start.periods, task.chosen.last, schedule)
         except _FAILURES as error:
             failure = str(error)
             continue
@@ -204,10 +207,11 @@ def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
 def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     """Quality figures and the verdict."""
     record, model, chosen = task.record, problem.model, task.chosen
-    window = record.samples[:, chosen.first : chosen.last]
     squares = float(best.normal.squares_by_channel.sum())
-    r2 = 1.0 - squares / float(np.sum(window.var(axis=1)) * task.samples)
-    nrmse = math.sqrt(squares / float(np.sum(window**2)))
+    energy = float(best.moments.energy.sum())
+    sums = best.moments.products[:, -1]
+    r2 = 1.0 - squares / (energy - float(np.sum(sums**2)) / task.samples)
+    nrmse = math.sqrt(squares / energy)
     dof = _degrees(task, problem)
     chi2 = best.normal.chi2 / dof
     by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
@@ -215,7 +219,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     state = by_convention(best.state)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
-        normal = best.normal if state is best.state else problem.normal(state, chosen.last)[1]
+        normal = best.normal if state is best.state else problem.evaluate(state, chosen.last).normal
         public = publish(model, state, normal, problem.free)
     except _FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error

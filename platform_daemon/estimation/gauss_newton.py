@@ -7,14 +7,18 @@ chi^2, gradient and J^T J follow from the small matrices of Moments alone.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .arrays import Array
+from .assemble import assemble, squares_after
+from .linear import solve_scaled
 from .models import RingDownModel
 from .observation import Observation
-from .trajectory import Dynamics, Moments
+from .trajectory import Dynamics
+from .workspace import Moments
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,8 @@ def with_best_gains(state: FitState, moments: Moments) -> FitState:
     They are linear, so they follow from the moments exactly. Without this, gain times amplitude makes a curved
     valley that Gauss-Newton zigzags along.
     """
+    if state.observation.ties_amplitude:
+        return state
     which = [0, 1, moments.gram.shape[0] - 1]
     gram = moments.gram[np.ix_(which, which)]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
@@ -65,51 +71,40 @@ def with_best_gains(state: FitState, moments: Moments) -> FitState:
 
 @dataclass(frozen=True)
 class Normal:
-    """Quadratic model of chi^2 around a state: chi2 - 2 gradient.step + step.matrix.step."""
+    """Quadratic model of chi^2 around a state: chi2 - 2 gradient.step + step.matrix.step.
+
+    samples: per channel, that took part.
+    """
 
     chi2: float
     chi2_by_channel: Array
     squares_by_channel: Array
     gradient: Array
     matrix: Array
+    samples: int
 
 
 def normal_equations(model: RingDownModel, state: FitState, moments: Moments, noise_sd: Array) -> Normal:
     """Weighted least squares of a window from its moments; noise_sd (channels,)."""
-    size, channels = state.size, state.offsets.size
-    gradient, matrix = np.zeros(size), np.zeros((size, size))
-    chi2, squares = np.empty(channels), np.empty(channels)
-    values, jacobians = _channel_coefficients(model, state, moments.gram.shape[0])
-    for c in range(channels):
-        weight = noise_sd[c] ** -2
-        explained = moments.gram @ values[c]
-        # Rounding can make the squares of a noise-free record negative.
-        squares[c] = max(moments.energy[c] - values[c] @ (2.0 * moments.products[c] - explained), 0.0)
-        chi2[c] = weight * squares[c]
-        gradient += weight * jacobians[c].T @ (moments.products[c] - explained)
-        matrix += weight * jacobians[c].T @ moments.gram @ jacobians[c]
-    return Normal(float(chi2.sum()), chi2, squares, gradient, matrix)
+    weights = noise_sd**-2.0
+    size, squares = state.size, np.empty(weights.size)
+    gradient, matrix = np.empty(size), np.empty((size, size))
+    assemble(*_linear(model, state), moments.gram, moments.products, moments.energy, weights, gradient, matrix, squares)
+    chi2 = weights * squares
+    return Normal(float(chi2.sum()), chi2, squares, gradient, matrix, moments.samples)
 
 
-def _channel_coefficients(model: RingDownModel, state: FitState, n_basis: int) -> tuple[Array, Array]:
-    """x_c (channels, n_basis) and C_c (channels, n_basis, size)."""
+def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:
+    """The normal equations with the residual that a small step leaves, by the linear model itself."""
+    squares = squares_after(*_linear(model, state), moments.gram, moments.products, moments.energy, step)
+    by_channel = normal.chi2_by_channel * (squares / np.maximum(normal.squares_by_channel, 1e-300))
+    return replace(normal, chi2=float(by_channel.sum()), chi2_by_channel=by_channel, squares_by_channel=squares)
+
+
+def _linear(model: RingDownModel, state: FitState) -> tuple[Array, Array, Array, Array, Array]:
+    """How basis coefficients follow from the parameters: chain, gains, their derivatives, offsets."""
     d, obs = state.dynamics, state.observation
-    channels = state.offsets.size
-    gains, by_w, by_own = obs.gains(d.w), obs.gains_by_w(d.w), obs.gains_by_own(d.w)
-    dynamic = 3 + len(d.values)
-    chain = d.chain(model)
-    values = np.zeros((channels, n_basis))
-    values[:, :2] = gains
-    values[:, -1] = state.offsets
-    jacobians = np.zeros((channels, n_basis, state.size))
-    for p in range(dynamic):
-        jacobians[:, 2 + 2 * p, :dynamic] = gains[:, :1] * chain[p]
-        jacobians[:, 3 + 2 * p, :dynamic] = gains[:, 1:] * chain[p]
-    jacobians[:, :2, 1] += by_w
-    jacobians[:, :2, dynamic : dynamic + obs.size] = np.moveaxis(by_own, 0, -1)
-    for c in range(channels):
-        jacobians[c, -1, dynamic + obs.size + c] = 1.0
-    return values, jacobians
+    return d.chain(model), obs.gains(d.w), obs.gains_by_w(d.w), obs.gains_by_own(d.w), state.offsets
 
 
 def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:
@@ -118,14 +113,11 @@ def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[
     Raises:
         numpy.linalg.LinAlgError: singular even after scaling.
     """
-    matrix = normal.matrix[np.ix_(free, free)]
-    gradient = normal.gradient[free]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    scaled = matrix * np.outer(scale, scale)
-    solution = scale * np.linalg.solve(scaled + damping * np.eye(scale.size), scale * gradient)
-    step = np.zeros(free.size)
-    step[free] = solution
-    return step, float(solution @ (2.0 * gradient - matrix @ solution))
+    step = np.empty(free.size)
+    predicted = float(solve_scaled(normal.matrix, normal.gradient, free, damping, step))
+    if not math.isfinite(predicted):
+        raise np.linalg.LinAlgError("singular normal equations")
+    return step, predicted
 
 
 def covariance(normal: Normal, free: np.ndarray) -> tuple[Array, float]:

@@ -1,27 +1,56 @@
-"""The fit's schedule: Gauss-Newton on windows that double, from a few periods to the whole."""
+"""The fit's schedule: Gauss-Newton on growing windows, from a few periods to the whole.
+
+The quick schedule looks at some of the half swings only until the last passes over everything; the careful one looks
+at all of them, on windows that double, and takes over where the quick one fails.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .arrays import Array
-from .gauss_newton import FitState, Normal, normal_equations, solve_step, with_best_gains
+from .gauss_newton import FitState, Normal, after_step, covariance, normal_equations, solve_step, with_best_gains
 from .models import RingDownModel
 from .record import RingDownRecord
-from .trajectory import LostTrajectoryError, Trajectory
+from .trajectory import LostTrajectoryError
+from .workspace import COARSE, EXACT, Moments, Workspace
 
-_EARLY_TOLERANCE = 0.3
-_FINAL_TOLERANCE = 1e-4
 _MOST_ITERATIONS = 30
 _MOST_PASSES = 250
+_SURE_PHASE = 0.05  # rad
+_CAUTION = 4.0
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 _PRIOR_AMPLITUDE = 0.5  # of the start value
 
 
 class NoConvergenceError(ArithmeticError):
     """Gauss-Newton found no way down."""
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """How a fit proceeds.
+
+    Attributes:
+        growth: of the window from stage to stage, at most.
+        early, final: predicted fall of chi^2 at which a stage ends.
+        half_swings: of so many the early passes take a sample, evenly spread over the window.
+        last_half_swings: the same for the last of them.
+        digits: of the trajectory in the early passes.
+    """
+
+    growth: float
+    early: float
+    final: float
+    half_swings: int
+    last_half_swings: int
+    digits: float
+
+
+QUICK = Schedule(16.0, 30.0, 1e-3, 60, 180, COARSE)
+CAREFUL = Schedule(2.0, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
 
 
 @dataclass
@@ -34,29 +63,49 @@ class Problem:
     free: np.ndarray
     first: int
     passes: int = 0
-    _energies: dict[int, Array] = field(default_factory=dict)
 
-    def normal(self, state: FitState, last: int) -> tuple[FitState, Normal]:
-        """Normal equations over samples first .. last-1; one trace and one pass.
+    def __post_init__(self) -> None:
+        self._workspace = Workspace(self.model)
+
+    def evaluate(self, state: FitState, last: int, stride: int = 1, digits: float = EXACT) -> Evaluation:
+        """Normal equations over samples first .. last-1, or over every stride-th half swing of them; one pass.
 
         The state comes back with its free gains, if it has any, put at their best for this trajectory.
 
         Raises:
             LostTrajectoryError: the state does not oscillate.
         """
-        if last not in self._energies:
-            window = self.record.samples[:, self.first : last]
-            self._energies[last] = np.einsum("ij,ij->i", window, window)
         self.passes += 1
         if self.passes > _MOST_PASSES:
             raise NoConvergenceError(f"no minimum within {_MOST_PASSES} passes over the samples")
-        dt = self.record.dt_s
-        trajectory = Trajectory(self.model, state.dynamics, last * dt)
-        moments = trajectory.moments(
-            self.record.samples, self.first, last, dt, state.observation.observable, self._energies[last]
+        record = self.record
+        moments = self._workspace.moments(
+            state.dynamics, record.samples, self.first, last, record.dt_s, state.observation.observable, stride, digits
         )
         state = with_best_gains(state, moments)
-        return state, normal_equations(self.model, state, moments, self.noise_sd)
+        return Evaluation(state, moments, normal_equations(self.model, state, moments, self.noise_sd))
+
+    def bend(self, at: Evaluation, step: Array, last: int) -> float:
+        """A step relative to what the model bends over: phase at both ends in rad, amplitude, gains in themselves."""
+        d = at.state.dynamics
+        k = 3 + len(d.values)
+        inner = d.chain(self.model) @ step[:k]
+        end = inner[0] + inner[1] * last * self.record.dt_s - at.moments.slopes @ inner[2:]
+        own = at.state.observation.bend(step[k : k + at.state.observation.size])
+        return float(max(abs(inner[0]), abs(end), abs(step[2] / d.amplitude), own))
+
+    def after(self, at: Evaluation, step: Array) -> Normal:
+        """The normal equations with the residual that a small step leaves."""
+        return after_step(at.normal, self.model, at.state, at.moments, step)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """A state, what the samples say about it, and the resulting normal equations."""
+
+    state: FitState
+    moments: Moments
+    normal: Normal
 
 
 @dataclass(frozen=True)
@@ -96,14 +145,17 @@ def weak_prior(model: RingDownModel, state: FitState) -> Prior:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The minimum: state, and the normal equations one negligible step before it."""
+    """The minimum, and the normal equations one negligible step before it."""
 
     state: FitState
     normal: Normal
+    moments: Moments
 
 
-def fit_growing(problem: Problem, start: FitState, start_periods: float, last: int) -> Fitted:
-    """Minimise chi^2 over samples first .. last-1, on windows growing by two from the start's own stretch.
+def fit_growing(
+    problem: Problem, start: FitState, start_periods: float, last: int, schedule: Schedule = CAREFUL
+) -> Fitted:
+    """Minimise chi^2 over samples first .. last-1, on windows growing from the start's own stretch.
 
     Raises:
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: no minimum was found.
@@ -113,41 +165,113 @@ def fit_growing(problem: Problem, start: FitState, start_periods: float, last: i
     prior = weak_prior(problem.model, start)
     state = start
     while problem.first + length < last:
-        state = _minimise(problem, state, problem.first + length, prior, _EARLY_TOLERANCE).state
-        length *= 2
-    return _minimise(problem, state, last, None, _FINAL_TOLERANCE)
+        stage = _Stage(
+            problem, problem.first + length, _stride(length / period, schedule.half_swings), schedule.digits, prior
+        )
+        found = stage.minimise(state, schedule.early)
+        state = found.state
+        length = int(length * _growth(problem, found, length, schedule))
+    if schedule.digits < EXACT:
+        stride = _stride((last - problem.first) / period, schedule.last_half_swings)
+        state = _Stage(problem, last, stride, schedule.digits, None).minimise(state, schedule.early).state
+    final = _Stage(problem, last, 1, EXACT, None).minimise(state, schedule.final)
+    return Fitted(final.state, problem.after(final.before, final.step), final.before.moments)
 
 
-def _minimise(problem: Problem, state: FitState, last: int, prior: Prior | None, tolerance: float) -> Fitted:
-    """Damped Gauss-Newton until the predicted fall of chi^2 is below the tolerance."""
-    state, normal = _evaluate(problem, state, last, prior)
-    damping = 0.0
-    for _ in range(_MOST_ITERATIONS):
-        step, predicted = solve_step(normal, problem.free, damping)
-        if not np.isfinite(predicted):
-            raise NoConvergenceError("the normal equations are not finite")
-        shrink = _shrink(state, step, last * problem.record.dt_s)
-        if predicted < tolerance and damping == 0.0 and shrink == 1.0:
-            return Fitted(state.moved(step), normal)
-        trial = state.moved(shrink * step)
+def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) -> float:
+    """How much longer the window may become before the phase at its end is uncertain.
+
+    An error of w adds to the phase in proportion to time, one of the amplitude as well, one of a loss with its square.
+    """
+    d = found.state.dynamics
+    k = 3 + len(d.values)
+    try:
+        spread, _ = covariance(found.before.normal, problem.free)
+    except np.linalg.LinAlgError:
+        return 2.0
+    full = np.zeros((problem.free.size, problem.free.size))
+    full[np.ix_(problem.free, problem.free)] = spread
+    growth = schedule.growth
+    while growth > 2.0:
+        end = (problem.first + growth * length) * problem.record.dt_s
+        losses = -(growth**2) * found.before.moments.slopes[1:]
+        phase = np.concatenate([[1.0, end, -growth * found.before.moments.slopes[0]], losses]) @ d.chain(problem.model)
+        if phase @ full[:k, :k] @ phase < _SURE_PHASE**2:
+            return growth
+        growth *= 0.5
+    return 2.0
+
+
+def _stride(periods: float, half_swings: int) -> int:
+    """Odd, so that half swings in both directions are seen."""
+    stride = max(1, int(2.0 * periods / half_swings))
+    return stride if stride % 2 == 1 else stride - 1
+
+
+@dataclass(frozen=True)
+class _Minimum:
+    """End of a stage: the state, and what was known one negligible step before it."""
+
+    state: FitState
+    before: Evaluation
+    step: Array
+
+
+@dataclass
+class _Stage:
+    """Damped Gauss-Newton on one window."""
+
+    problem: Problem
+    last: int
+    stride: int
+    digits: float
+    prior: Prior | None
+
+    def minimise(self, state: FitState, tolerance: float) -> _Minimum:
+        """Steps until the fall of chi^2 that a step predicts, or what it will leave to the next one, is small.
+
+        Gauss-Newton's error is about the square of its step, taken relative to what the model bends over.
+        """
+        at = self._evaluate(state)
+        damping = 0.0
+        for _ in range(_MOST_ITERATIONS):
+            step, predicted = solve_step(at.normal, self.problem.free, damping)
+            if not np.isfinite(predicted):
+                raise NoConvergenceError("the normal equations are not finite")
+            shrink = _shrink(at.state, step, self.last * self.problem.record.dt_s)
+            undamped = damping == 0.0 and shrink == 1.0
+            if undamped and (predicted < tolerance or self._left(at, step, predicted) < tolerance):
+                return _Minimum(at.state.moved(step), at, step)
+            trial = self._try(at.state.moved(shrink * step))
+            if trial is not None and _is_better(trial.normal, at.normal):
+                at = trial
+                damping = 0.1 * damping if damping > 1e-6 else 0.0
+            else:
+                damping = max(1e-4, 10.0 * damping)
+            if damping > 1e8:
+                break
+        raise NoConvergenceError(f"no minimum after {_MOST_ITERATIONS} iterations")
+
+    def _left(self, at: Evaluation, step: Array, predicted: float) -> float:
+        """Upper estimate of the fall of chi^2 that the next step would predict."""
+        return _CAUTION * self.problem.bend(at, step, self.last) ** 2 * predicted
+
+    def _try(self, state: FitState) -> Evaluation | None:
         try:
-            trial, trial_normal = _evaluate(problem, trial, last, prior)
+            return self._evaluate(state)
         except LostTrajectoryError:
-            trial_normal = None
-        if trial_normal is not None and trial_normal.chi2 <= normal.chi2 * (1.0 + 1e-12) + 1e-6:
-            state, normal = trial, trial_normal
-            damping = 0.1 * damping if damping > 1e-6 else 0.0
-        else:
-            damping = max(1e-4, 10.0 * damping)
-        if damping > 1e8:
-            break
-    raise NoConvergenceError(f"no minimum after {_MOST_ITERATIONS} iterations")
+            return None
+
+    def _evaluate(self, state: FitState) -> Evaluation:
+        """With the prior, if there is one."""
+        at = self.problem.evaluate(state, self.last, self.stride, self.digits)
+        return at if self.prior is None else replace(at, normal=self.prior.added(at.normal, at.state))
 
 
-def _evaluate(problem: Problem, state: FitState, last: int, prior: Prior | None) -> tuple[FitState, Normal]:
-    """State and normal equations, with the prior if there is one."""
-    state, normal = problem.normal(state, last)
-    return state, normal if prior is None else prior.added(normal, state)
+def _is_better(trial: Normal, normal: Normal) -> bool:
+    """Not worse than rounding, or than the few samples that changed sides where half swings are left out."""
+    slack = 1e-12 if trial.samples == normal.samples else 0.02
+    return trial.chi2 / trial.samples <= normal.chi2 / normal.samples * (1.0 + slack) + 1e-6 / normal.samples
 
 
 def _shrink(state: FitState, step: Array, t_end_s: float) -> float:

@@ -23,12 +23,13 @@ MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
 @kernel
 def direction_at_rest(phi, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Where a rotor at rest at `phi` goes: +1, -1, or 0 where friction of either sign can hold it (it sticks)."""
-    up, _, _ = acceleration(phi, 0.0, 1.0, codes, widths, c, grad)
-    if up > 0.0:
-        return 1.0
-    down, _, _ = acceleration(phi, 0.0, -1.0, codes, widths, c, grad)
-    if down < 0.0:
-        return -1.0
+    likely = -1.0 if phi > 0.0 else 1.0
+    pull, _, _ = acceleration(phi, 0.0, likely, codes, widths, c, grad)
+    if pull * likely > 0.0:
+        return likely
+    pull, _, _ = acceleration(phi, 0.0, -likely, codes, widths, c, grad)
+    if pull * likely < 0.0:
+        return -likely
     return 0.0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,20 +18,25 @@ class RingDownModel:
     name: str
     terms: tuple[TorqueTerm, ...]
 
-    @property
+    @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:
         """The coefficients of all terms in kernel order."""
         return tuple(c for term in self.terms for c in term.coefficients)
 
-    @property
+    @cached_property
     def codes(self) -> IntArray:
         """Numbers of the terms for the kernel's dispatch, int64 (terms,)."""
         return np.array([term.code for term in self.terms], dtype=np.int64)
 
-    @property
+    @cached_property
     def widths(self) -> IntArray:
         """Number of coefficients of each term, int64 (terms,)."""
         return np.array([len(term.coefficients) for term in self.terms], dtype=np.int64)
+
+    @cached_property
+    def symmetric(self) -> bool:
+        """True if the motion to either side is the mirror image of the other."""
+        return all(term.symmetric for term in self.terms)
 
 
 THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING))

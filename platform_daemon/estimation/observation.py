@@ -17,7 +17,6 @@ import numpy as np
 from .arrays import Array
 from .rotation import (
     HALF_TURN_ABOUT_U,
-    cross_matrix,
     rodrigues_from_rotation,
     rodrigues_jacobian,
     rotation_from_rodrigues,
@@ -51,6 +50,9 @@ class Observation(Protocol):
 
     def moved(self, step: Array) -> Observation:
         """The observation after a step (size,) in its own parameters."""
+
+    def bend(self, step: Array) -> float:
+        """A step in own parameters relative to what the gains bend over."""
 
     def with_gains(self, gains: Array, w: float) -> Observation | None:
         """The observation with these gains (channels, 2), or None if they are not free to take any value."""
@@ -89,7 +91,7 @@ class DipoleObservation:
 
     def gains(self, w: float) -> Array:
         """w m_r (mixing e_v, mixing e_u)."""
-        return np.asarray(w * self.m_r * (self.mixing @ self.rotation)[:, [1, 0]])
+        return np.ascontiguousarray((w * self.m_r) * (self.mixing @ self.rotation)[:, 1::-1])
 
     def gains_by_w(self, w: float) -> Array:
         """Proportional to w."""
@@ -97,16 +99,24 @@ class DipoleObservation:
 
     def gains_by_own(self, w: float) -> Array:
         """Derivatives by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
-        out = np.empty((4, self.mixing.shape[0], 2))
+        out = np.zeros((4, self.mixing.shape[0], 2))
         mixed = w * self.mixing @ self.rotation
-        out[0] = mixed[:, [1, 0]]
-        for k in range(3):
-            out[1 + k] = self.m_r * (mixed @ cross_matrix(np.eye(3)[k]))[:, [1, 0]]
+        out[0] = mixed[:, 1::-1]
+        # R [delta]x, column v and column u: (-d_w, 0, d_u) and (0, d_w, -d_v) along (e_u, e_v, e_w).
+        turned = self.m_r * mixed
+        out[1, :, 0] = turned[:, 2]
+        out[2, :, 1] = -turned[:, 2]
+        out[3, :, 0] = -turned[:, 0]
+        out[3, :, 1] = turned[:, 1]
         return out
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
         return replace(self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+
+    def bend(self, step: Array) -> float:
+        """Relative change of the moment, or angle of rotation."""
+        return float(np.max(np.abs(step / np.array([self.m_r, 1.0, 1.0, 1.0]))))
 
     def with_gains(self, gains: Array, w: float) -> None:
         """Tied by m_r and R."""
@@ -164,6 +174,10 @@ class FreeGainObservation:
     def moved(self, step: Array) -> FreeGainObservation:
         """Step in all gains."""
         return replace(self, sensitivities=self.sensitivities + step.reshape(self.sensitivities.shape))
+
+    def bend(self, step: Array) -> float:
+        """Linear, and always at their best."""
+        return 0.0
 
     def with_gains(self, gains: Array, w: float) -> FreeGainObservation:
         """Any gains will do."""

@@ -5,6 +5,8 @@ The local error of R is the body-frame rotation vector delta in R exp([delta]x).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from .arrays import Array
@@ -21,10 +23,19 @@ def cross_matrix(vector: Array) -> Array:
 
 def rotation_from_rodrigues(rodrigues: Array) -> Array:
     """Rotation matrix (3, 3) about the vector's direction by its length (rad), the paper's Rodrigues formula."""
-    theta = float(np.linalg.norm(rodrigues))
-    k = cross_matrix(np.asarray(rodrigues, dtype=np.float64))
-    # sinc keeps both coefficients exact down to theta = 0.
-    return np.asarray(np.eye(3) + np.sinc(theta / np.pi) * k + 0.5 * np.sinc(theta / (2.0 * np.pi)) ** 2 * (k @ k))
+    x, y, z = (float(r) for r in rodrigues)
+    theta = math.sqrt(x * x + y * y + z * z)
+    # Both coefficients stay exact down to theta = 0.
+    half = 0.5 * theta
+    a = math.sin(theta) / theta if theta > 0.0 else 1.0
+    b = 0.5 * (math.sin(half) / half) ** 2 if theta > 0.0 else 0.5
+    return np.array(
+        [
+            [1.0 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y],
+            [b * x * y + a * z, 1.0 - b * (x * x + z * z), b * y * z - a * x],
+            [b * x * z - a * y, b * y * z + a * x, 1.0 - b * (x * x + y * y)],
+        ]
+    )
 
 
 def rodrigues_from_rotation(rotation: Array) -> Array:

@@ -20,7 +20,6 @@ from .jit import kernel
 from .trace import HEAD, HEAD_AMPLITUDE, HEAD_DURATION, HEAD_START, HEAD_STEP
 
 DIPOLE, STATE = 0, 1
-_CHUNK = 256
 
 
 @kernel
@@ -156,30 +155,3 @@ def fill_basis(  # type: ignore[no-untyped-def]
             d_v[p] = slope / h - a * shift
         _write_basis(phi, v, a, d_phi, d_v, time, observable, columns, out, i - first)
     return row
-
-
-@kernel
-def accumulate_moments(  # type: ignore[no-untyped-def]
-    y, first, last, dt, w, theta, columns, count, heads, nodes, observable, row, gram, products
-):
-    """Sums over the samples first .. last-1: gram (n_basis, n_basis) of the basis with itself, products
-    (channels, n_basis) with the data y (channels, n). Both are set, not added to. row: where the search begins.
-    """
-    n_basis = gram.shape[0]
-    block = np.empty((n_basis, _CHUNK))
-    gram.fill(0.0)
-    products.fill(0.0)
-    begin = first
-    while begin < last:
-        end = min(begin + _CHUNK, last)
-        row = fill_basis(begin, end, dt, w, theta, columns, count, heads, nodes, observable, row, block)
-        size = end - begin
-        for j in range(n_basis):
-            for k in range(j + 1):
-                gram[j, k] += np.dot(block[j, :size], block[k, :size])
-            for channel in range(y.shape[0]):
-                products[channel, j] += np.dot(block[j, :size], y[channel, begin:end])
-        begin = end
-    for j in range(n_basis):
-        for k in range(j):
-            gram[k, j] = gram[j, k]

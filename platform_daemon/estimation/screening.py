@@ -6,6 +6,7 @@ import numpy as np
 
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
+from .scan import count_flat_runs, scan_channel
 from .spectrum import Line, find_fundamental
 
 FEWEST_PERIODS = 5.0
@@ -25,11 +26,15 @@ def screen(record: RingDownRecord) -> Line:
     y = record.valid
     if y.shape[1] < _FEWEST_SAMPLES:
         raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
-    # Squares of larger numbers overflow; no unit makes them plausible.
-    bad = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
-    if bad.size:
-        raise RefusedError(Refusal.NOT_FINITE, f"{bad.size} samples, the first at {record.valid_from + int(bad[0])}")
-    _refuse_clipped(record)
+    scans = [scan_channel(channel, _LARGEST) for channel in y]
+    if any(bad for bad, _, _, _ in scans):
+        # Squares of larger numbers overflow; no unit makes them plausible.
+        where = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
+        raise RefusedError(
+            Refusal.NOT_FINITE, f"{where.size} samples, the first at {record.valid_from + int(where[0])}"
+        )
+    for channel, (_, lowest, highest, _) in enumerate(scans):
+        _refuse_clipped(record, channel, lowest, highest)
     line = find_fundamental(y, record.sampling_rate_hz)
     if line is None or line.significance < _SIGNIFICANT:
         strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
@@ -49,21 +54,14 @@ def refuse_few_periods(seconds: float, frequency_hz: float) -> None:
         raise RefusedError(Refusal.TOO_SHORT, f"{periods:.1f} periods of {frequency_hz:.1f} Hz")
 
 
-def _refuse_clipped(record: RingDownRecord) -> None:
+def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest: float) -> None:
     """Samples at full scale, or flat tops: runs of equal values at a channel's extreme, again and again."""
-    for channel, y in enumerate(record.valid):
-        if record.full_scale is not None:
-            clipped = int(np.count_nonzero(np.abs(y) >= 0.9999 * record.full_scale))
-            if clipped >= _CLIPPED_SAMPLES:
-                raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
-        for extreme in (float(y.max()), float(y.min())):
-            runs = _flat_runs(y, extreme)
-            if runs >= _FLAT_RUNS and extreme != 0.0:
-                raise RefusedError(Refusal.SATURATED, f"{runs} flat tops in channel {channel}")
-
-
-def _flat_runs(y: np.ndarray, extreme: float) -> int:
-    """How many runs of at least four samples sit at the extreme."""
-    at = np.concatenate([[False], np.abs(y - extreme) <= 1e-9 * abs(extreme), [False]])
-    edges = np.flatnonzero(at[1:] != at[:-1])
-    return int(np.count_nonzero(edges[1::2] - edges[::2] >= 4))
+    y = record.valid[channel]
+    if record.full_scale is not None and max(-lowest, highest) >= 0.9999 * record.full_scale:
+        clipped = int(np.count_nonzero(np.abs(y) >= 0.9999 * record.full_scale))
+        if clipped >= _CLIPPED_SAMPLES:
+            raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
+    tops, bottoms = count_flat_runs(y, lowest, highest)
+    for runs, extreme in ((tops, highest), (bottoms, lowest)):
+        if runs >= _FLAT_RUNS and extreme != 0.0:
+            raise RefusedError(Refusal.SATURATED, f"{runs} flat tops in channel {channel}")

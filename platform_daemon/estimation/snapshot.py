@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from .arrays import Array, ComplexArray
+from .line_search import best_frequency, block_means, drifting_harmonics
+from .refusal import Refusal, RefusedError
 
 _HARMONICS = 4
-_POINTS_PER_PERIOD = 40
-_SEARCH = np.linspace(-0.12, 0.12, 49)
+_POINTS_PER_PERIOD = 24
+_SEARCH = 0.12
+_TRIALS_PER_PERIOD = 2.5
 
 
 @dataclass(frozen=True)
@@ -40,16 +44,17 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
     """
     block = max(1, int(1.0 / (frequency_hz * dt_s * _POINTS_PER_PERIOD)))
     blocks = (last - first) // block
-    data = y[:, first : first + blocks * block].reshape(y.shape[0], blocks, block).mean(axis=2)
-    time = (first + 0.5 * (block - 1) + block * np.arange(blocks)) * dt_s
-    middle = 0.5 * (time[0] + time[-1])
-    half = max(0.5 * (time[-1] - time[0]), dt_s)
-    omegas = 2.0 * np.pi * frequency_hz * (1.0 + _SEARCH)
+    data = np.empty((y.shape[0], blocks))
+    block_means(y, first, block, blocks, data)
+    middle = (first + 0.5 * (block * blocks - 1)) * dt_s
+    half = max(0.5 * (blocks - 1) * block, 1.0) * dt_s
     weights = noise_sd**-2.0
-    powers = [_explained(data, time - middle, omega, weights) for omega in omegas]
-    omega = float(omegas[int(np.argmax(powers))])
-    for _ in range(4):
-        z, slope, factor = _drifting_harmonics(data, time - middle, omega, half)
+    periods = (last - first) * dt_s * frequency_hz
+    trials = min(max(int(_TRIALS_PER_PERIOD * periods), 25), 97)
+    centre = 2.0 * np.pi * frequency_hz
+    omega = best_frequency(data, block * dt_s, (1.0 - _SEARCH) * centre, (1.0 + _SEARCH) * centre, trials, weights)
+    for _ in range(3):
+        z, slope, factor = _drifting_harmonics(data, block * dt_s, omega)
         overlap = np.sum(weights * np.conj(z[0]) * slope[0]) / np.sum(weights * np.abs(z[0]) ** 2)
         omega += float(overlap.imag) / half
     # Block averages attenuate harmonic k by a sinc.
@@ -65,25 +70,12 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
     )
 
 
-def _explained(data: Array, time: Array, omega: float, weights: Array) -> float:
-    """Weighted power explained by harmonics 1 and 2 with constant amplitudes."""
-    phase = omega * time
-    design = np.column_stack([np.cos(phase), np.sin(phase), np.cos(2 * phase), np.sin(2 * phase)])
-    projected = design.T @ data.T
-    solution = np.linalg.lstsq(design.T @ design, projected, rcond=None)[0]
-    return float(np.sum(weights * np.sum(projected * solution, axis=0)))
-
-
-def _drifting_harmonics(
-    data: Array, time: Array, omega: float, half: float
-) -> tuple[ComplexArray, ComplexArray, float]:
+def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[ComplexArray, ComplexArray, float]:
     """Amplitudes and their drifts per half stretch, both (4, channels), and the sd factor of an amplitude."""
-    k = np.arange(1, _HARMONICS + 1)
-    wave = np.exp(1j * np.outer(time, k) * omega)
-    drift = wave * (time / half)[:, None]
-    design = np.hstack([wave.real, -wave.imag, drift.real, -drift.imag, np.ones((time.size, 1))])
-    solution = np.linalg.lstsq(design, data.T, rcond=None)[0]
     n = _HARMONICS
+    solution = np.empty((4 * n + 1, data.shape[0]))
+    if not drifting_harmonics(data, step_s, omega, n, solution):
+        raise RefusedError(Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart")
     z = solution[:n] + 1j * solution[n : 2 * n]
     slope = solution[2 * n : 3 * n] + 1j * solution[3 * n : 4 * n]
-    return z, slope, float(np.sqrt(2.0 / time.size))
+    return z, slope, math.sqrt(2.0 / data.shape[1])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
@@ -12,6 +13,7 @@ from .arrays import Array
 
 _HALF_LOBE_BINS = 4  # of the Blackman-Harris window
 _SMALLEST_SEGMENT = 512
+_USUAL_SEGMENT = 8192
 _CERTAIN = 1e4
 _ENOUGH_PERIODS = 20.0
 _KAISER_BETA = 18.0
@@ -28,29 +30,45 @@ class Line:
 def find_fundamental(samples: Array, sampling_rate_hz: float) -> Line | None:
     """Fundamental frequency from the beginning of a record, (channels, n); None if there is nothing to see.
 
-    Ever longer beginnings are tried until the line is beyond doubt; else the length where it stands out most wins.
-    Powers are added over the channels without weights, because then the fundamental exceeds 2f below 90 degrees
-    for any orientation; where gains differ, a line at half the peak's frequency reveals a 2f peak.
+    The usual length settles most records; else ever longer beginnings are tried until the line is beyond doubt, or
+    the length where it stands out most wins. Powers are added over the channels without weights, because then the
+    fundamental exceeds 2f below 90 degrees for any orientation; where gains differ, a line at half the peak's
+    frequency reveals a 2f peak.
     """
+    length = min(_USUAL_SEGMENT, samples.shape[1])
+    line = _strongest_line(samples[:, :length], sampling_rate_hz)
+    if line is not None and _is_certain(line, length / sampling_rate_hz):
+        return line
     best: Line | None = None
     length = min(_SMALLEST_SEGMENT, samples.shape[1])
     while True:
         line = _strongest_line(samples[:, :length], sampling_rate_hz)
         if line is not None and (best is None or line.significance > best.significance):
             best = line
-        periods = 0.0 if line is None else line.frequency_hz * length / sampling_rate_hz
-        certain = line is not None and line.significance > _CERTAIN and periods > _ENOUGH_PERIODS
+        certain = line is not None and _is_certain(line, length / sampling_rate_hz)
         if certain or length == samples.shape[1]:
             return line if certain else best
         length = min(2 * length, samples.shape[1])
 
 
+def _is_certain(line: Line, seconds: float) -> bool:
+    """Beyond doubt, and seen for long enough."""
+    return line.significance > _CERTAIN and line.frequency_hz * seconds > _ENOUGH_PERIODS
+
+
+@lru_cache(8)
+def _window(n: int) -> Array:
+    return np.asarray(blackmanharris(n))
+
+
 def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     """Strongest spectral line of a segment, halved if it is the second harmonic."""
     n = samples.shape[1]
-    size = next_fast_len(2 * n, real=True)
+    # Few periods are few bins: pad, so that the peak is found between them.
+    size = next_fast_len(n if n >= _USUAL_SEGMENT else 2 * n, real=True)
     centred = samples - samples.mean(axis=1, keepdims=True)
-    power = np.sum(np.abs(rfft(centred * blackmanharris(n), size, axis=1)) ** 2, axis=0)
+    spectrum = rfft(centred * _window(n), size, axis=1)
+    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
     lobe = int(np.ceil(_HALF_LOBE_BINS * size / n))
     power[: 2 * lobe] = 0.0
     floor = float(np.median(power[2 * lobe :]))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -30,10 +32,17 @@ _BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
 
 @dataclass(frozen=True)
 class Start:
-    """Where the fit begins: candidate states, most trusted first, and the periods they were seen in."""
+    """Where the fit begins.
 
-    candidates: tuple[FitState, ...]
+    Attributes:
+        amplitudes: candidates in rad, most trusted first.
+        periods: the stretch they were seen in.
+        state: the fit state that belongs to an amplitude.
+    """
+
+    amplitudes: tuple[float, ...]
     periods: float
+    state: Callable[[float], FitState]
 
 
 def find_start(
@@ -50,9 +59,8 @@ def find_start(
             break
         periods *= 2
     amplitudes = _amplitudes(record, waves, snr)
-    candidates = tuple(_state(record, model, snapshot, waves, a) for a in amplitudes)
     seen = (stop - first) * record.dt_s * snapshot.omega / (2.0 * math.pi)
-    return Start(candidates, seen)
+    return Start(amplitudes, seen, partial(_state, record, model, snapshot, waves))
 
 
 @dataclass(frozen=True)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
 
 from .arrays import Array
 from .half_swing import STEPS
-from .models import THREAD, RingDownModel
-from .sampling import DIPOLE, accumulate_moments, fill_basis
+from .models import RingDownModel
+from .sampling import fill_basis
 from .trace import HEAD, STATUS_LOST, trace_half_swings
 
 
@@ -42,16 +41,6 @@ class Dynamics:
             matrix[3 + k, 3 + k] = self.w**-coefficient.power
             matrix[3 + k, 1] = -coefficient.power * self.values[k] / self.w ** (coefficient.power + 1)
         return matrix
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Sufficient statistics of a window: gram (b, b), products (channels, b), energy (channels,) = sum y^2."""
-
-    gram: Array
-    products: Array
-    energy: Array
-    samples: int
 
 
 class LostTrajectoryError(ArithmeticError):
@@ -101,25 +90,9 @@ class Trajectory:
         fill_basis(*self._at(first, last, dt_s), observable, 0, out)
         return out
 
-    def moments(self, y: Array, first: int, last: int, dt_s: float, observable: int, energy: Array) -> Moments:
-        """Moments of samples first .. last-1 of y (channels, n) with the basis; energy (channels,) = sum y^2."""
-        gram = np.empty((self.n_basis, self.n_basis))
-        products = np.empty((y.shape[0], self.n_basis))
-        accumulate_moments(y, *self._at(first, last, dt_s), observable, 0, gram, products)
-        return Moments(gram, products, energy, last - first)
-
     def _at(self, first: int, last: int, dt_s: float) -> tuple[object, ...]:
         d = self.dynamics
         return (
             int(first), int(last), float(dt_s), float(d.w), float(d.theta),
             self.columns, self._count, self._heads, self._nodes,
         )  # fmt: skip
-
-
-def warm_up() -> float:
-    """Compile all kernels (or load them from numba's cache); returns the seconds it took. Safe in any thread."""
-    began = time.perf_counter()
-    trajectory = Trajectory(THREAD, Dynamics(1000.0, 2.0, 0.4, (0.2,)), 0.01)
-    trajectory.basis(0, 4, 1e-4, DIPOLE)
-    trajectory.moments(np.zeros((1, 4)), 0, 4, 1e-4, DIPOLE, np.zeros(1))
-    return time.perf_counter() - began

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.gauss_newton import Normal, covariance
-from platform_daemon.estimation.growing import NoConvergenceError, fit_growing
+from platform_daemon.estimation.growing import Evaluation, NoConvergenceError, fit_growing
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.trajectory import Dynamics, LostTrajectoryError
 
@@ -82,7 +82,13 @@ class Regression:
         self.free = np.array([False] * HELD + [True] * k)
         self.n, self.passes = n, 0
 
-    def normal(self, state, last):
+    def bend(self, at, step, last):
+        return np.inf  # unknown: only the predicted fall of chi^2 counts
+
+    def after(self, at, step):
+        return at.normal
+
+    def evaluate(self, state, last, stride=1, digits=0.0):
         self.passes += 1
         state = self.with_best_gain(state)
         jacobian = np.zeros((self.n, state.size))
@@ -97,13 +103,15 @@ class Regression:
             raise LostTrajectoryError("the regression function is not finite here")
         squares = np.array([residual @ residual])
         weight = self.sd**-2.0
-        return state, Normal(
+        normal = Normal(
             float(weight * squares[0]),
             weight * squares,
             squares,
             weight * jacobian.T @ residual,
             weight * jacobian.T @ jacobian,
+            self.n,
         )
+        return Evaluation(state, None, normal)
 
     def with_best_gain(self, state):
         if not self.has_gain:
@@ -128,7 +136,7 @@ def solved(name, start):
 def check(problem, best):
     """The parameters, their errors and the residual, to four certified digits and more."""
     certified = problem.certified
-    _, normal = problem.normal(best.state, problem.n)
+    normal = problem.evaluate(best.state, problem.n).normal
     errors, _ = covariance(normal, problem.free)
     sd = np.sqrt(np.diag(errors)) / FINENESS
     found = digits(best.state.b, certified.values)

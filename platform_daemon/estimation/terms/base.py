@@ -37,9 +37,18 @@ class Coefficient:
 
 @dataclass(frozen=True)
 class TorqueTerm:
-    """One torque term: `code` is its number in the dispatch table, `function` the compiled term itself."""
+    """One torque term.
+
+    Attributes:
+        name: identifier.
+        code: its number in the dispatch table.
+        coefficients: its coefficients, in the order in which the function reads them.
+        function: the compiled term itself.
+        symmetric: tau(-phi, -v, -sigma) = -tau(phi, v, sigma), so that both directions of motion share one table.
+    """
 
     name: str
     code: int
     coefficients: tuple[Coefficient, ...]
     function: Callable[..., Any]
+    symmetric: bool = True

@@ -1,0 +1,89 @@
+"""Normal equations from moments, compiled: the fit calls this once a pass, and arrays of twelve are all overhead."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .jit import fast_kernel
+
+
+@fast_kernel
+def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian):  # type: ignore[no-untyped-def]
+    """Coefficients of a channel in the basis, values (b,), and their derivatives, jacobian (b, size)."""
+    dynamic = chain.shape[0]
+    b = values.size
+    values.fill(0.0)
+    jacobian.fill(0.0)
+    values[0] = gains[channel, 0]
+    values[1] = gains[channel, 1]
+    values[b - 1] = offsets[channel]
+    for p in range(dynamic):
+        for q in range(dynamic):
+            jacobian[2 + 2 * p, q] = gains[channel, 0] * chain[p, q]
+            jacobian[3 + 2 * p, q] = gains[channel, 1] * chain[p, q]
+    for f in range(2):
+        jacobian[f, 1] += by_w[channel, f]
+        for k in range(by_own.shape[0]):
+            jacobian[f, dynamic + k] = by_own[k, channel, f]
+    jacobian[b - 1, dynamic + by_own.shape[0] + channel] = 1.0
+
+
+@fast_kernel
+def squares_after(chain, gains, by_w, by_own, offsets, gram, products, energy, step):  # type: ignore[no-untyped-def]
+    """Sum of squared residuals by channel, (channels,), once the linear model has taken a step (size,)."""
+    b = gram.shape[0]
+    values = np.empty(b)
+    jacobian = np.empty((b, step.size))
+    squares = np.empty(energy.size)
+    for channel in range(energy.size):
+        coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
+        for j in range(b):
+            for k in range(step.size):
+                values[j] += jacobian[j, k] * step[k]
+        total = energy[channel]
+        for j in range(b):
+            explained = 0.0
+            for k in range(b):
+                explained += gram[j, k] * values[k]
+            total -= values[j] * (2.0 * products[channel, j] - explained)
+        # Rounding can make the squares of a noise-free record negative.
+        squares[channel] = max(total, 0.0)
+    return squares
+
+
+@fast_kernel
+def assemble(  # type: ignore[no-untyped-def]
+    chain, gains, by_w, by_own, offsets, gram, products, energy, weights, gradient, matrix, squares
+):
+    """Gradient (size,) and Gauss-Newton matrix (size, size) of half chi^2 with the channels' weights, and the sum of
+    squared residuals by channel, squares (channels,).
+    """
+    b = gram.shape[0]
+    size = gradient.size
+    values = np.empty(b)
+    jacobian = np.empty((b, size))
+    turned = np.empty((b, size))
+    gradient.fill(0.0)
+    matrix.fill(0.0)
+    for channel in range(weights.size):
+        coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
+        turned.fill(0.0)
+        left = energy[channel]
+        for j in range(b):
+            explained = 0.0
+            for k in range(b):
+                explained += gram[j, k] * values[k]
+                for p in range(size):
+                    turned[j, p] += gram[j, k] * jacobian[k, p]
+            left -= values[j] * (2.0 * products[channel, j] - explained)
+            rest = products[channel, j] - explained
+            for p in range(size):
+                gradient[p] += weights[channel] * jacobian[j, p] * rest
+        # Rounding can make the squares of a noise-free record negative.
+        squares[channel] = max(left, 0.0)
+        for j in range(b):
+            for p in range(size):
+                if jacobian[j, p] != 0.0:
+                    factor = weights[channel] * jacobian[j, p]
+                    for q in range(size):
+                        matrix[p, q] += factor * turned[j, q]

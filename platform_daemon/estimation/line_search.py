@@ -1,0 +1,124 @@
+"""How much of a stretch harmonics 1 and 2 of a trial frequency explain: the search that start values begin with."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .jit import fast_kernel
+from .linear import factorise, substitute
+
+
+@fast_kernel
+def _dot(a, b):  # type: ignore[no-untyped-def]
+    """Scalar product."""
+    total = 0.0
+    for i in range(a.size):
+        total += a[i] * b[i]
+    return total
+
+
+@fast_kernel
+def explained_power(data, step, omega, weights):  # type: ignore[no-untyped-def]
+    """Weighted power of data (channels, n) that cos, sin of omega t and 2 omega t explain, t = i step."""
+    n = data.shape[1]
+    channels = data.shape[0]
+    gram = np.zeros((4, 4))
+    sums = np.zeros((channels, 4))
+    order = np.empty(4, dtype=np.int64)
+    waves = np.empty((4, n))
+    x = np.empty(4)
+    turn_c = math.cos(omega * step)
+    turn_s = math.sin(omega * step)
+    c = 1.0
+    s = 0.0
+    for i in range(n):
+        waves[0, i] = c
+        waves[1, i] = s
+        waves[2, i] = c * c - s * s
+        waves[3, i] = 2.0 * c * s
+        c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
+    for j in range(4):
+        for k in range(j + 1):
+            gram[j, k] = _dot(waves[j], waves[k])
+            gram[k, j] = gram[j, k]
+        for channel in range(channels):
+            sums[channel, j] = _dot(waves[j], data[channel])
+    if not factorise(gram, order):
+        return 0.0
+    power = 0.0
+    for channel in range(channels):
+        for j in range(4):
+            x[j] = sums[channel, j]
+        substitute(gram, order, x)
+        for j in range(4):
+            power += weights[channel] * x[j] * sums[channel, j]
+    return power
+
+
+@fast_kernel
+def best_frequency(data, step, lowest, highest, trials, weights):  # type: ignore[no-untyped-def]
+    """The angular frequency among evenly spaced trials that explains most."""
+    best = lowest
+    most = -1.0
+    for k in range(trials):
+        omega = lowest + (highest - lowest) * k / (trials - 1)
+        power = explained_power(data, step, omega, weights)
+        if power > most:
+            most = power
+            best = omega
+    return best
+
+
+@fast_kernel
+def block_means(y, first, block, blocks, out):  # type: ignore[no-untyped-def]
+    """Means of consecutive blocks of samples of y (channels, n) into out (channels, blocks)."""
+    for channel in range(y.shape[0]):
+        for k in range(blocks):
+            total = 0.0
+            for i in range(first + k * block, first + (k + 1) * block):
+                total += y[channel, i]
+            out[channel, k] = total / block
+
+
+@fast_kernel
+def drifting_harmonics(data, step, omega, harmonics, solution):  # type: ignore[no-untyped-def]
+    """Least squares of data (channels, n) by cos k omega t, -sin k omega t, both times t/half, and 1; t = 0 mid-way.
+
+    solution (4 harmonics + 1, channels): in this order, each for k = 1 .. harmonics.
+    """
+    n = data.shape[1]
+    size = 4 * harmonics + 1
+    middle = 0.5 * (n - 1)
+    gram = np.zeros((size, size))
+    waves = np.ones((size, n))
+    order = np.empty(size, dtype=np.int64)
+    x = np.empty(size)
+    for i in range(n):
+        place = (i - middle) / middle
+        c1 = math.cos(omega * step * (i - middle))
+        s1 = math.sin(omega * step * (i - middle))
+        c = 1.0
+        s = 0.0
+        for k in range(harmonics):
+            c, s = c * c1 - s * s1, s * c1 + c * s1
+            waves[k, i] = c
+            waves[harmonics + k, i] = -s
+            waves[2 * harmonics + k, i] = c * place
+            waves[3 * harmonics + k, i] = -s * place
+    for j in range(size):
+        for k in range(j + 1):
+            gram[j, k] = _dot(waves[j], waves[k])
+            gram[k, j] = gram[j, k]
+        for channel in range(data.shape[0]):
+            solution[j, channel] = _dot(waves[j], data[channel])
+    if not factorise(gram, order):
+        return False
+    for channel in range(data.shape[0]):
+        for j in range(size):
+            x[j] = solution[j, channel]
+        substitute(gram, order, x)
+        for j in range(size):
+            solution[j, channel] = x[j]
+    return True

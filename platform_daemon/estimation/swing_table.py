@@ -1,0 +1,126 @@
+"""Half swings tabulated over their amplitude: between two turning points one number, the size, tells everything.
+
+While the torque depends on phi, v and the direction only, every half swing of a ring-down is a member of one smooth
+family. It is solved at a few Chebyshev sizes of a band and interpolated between them.
+
+Values of a half swing, float64 (4 + 2 columns, m): f1, f2, their slopes by s, then (d f1/dq, d f2/dq) by size and c at
+fixed time, all in the mirrored frame (collocation.py). DIPOLE: f1 = v cos(phi), f2 = -v sin(phi); STATE: phi, v.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from .collocation import solve_half_swing
+from .jit import fast_kernel, kernel
+from .sampling import DIPOLE
+
+
+@fast_kernel
+def _write_values(a, phi, v, slopes, columns, observable, out):  # type: ignore[no-untyped-def]
+    """Observed functions and their derivatives at the nodes, out (4 + 2 columns, m)."""
+    for i in range(a.size):
+        if observable == DIPOLE:
+            sine = math.sin(phi[i])
+            cosine = math.cos(phi[i])
+            out[0, i] = v[i] * cosine
+            out[1, i] = -v[i] * sine
+            out[2, i] = a[i] * cosine - v[i] * v[i] * sine
+            out[3, i] = -a[i] * sine - v[i] * v[i] * cosine
+            for q in range(columns):
+                d_phi = slopes[q, 1, i]
+                d_v = slopes[q, 2, i]
+                out[4 + 2 * q, i] = -v[i] * sine * d_phi + cosine * d_v
+                out[5 + 2 * q, i] = -v[i] * cosine * d_phi - sine * d_v
+        else:
+            out[0, i] = phi[i]
+            out[1, i] = v[i]
+            out[2, i] = v[i]
+            out[3, i] = a[i]
+            for q in range(columns):
+                out[4 + 2 * q, i] = slopes[q, 1, i]
+                out[5 + 2 * q, i] = slopes[q, 2, i]
+
+
+@kernel
+def build_table(  # type: ignore[no-untyped-def]
+    low, high, side, columns, codes, widths, c, observable, nodes, once, twice, sizes, accelerations, values, ends
+):
+    """Solve the half swings at the Chebyshev sizes of [low, high].
+
+    sizes (k,), values (k, 4 + 2 columns, m), ends (k, 2 + 2 columns) are written. accelerations (k, m) and ends hold
+    an earlier solution or zeros when the call begins: solutions nearby are the best first guess.
+    """
+    count = sizes.size
+    m = nodes.size
+    phi = np.empty(m)
+    v = np.empty(m)
+    slopes = np.empty((columns, 3, m))
+    for k in range(count):
+        size = 0.5 * (low + high) + 0.5 * (high - low) * math.cos(math.pi * (2 * k + 1) / (2 * count))
+        a = accelerations[k]
+        duration = ends[k, 0]
+        if duration > 0.0:
+            for i in range(m):
+                a[i] *= size / sizes[k]
+        elif k > 0:
+            duration = ends[k - 1, 0]
+            for i in range(m):
+                a[i] = accelerations[k - 1, i] * (size / sizes[k - 1])
+        else:
+            duration = math.pi * (1.0 + size * size / 16.0)
+            for i in range(m):
+                a[i] = size * math.cos(0.5 * math.pi * (nodes[i] + 1.0))
+        sizes[k] = size
+        if not solve_half_swing(
+            size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
+        ):
+            ends[k, 0] = 0.0
+            return False
+        _write_values(a, phi, v, slopes, columns, observable, values[k])
+    return True
+
+
+@fast_kernel
+def _weights(size, sizes, barycentric, weights):  # type: ignore[no-untyped-def]
+    """Weights (k,) with which the values at the sizes add up to the value at `size`."""
+    count = sizes.size
+    total = 0.0
+    for k in range(count):
+        distance = size - sizes[k]
+        if distance == 0.0:
+            for j in range(count):
+                weights[j] = 0.0
+            weights[k] = 1.0
+            return
+        weights[k] = barycentric[k] / distance
+        total += weights[k]
+    for k in range(count):
+        weights[k] /= total
+
+
+@fast_kernel
+def look_up_end(size, sizes, barycentric, ends, weights, end):  # type: ignore[no-untyped-def]
+    """Interpolation weights (k,) for `size`, and the end values (2 + 2 columns,) there."""
+    _weights(size, sizes, barycentric, weights)
+    for j in range(end.size):
+        end[j] = 0.0
+    for k in range(sizes.size):
+        for j in range(end.size):
+            end[j] += weights[k] * ends[k, j]
+
+
+@fast_kernel
+def look_up_values(weights, values, out):  # type: ignore[no-untyped-def]
+    """Values (4 + 2 columns, m), flat, with the weights of look_up_end; values (k, size of out)."""
+    for i in range(out.size):
+        out[i] = weights[0] * values[0, i] + weights[1] * values[1, i]
+    for k in range(2, weights.size - 1, 2):
+        for i in range(out.size):
+            out[i] += weights[k] * values[k, i] + weights[k + 1] * values[k + 1, i]
+    if weights.size % 2 == 1:
+        last = weights.size - 1
+        for i in range(out.size):
+            out[i] += weights[last] * values[last, i]

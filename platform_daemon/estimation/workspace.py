@@ -1,0 +1,91 @@
+"""Moments of a window with a trajectory: picks the grids, and keeps tables and buffers between the passes of a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .arrays import Array
+from .chebyshev import grid, nodes_for, size_weights, sizes_for
+from .models import RingDownModel
+from .moments import BAND_RATIO, collect_moments
+from .trace import STATUS_LOST
+from .trajectory import Dynamics, LostTrajectoryError
+
+EXACT = 9.5  # digits
+COARSE = 5.5
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Sufficient statistics of a window: gram (b, b), products (channels, b), energy (channels,) = sum y^2.
+
+    samples: per channel, that took part. slopes: d S/d (A, c) of the last turning point S, (columns,).
+    """
+
+    gram: Array
+    products: Array
+    energy: Array
+    samples: int
+    slopes: Array
+
+
+class _Tables:
+    """Tables of half swings for one pair of grid sizes."""
+
+    def __init__(self, nodes: int, sizes: int, columns: int) -> None:
+        g = grid(nodes)
+        # What the kernel takes, in its order.
+        self.grid = (g.nodes, g.to_nodes, g.once, g.twice, size_weights(sizes))
+        self.sizes = np.zeros((2, sizes))
+        self.accelerations = np.zeros((2, sizes, nodes))
+        self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
+        self.ends = np.zeros((2, sizes, 2 + 2 * columns))
+
+
+@dataclass
+class Workspace:
+    """Everything that passes over the same record with the same model can share."""
+
+    model: RingDownModel
+    _tables: dict[tuple[int, int], _Tables] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.columns = 1 + len(self.model.coefficients)
+        self._codes, self._widths = self.model.codes, self.model.widths
+        self._symmetric = self.model.symmetric
+
+    def moments(
+        self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
+        digits: float = EXACT,
+    ) -> Moments:  # fmt: skip
+        """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
+
+        digits: to how many the trajectory is represented.
+
+        Raises:
+            LostTrajectoryError: the parameters describe no oscillation.
+        """
+        d = dynamics
+        if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= 0.0):
+            raise LostTrajectoryError("the trajectory must begin at or before t = 0, within 180 degrees")
+        t = self._tables_for(abs(d.amplitude), digits)
+        b = 7 + 2 * self.columns
+        gram, products, energy = np.empty((b, b)), np.empty((y.shape[0], b)), np.empty(y.shape[0])
+        slopes = np.empty(self.columns)
+        status, used = collect_moments(
+            y, int(first), int(last), float(dt_s), float(d.w), float(d.theta), float(d.amplitude),
+            self.columns, self._codes, self._widths, d.dimensionless(self.model), self._symmetric, observable, stride,
+            *t.grid, t.sizes, t.accelerations, t.values, t.ends,
+            gram, products, energy, slopes,
+        )  # fmt: skip
+        if status == STATUS_LOST or used == 0:
+            raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
+        return Moments(gram, products, energy, used, slopes)
+
+    def _tables_for(self, amplitude: float, digits: float) -> _Tables:
+        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits)
+        if key not in self._tables:
+            self._tables[key] = _Tables(*key, self.columns)
+        return self._tables[key]
