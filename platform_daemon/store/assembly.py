@@ -100,7 +100,7 @@ def header_of(recording: Recording) -> tuple[SeriesHeader, str]:
         operator=p.operator,
         comment=p.comment,
         platform=p.platform,
-        configuration_toml=p.configuration_toml,
+        configuration_toml=recording.configuration_toml(),
         channel_names=p.channel_names,
         devices=p.devices,
     )

@@ -56,7 +56,6 @@ def read_provenance(source: Source) -> Provenance:
         comment=_text(source, f"{ENTRY}/comment/data"),
         platform=_text(source, f"{ENTRY}/platform"),
         software_version=_text(source, f"{ENTRY}/program_version"),
-        configuration_toml=_text(source, f"{ENTRY}/configuration/data"),
         channel_names=_texts(source, f"{ENTRY}/channel_names"),
         devices=dict(zip(names, identities, strict=False)),
         planned_shots=None if planned is None else int(planned),

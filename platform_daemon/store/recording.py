@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drivers.errors import InputError
 from platform_daemon.store.checks import check_calibration
 from platform_daemon.store.hdf5 import open_hdf5
-from platform_daemon.store.layout import DATA, FLAGS
+from platform_daemon.store.layout import CONFIGURATION, DATA, FLAGS
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,6 @@ class Provenance:
     comment: str
     platform: str
     software_version: str
-    configuration_toml: str
     channel_names: tuple[str, ...]
     devices: Mapping[str, str]
     planned_shots: int | None
@@ -163,6 +162,15 @@ class Recording:
     def rx_volts(self, k: int) -> NDArray[np.float64]:
         """The RX window of frame `k`: (c, rx_samples) float64, V.  The whole frame is checked; errors as above."""
         return self.frame_volts(k)[:, self.sequence.rx_start :]
+
+    def configuration_toml(self) -> str:
+        """The configuration as text, "" if the file has none; read only here.
+
+        On a simulated platform it names the seed and the effects, which nothing that estimates or diagnoses may see.
+        Raises RecordingError.
+        """
+        with open_hdf5(self.path) as source:
+            return source.text(CONFIGURATION) or ""
 
     def with_calibration(self, calibration: Calibration, source: str = "calibration") -> Recording:
         """The same recording under another calibration, which came from `source`; RecordingError if it does not fit."""

@@ -53,7 +53,7 @@ def test_the_recording_holds_request_and_realised_values_and_the_exact_windows(e
     assert excitation.field_t == 490e-6
     assert recording.sequence.tx_samples == 2879
     assert recording.frame_volts(0).shape == (3, recording.sequence.total)
-    assert "[limits]" in recording.provenance.configuration_toml
+    assert "[limits]" in recording.configuration_toml()
 
 
 def test_blank_shots_come_first_and_hold_noise_only(engine_with, tmp_path):
