@@ -73,7 +73,7 @@ def with_best_gains(state: FitState, moments: Moments) -> FitState:
 class Normal:
     """Quadratic model of chi^2 around a state: chi2 - 2 gradient.step + step.matrix.step.
 
-    samples: per channel, that took part.
+    samples: per channel, that took part. data_chi2: chi^2 of the data alone, the scale of rounding.
     """
 
     chi2: float
@@ -82,6 +82,7 @@ class Normal:
     gradient: Array
     matrix: Array
     samples: int
+    data_chi2: float = 0.0
 
 
 def normal_equations(model: RingDownModel, state: FitState, moments: Moments, noise_sd: Array) -> Normal:
@@ -91,7 +92,8 @@ def normal_equations(model: RingDownModel, state: FitState, moments: Moments, no
     gradient, matrix = np.empty(size), np.empty((size, size))
     assemble(*_linear(model, state), moments.gram, moments.products, moments.energy, weights, gradient, matrix, squares)
     chi2 = weights * squares
-    return Normal(float(chi2.sum()), chi2, squares, gradient, matrix, moments.samples)
+    data_chi2 = float(weights @ moments.energy)
+    return Normal(float(chi2.sum()), chi2, squares, gradient, matrix, moments.samples, data_chi2)
 
 
 def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:

@@ -21,6 +21,7 @@ _MOST_ITERATIONS = 30
 _MOST_PASSES = 250
 _SURE_PHASE = 0.05  # rad
 _CAUTION = 4.0
+_ROUNDING = 1e-9  # of the data's own chi^2: the digits of the trajectory, and those lost in the difference
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 _PRIOR_AMPLITUDE = 0.5  # of the start value
 
@@ -271,7 +272,8 @@ class _Stage:
 def _is_better(trial: Normal, normal: Normal) -> bool:
     """Not worse than rounding, or than the few samples that changed sides where half swings are left out."""
     slack = 1e-12 if trial.samples == normal.samples else 0.02
-    return trial.chi2 / trial.samples <= normal.chi2 / normal.samples * (1.0 + slack) + 1e-6 / normal.samples
+    rounding = 1e-6 + _ROUNDING * normal.data_chi2
+    return trial.chi2 / trial.samples <= (normal.chi2 * (1.0 + slack) + rounding) / normal.samples
 
 
 def _shrink(state: FitState, step: Array, t_end_s: float) -> float:
