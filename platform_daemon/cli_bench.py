@@ -21,12 +21,12 @@ def _group() -> None:
 def bench_fit(
     repeats: Annotated[int, typer.Option(min=3, help="Fits per dataset.")] = 25,
     paper_s: Annotated[
-        float, typer.Option(min=0.0, help="Time box of the paper's method per dataset; 0: none.")
+        float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")
     ] = 20.0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
-    """Time the fit of the paper's four datasets: own, a demodulation floor, and the paper's method rebuilt with scipy."""
+    """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method."""
     from platform_daemon.estimation.bench import run_bench, table
 
     must_not_exist(json_file, force)
