@@ -226,7 +226,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     refuse_untrustworthy(public)
     return FitResult(
         verdict="good",
-        warnings=doubts(public, chi2),
+        warnings=doubts(public, chi2, task.samples * record.dt_s, task.periods),
         notes=chosen.notes,
         parameters=public.parameters,
         covariance=public.covariance,

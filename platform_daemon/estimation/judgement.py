@@ -15,6 +15,9 @@ _SUSPECT_CHI2 = 2.0
 _LARGEST_RELATIVE_STD = 0.05
 _LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
 _UNSEPARATED = 0.2
+_SEPARATED = 0.1  # relative error of the friction that separates it from the viscous loss
+_SEPARATION_POWER = 1.0 / 2.7  # that error falls at least with the length of the window to the power of 2.7
+_FEW_PERIODS = 12.0
 _LOSSES = ("lambda_per_s", "tf_over_i_rad_per_s2")
 _SURE = 5.0  # standard deviations
 
@@ -63,8 +66,8 @@ def refuse_untrustworthy(public: Published) -> None:
         raise RefusedError(Refusal.OUT_OF_RANGE, "the Hertz contact holds below 90 degrees only")
 
 
-def doubts(public: Published, chi2_per_dof: float) -> tuple[str, ...]:
-    """Named warnings about a good result."""
+def doubts(public: Published, chi2_per_dof: float, window_s: float, periods: float) -> tuple[str, ...]:
+    """Named warnings about a good result of a window of so many seconds and periods."""
     warnings = []
     if chi2_per_dof > 1.1:
         warnings.append("residual_not_white: the model leaves more than the noise")
@@ -78,7 +81,11 @@ def doubts(public: Published, chi2_per_dof: float) -> tuple[str, ...]:
         i, j = (public.names.index(n) for n in ("lambda_per_s", "tf_over_i_rad_per_s2"))
         correlation = public.covariance[i, j] / (viscous.std * friction.std)
         if abs(correlation) > 0.99 and friction.std > _UNSEPARATED * abs(friction.value):
+            enough = window_s * (friction.std / (_SEPARATED * abs(friction.value))) ** _SEPARATION_POWER
             warnings.append(
-                "lambda_tf_not_separable: the window determines only their sum; fix lambda or lengthen the window"
+                "lambda_tf_not_separable: the window determines only their sum; fix lambda, or lengthen the window "
+                f"to about {enough:.2g} s"
             )
+    if periods < _FEW_PERIODS:
+        warnings.append(f"window_too_short: {periods:.1f} periods; the errors hold only if the model is exact")
     return tuple(warnings)

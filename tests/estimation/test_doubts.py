@@ -1,0 +1,35 @@
+"""Warnings name what is doubtful, and what would help."""
+
+import re
+
+import numpy as np
+import pytest
+
+from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+
+from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
+
+JEWEL = Truth(f_nat_hz=213.25, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.93, psi_start_rad=3.86)
+
+
+def warnings_of(truth, variant, seconds, scale):
+    noise = NoiseModel.white(scale * NOISE_SD, RATE_HZ)
+    signal = with_noise(dmdt(truth, seconds), np.random.default_rng(3), scale * NOISE_SD)
+    result = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), variant, seconds, noise=noise)
+    assert result.verdict == "good", result.reason
+    return result.warnings
+
+
+@pytest.mark.parametrize("phi_max_rad", [0.93, 0.4])
+def test_losses_that_a_window_cannot_tell_apart_come_with_the_window_that_would(phi_max_rad):
+    truth = JEWEL.with_(phi_max_rad=phi_max_rad)
+    (warning,) = warnings_of(truth, "jewel", 0.12, 10.0)
+    assert warning.startswith("lambda_tf_not_separable")
+    enough = float(re.search(r"about ([\d.]+) s", warning)[1])
+    assert 0.12 < enough < 0.6
+    assert warnings_of(truth, "jewel", enough, 10.0) == ()
+
+
+def test_a_window_of_few_periods_is_called_short():
+    assert any(w.startswith("window_too_short: 8") for w in warnings_of(Truth(), "thread", 0.04, 1.0))
+    assert warnings_of(Truth(), "thread", 0.1, 1.0) == ()
