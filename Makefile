@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo test check campaign accuracy clean
+.PHONY: install demo test check bench campaign accuracy clean
 
 install: $(STAMP)
 
@@ -27,6 +27,9 @@ check: install
 
 campaign: install
 	$(BIN)/pytest -m campaign -s
+
+bench: install
+	$(BIN)/platform-daemon bench fit
 
 accuracy: install
 	$(BIN)/python -m tests.paper.accuracy

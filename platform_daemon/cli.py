@@ -1,4 +1,4 @@
-"""The command line: `platform-daemon serve | measure | fit | info | plot | predict | config check`.
+"""The command line: `platform-daemon serve | measure | fit | info | plot | predict | bench fit | config check`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
 """
@@ -22,6 +22,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
+from platform_daemon.cli_bench import bench_app
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_planning import predict
 from platform_daemon.cli_tables import fit_table_text, print_info
@@ -29,6 +30,7 @@ from platform_daemon.cli_tables import fit_table_text, print_info
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
+app.add_typer(bench_app, name="bench")
 app.command()(predict)
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]

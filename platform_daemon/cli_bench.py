@@ -1,0 +1,35 @@
+"""`platform-daemon bench fit`: times against a floor and against the paper's method, in one run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from platform_daemon.cli_files import must_not_exist, write_json
+
+bench_app = typer.Typer(help="Benchmarks.")
+
+
+@bench_app.callback()
+def _group() -> None:
+    """Benchmarks; compare ratios, not milliseconds."""
+
+
+@bench_app.command("fit")
+def bench_fit(
+    repeats: Annotated[int, typer.Option(min=3, help="Fits per dataset.")] = 25,
+    paper_s: Annotated[
+        float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")
+    ] = 20.0,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+) -> None:
+    """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method."""
+    from platform_daemon.estimation.bench import run_bench, table
+
+    must_not_exist(json_file, force)
+    report = run_bench(repeats=repeats, paper_seconds=paper_s)
+    print(table(report))
+    write_json(json_file, report)
