@@ -20,9 +20,7 @@ def _group() -> None:
 @bench_app.command("fit")
 def bench_fit(
     repeats: Annotated[int, typer.Option(min=3, help="Fits per dataset.")] = 25,
-    paper_s: Annotated[
-        float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")
-    ] = 20.0,
+    paper_s: Annotated[float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")] = 20.0,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
+from .saturation import saturation
 from .scan import count_flat_runs, scan_channel
 from .spectrum import Line, find_fundamental
 
@@ -63,5 +64,6 @@ def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest
             raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
     tops, bottoms = count_flat_runs(y, lowest, highest)
     for runs, extreme in ((tops, highest), (bottoms, lowest)):
-        if runs >= _FLAT_RUNS and extreme != 0.0:
+        # Coarse quantisation holds the top level too, but the next one as often.
+        if runs >= _FLAT_RUNS and extreme != 0.0 and saturation(y[None]) is not None:
             raise RefusedError(Refusal.SATURATED, f"{runs} flat tops in channel {channel}")

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import saturation
+from platform_daemon.estimation import RingDownRecord, fit_ring_down, saturation
 
 T = np.arange(60_000) / 61_035.0
 DECAY = np.exp(-0.25 * T) * np.sin(2 * np.pi * 212.0 * T)
@@ -27,3 +27,12 @@ def test_records_cut_at_a_limit_are(share):
 def test_floating_point_and_constant_records_are_not():
     assert saturation(DECAY[None]) is None
     assert saturation(np.zeros((3, 100))) is None
+
+
+@pytest.mark.parametrize("levels", [20.0, 109.0])
+def test_a_coarsely_quantised_record_is_fitted(levels):
+    u = 0.18 * np.exp(-0.5 * T) * np.sin(2 * np.pi * 424.0 * T)
+    noise = np.random.default_rng(0).normal(0, 0.3, (3, T.size))
+    samples = np.rint(levels * np.stack([DECAY, u, 0 * u]) + noise) * 6.0 / levels
+    found = fit_ring_down(RingDownRecord(samples, 61_035.0, "dmdt"), "thread", 0.5)
+    assert "saturated" not in (found.reason or "")
