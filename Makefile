@@ -26,7 +26,7 @@ check: install
 	$(BIN)/lint-imports
 
 campaign: install
-	$(BIN)/pytest -m campaign -s
+	HYPOTHESIS_PROFILE=campaign $(BIN)/pytest -m campaign -s
 
 bench: install
 	$(BIN)/platform-daemon bench fit

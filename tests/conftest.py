@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
@@ -13,6 +15,11 @@ from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.request import AcquisitionRequest
 from platform_daemon.settings import load_platform
+
+# The same examples every time: a red run must be red again.  `make campaign` draws new ones.
+settings.register_profile("repeatable", derandomize=True)
+settings.register_profile("campaign")
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 SHORT_JEWEL = {"resonator": "jewel", "sequence": {"rx_s": 0.6}}
 """A jewel shot of 0.6 s: long enough for a fit, quick to simulate."""

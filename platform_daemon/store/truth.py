@@ -83,6 +83,6 @@ def _numbers(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, 
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):
             yield from _numbers(value, f"{name}.")
-        elif isinstance(value, int | float) and name.isascii() and name.replace(".", "_").isidentifier():
+        elif isinstance(value, int | float) and name.isascii() and all(part.isidentifier() for part in name.split(".")):
             with suppress(OverflowError):  # an integer beyond float stays in the JSON only
                 yield name, float(value)

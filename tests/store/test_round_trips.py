@@ -26,7 +26,7 @@ from platform_daemon.store import (
     open_recording,
     read_truth,
 )
-from tests.store.files import START, fit_table, header, write_minimal, write_series
+from tests.store.files import START, fit_table, header, shot, write_minimal, write_series
 
 FINITE = st.floats(-10, 10, width=32)
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=20)
@@ -43,6 +43,15 @@ def series(draw: st.DrawFn) -> tuple[SequenceInfo, np.ndarray]:
     shape = (draw(st.integers(1, 3)), draw(st.integers(1, 4)), sum(windows))
     sequence = SequenceInfo(draw(st.floats(1, 1e9)), draw(st.integers(1, 1 << 20)), *windows)
     return sequence, draw(arrays(np.float32, shape, elements=FINITE))
+
+
+def test_names_in_the_truth_that_hdf5_cannot_hold_stay_in_its_json(tmp_path: Path) -> None:
+    truth = {"": {"": False}, "a": {"": 1}, ".": 2, "b/c": 3, "ok": 4}
+    with SeriesWriter.create(tmp_path / "t.h5", header()) as writer:
+        writer.add_shot(shot(1, truth=truth))
+        path = writer.finish()
+    assert path is not None
+    assert read_truth(path) == [truth]
 
 
 @settings(max_examples=25, deadline=None)
