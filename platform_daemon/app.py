@@ -86,9 +86,9 @@ def _warm_up(parts: dict[str, bool]) -> None:
     """Compile or load the estimator's kernels."""
     try:
         log.info("estimator_warm", seconds=round(warm_up(), 2))
+        parts["estimator"] = True
     except Exception as error:  # a warm-up must never keep the daemon from serving
-        log.warning("warm_up_failed", error=str(error))
-    parts["estimator"] = True
+        log.error("warm_up_failed", error=str(error))
 
 
 def check_config(path: Path) -> str:

@@ -39,7 +39,7 @@ def ready(context: Shared) -> JSONResponse:
 
 @router.get("/platform", summary="State of every device, and the job that runs")
 def platform(context: Shared) -> dict[str, Any]:
-    """As last read back: every second while idle, before and after each acquisition."""
+    """As last read back, at `read_at`: every second while idle, after each shot while an acquisition runs."""
     return context.engine.status()
 
 

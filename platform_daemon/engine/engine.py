@@ -89,7 +89,7 @@ class Engine:
         return [j for j in list(self._jobs.values()) if j.kind == kind]
 
     def status(self) -> dict[str, Any]:
-        """Devices as last read back (at most a second ago while idle, before the shot while one runs), and the job."""
+        """Devices as last read back (a second ago while idle, after the last shot in a series), and the job."""
         running = next((j.identifier for j in self.jobs("acquisition") if j.state is JobState.RUNNING), None)
         waiting = [j.identifier for j in self.jobs("acquisition") if j.state is JobState.QUEUED]
         return {**self._status, "interlock": self._interlock, "running": running, "queued": waiting}
@@ -156,7 +156,6 @@ class Engine:
         """Run a job to its end and keep how it ended."""
         log.info("job_started", job=job.identifier)
         job.run(work)
-        self._keep(job)
         error = None if job.error is None else str(job.error)
         log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
 
@@ -186,9 +185,9 @@ class Engine:
     def _warm_up(self) -> None:
         try:
             self.platform.warm_up()
+            self._warm.set()
         except Exception as error:  # the first job will meet the same error and report it
             log.error("platform_warm_up_failed", error=str(error))
-        self._warm.set()
 
     def _refresh(self) -> None:
         try:

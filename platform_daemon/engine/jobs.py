@@ -119,6 +119,7 @@ class Job:
         with self._lock:
             if not self.state.final:
                 self.state, self.error, self.finished, self.phase = state, error, self.clock.utc(), str(state)
+        self.on_change(self)  # kept before anybody who waits is told
         self.ended.set()
 
     def run(self, work: Callable[[Job], None]) -> None:

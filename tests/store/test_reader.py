@@ -288,7 +288,8 @@ def test_another_calibration_must_have_the_same_channels(tmp_path: Path) -> None
 
 def test_channels_of_very_different_gain_are_not_singular(tmp_path: Path) -> None:
     scaled = P * np.array([[1e-6], [1.0], [1e6]])
-    open_recording(write_minimal(tmp_path / "a.h5", {"/calibration/sensitivity": scaled}))
+    found = open_recording(write_minimal(tmp_path / "a.h5", {"/calibration/sensitivity": scaled}))
+    assert np.array_equal(found.calibration.sensitivity, scaled)
 
 
 def test_the_reader_never_opens_the_truth(tmp_path: Path) -> None:
