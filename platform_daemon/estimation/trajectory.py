@@ -54,13 +54,12 @@ class Trajectory:
         model: the equation of motion.
         dynamics: its parameters.
         t_end_s: the trace reaches at least to this time.
-        direct: integrate every half swing (reference) instead of interpolating in the amplitude.
 
     Raises:
         LostTrajectoryError: no oscillation.
     """
 
-    def __init__(self, model: RingDownModel, dynamics: Dynamics, t_end_s: float, *, direct: bool = False) -> None:
+    def __init__(self, model: RingDownModel, dynamics: Dynamics, t_end_s: float) -> None:
         self.dynamics = dynamics
         self.columns = 1 + len(model.coefficients)
         self.n_basis = 2 + 2 * (2 + self.columns) + 1
@@ -77,7 +76,6 @@ class Trajectory:
             model.codes,
             model.widths,
             dynamics.dimensionless(model),
-            not direct,
             self._heads,
             self._nodes,
         )
