@@ -10,6 +10,8 @@ from .arrays import Array
 from .chebyshev import grid, nodes_for, size_weights, sizes_for
 from .models import RingDownModel
 from .moments import BAND_RATIO, collect_moments
+from .residual_trace import fill_model
+from .swing_table import build_table
 from .trace import STATUS_LOST
 from .trajectory import Dynamics, LostTrajectoryError
 
@@ -55,6 +57,7 @@ class Workspace:
         self.columns = 1 + len(self.model.coefficients)
         self._codes, self._widths = self.model.codes, self.model.widths
         self._symmetric = self.model.symmetric
+        self._tabulated: Dynamics | None = None
 
     def moments(
         self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
@@ -71,6 +74,8 @@ class Workspace:
         if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= 0.0):
             raise LostTrajectoryError("the trajectory must begin at or before t = 0, within 180 degrees")
         t = self._tables_for(abs(d.amplitude), digits)
+        if digits == EXACT:
+            self._tabulated = d
         b = 7 + 2 * self.columns
         gram, products, energy = np.empty((b, b)), np.empty((y.shape[0], b)), np.empty(y.shape[0])
         slopes = np.empty(self.columns)
@@ -83,6 +88,39 @@ class Workspace:
         if status == STATUS_LOST or used == 0:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
         return Moments(gram, products, energy, used, slopes)
+
+    def block_means(
+        self, dynamics: Dynamics, begin: int, blocks: int, block: int, dt_s: float, observable: int
+    ) -> Array | None:
+        """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks); None where the rotor rests.
+
+        Begins with the tables that `moments` has left, if it was called for this motion last.
+        """
+        d, t, points = dynamics, self._tables_for(abs(dynamics.amplitude), EXACT), np.empty((2, 2 * blocks))
+        turn, done, stopped = np.array([0.0, d.amplitude]), 0, -1
+        if d != self._tabulated and not self._build(t, abs(d.amplitude), d.dimensionless(self.model), observable):
+            return None
+        while True:
+            done = fill_model(
+                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, turn, self._symmetric,
+                observable, t.grid[4], t.grid[1], t.sizes, t.values, t.ends, points,
+            )  # fmt: skip
+            if done == points.shape[1]:
+                return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
+            if done == stopped or not self._build(t, abs(turn[1]), d.dimensionless(self.model), observable):
+                return None
+            stopped = done
+
+    def _build(self, t: _Tables, size: float, c: Array, observable: int) -> bool:
+        """Tabulate half swings from `size` downwards, in both directions; False if there are none."""
+        sides = (1.0,) if self._symmetric else (-1.0, 1.0)
+        return all(
+            build_table(
+                size / BAND_RATIO, 1.01 * size, side, self.columns, self._codes, self._widths, c, observable,
+                t.grid[0], t.grid[2], t.grid[3], t.sizes[k], t.accelerations[k], t.values[k], t.ends[k],
+            )
+            for k, side in enumerate(sides)
+        )  # fmt: skip
 
     def _tables_for(self, amplitude: float, digits: float) -> _Tables:
         key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits)
