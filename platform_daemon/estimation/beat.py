@@ -14,11 +14,13 @@ import numpy as np
 from .arrays import Array, ComplexArray
 from .record import RingDownRecord
 
-_PERIODS = 3  # per point of the envelope
+_PERIODS = 4  # in a point of the envelope
+_HOP_PERIODS = 1.5
 _STRETCH_PERIODS = 60
 _SMALLEST = 0.05  # of the larger one
-_EXPLAINED = 0.99  # of the envelope's power, by two rotations
-_UNEXPLAINED = 0.05  # by one
+_LEFT_BY_TWO = 0.25  # of the envelope's power
+_BEATING = 0.005  # of what one rotation leaves
+_LEFT_BY_ONE = 0.05
 
 
 @dataclass(frozen=True)
@@ -34,13 +36,13 @@ def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float
     envelope, hop_s = _envelope(record, first, last, frequency_hz)
     if envelope.shape[1] < 12:
         return None
-    directions, sizes, _ = np.linalg.svd(envelope, full_matrices=False)
+    sizes = np.linalg.svd(envelope, compute_uv=False)
     two_directions = sizes.size > 1 and sizes[1] > _SMALLEST * sizes[0]
-    lags = 1 if two_directions else max(2, envelope.shape[1] // 3)
-    del directions
-    poles, amplitudes, left = _rotations(envelope, lags, 2)
-    _, _, left_by_one = _rotations(envelope, lags, 1)
-    if left > 1.0 - _EXPLAINED or left_by_one < _UNEXPLAINED**2 / 2.0 or (not two_directions and left_by_one < _UNEXPLAINED):
+    poles, amplitudes, left = _rotations(envelope, 1 if two_directions else envelope.shape[1] // 3, 2)
+    _, _, left_by_one = _rotations(envelope, envelope.shape[1] // 3, 1)
+    # One resonator spans one direction. It may change its frequency, but then two rotations do not follow it exactly.
+    beating = left_by_one > _LEFT_BY_ONE and left < _BEATING * left_by_one
+    if not (beating or (two_directions and left < _LEFT_BY_TWO)):
         return None
     order = np.argsort(-amplitudes)
     found = frequency_hz + np.angle(poles[order]) / (2.0 * math.pi * hop_s)
@@ -52,9 +54,10 @@ def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float
     """Complex envelope (channels, points) of the fundamental, and the step between its points in s."""
     period = record.sampling_rate_hz / frequency_hz
     length = round(_PERIODS * period)
-    points = min(_STRETCH_PERIODS // _PERIODS * 2, 2 * ((last - first) // length) - 1)
-    hop = length // 2
-    window = np.hanning(length + 1)[:-1]
+    hop = round(_HOP_PERIODS * period)
+    points = 1 + (min(last - first, int(_STRETCH_PERIODS * period)) - length) // hop
+    # The second harmonic is four bins away, where this window lets nothing through.
+    window = np.blackman(length + 1)[:-1]
     wave = window * np.exp(-2j * np.pi * np.arange(length) / period)
     rows = []
     for k in range(max(points, 0)):
@@ -66,14 +69,14 @@ def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float
 
 
 def _rotations(envelope: ComplexArray, lags: int, count: int) -> tuple[ComplexArray, Array, float]:
-    """Poles (count,) of the best sum of decaying rotations, their initial sizes, and the share of power left (ESPRIT)."""
-    channels, n = envelope.shape
+    """Poles (count,) of the best sum of decaying rotations, their initial sizes, and the power share left (ESPRIT)."""
+    n = envelope.shape[1]
     columns = n - lags + 1
     stacked = np.concatenate([envelope[:, k : k + columns] for k in range(lags)])
     _, _, rows = np.linalg.svd(stacked, full_matrices=False)
     basis = rows[:count].T
-    poles = np.linalg.eigvals(np.linalg.lstsq(basis[:-1], basis[1:], rcond=None)[0])
+    poles: ComplexArray = np.linalg.eigvals(np.linalg.lstsq(basis[:-1], basis[1:], rcond=None)[0]).astype(complex)
     powers = poles[None, :] ** np.arange(n)[:, None]
     amplitudes, *_ = np.linalg.lstsq(powers, envelope.T, rcond=None)
     left = np.sum(np.abs(envelope.T - powers @ amplitudes) ** 2) / np.sum(np.abs(envelope) ** 2)
-    return poles, np.linalg.norm(amplitudes, axis=1), float(left)
+    return poles, np.asarray(np.linalg.norm(amplitudes, axis=1)), float(left)

@@ -11,13 +11,14 @@ gain errors can do. A torque that the model lacks modulates the fitted motion: i
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 from scipy.signal import hilbert
 
 from .arrays import Array, ComplexArray
+from .leftover import Leftover
 
 _PADDING = 4  # grid points per resolved frequency step
 _BAND = (0.2, 3.5)  # of the fundamental, in which candidates are sought
@@ -35,9 +36,10 @@ class Companion:
         frequency_hz: of the companion.
         relative: its initial size over that of the fitted signal.
         decay_per_s: its decay.
+        seconds: the stretch it was found in.
         share: of the misfit's power that it removes.
         decay_sd_per_s: its standard deviation.
-        turns: periods of the beat with the next harmonic of the fitted motion in the stretch it was found in.
+        turns: periods of its beat with the next harmonic of the fitted motion in that stretch.
         harmonic: number of that harmonic.
     """
 
@@ -45,36 +47,10 @@ class Companion:
     relative: float
     decay_per_s: float
     decay_sd_per_s: float
+    seconds: float
     share: float
     turns: float
     harmonic: int
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """What the search is given.
-
-    Attributes:
-        scaled: (channels, n) residual in units of the noise.
-        motion: (channels, n) fitted signal in the same units.
-        derivatives: (p, channels, n) of the fitted signal by all free parameters, in any scale.
-        sd: (channels,) the noise.
-        rate_hz: points per second.
-        fundamental_hz: of the fitted motion.
-    """
-
-    scaled: Array
-    motion: Array
-    derivatives: Array
-    sd: Array
-    rate_hz: float
-    fundamental_hz: float
-
-    def beginning(self, n: int) -> Leftover:
-        """The first n points."""
-        return replace(
-            self, scaled=self.scaled[:, :n], motion=self.motion[:, :n], derivatives=self.derivatives[..., :n]
-        )
 
 
 def find_companion(leftover: Leftover) -> Companion | None:
@@ -106,6 +82,7 @@ def _scan(given: Leftover) -> Companion | None:
         relative=_relative(amplitudes, given),
         decay_per_s=decay,
         decay_sd_per_s=decay_sd,
+        seconds=n / given.rate_hz,
         share=(gain - 2.0 * channels * noise) / misfit,
         turns=abs(frequency - harmonic * given.fundamental_hz) * n / given.rate_hz,
         harmonic=harmonic,

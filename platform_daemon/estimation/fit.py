@@ -9,22 +9,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .beat import find_beat
+from .companion import Companion, find_companion
 from .gauss_newton import FitState
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import (
     POOR_CHI2,
     doubts,
     is_suspect,
+    is_unexplained,
     refuse_unexplained,
     refuse_untrustworthy,
     refuse_wrong_variant,
 )
+from .leftover import leftover_of
+from .misfit import is_worth_a_search, misfit_warnings, refuse_misfit
 from .models import RingDownModel, model_named, richer_models
 from .noise import NoiseModel, estimate_noise
 from .observation import DipoleObservation
 from .publish import by_convention, publish
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
+from .residual import Residual, residual_of
 from .result import FitResult, FittedModel
 from .screening import refuse_few_periods, screen
 from .start import Start, find_start
@@ -88,6 +94,7 @@ class _Task:
     """What is to be fitted, whichever model does it."""
 
     record: RingDownRecord
+    noise: NoiseModel
     noise_sd: np.ndarray
     chosen: SampleRange
     frequency_hz: float
@@ -107,11 +114,12 @@ class _Task:
 def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> _Task:
     """Screen the record, measure its noise, choose the samples."""
     line = screen(record)
-    sd = _usable_sd(estimate_noise(record) if noise is None else noise, record)
+    noise = estimate_noise(record) if noise is None else noise
+    sd = _usable_sd(noise, record)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
-    task = _Task(record, sd, chosen, line.frequency_hz, fixed)
+    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed)
     refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
     return task
 
@@ -200,8 +208,26 @@ def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
         if best.normal.chi2 < POOR_CHI2 * dof:
             break
     if best is None:
+        _refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
     return best
+
+
+def _refuse_beat(task: _Task) -> None:
+    """Two resonators as the reason why a fit went wrong."""
+    beat = find_beat(task.record, task.chosen.first, task.chosen.last, task.frequency_hz)
+    if beat is not None:
+        one, other = beat.frequencies_hz
+        seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"
+        raise RefusedError(Refusal.TWO_RESONATORS, seen)
+
+
+def _second_oscillation(task: _Task, problem: Problem, best: Fitted, residual: Residual) -> Companion | None:
+    """What else oscillates in the record, if the residual is worth a search."""
+    if not is_worth_a_search(residual):
+        return None
+    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+    return find_companion(leftover_of(residual, *args))
 
 
 def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
@@ -215,7 +241,12 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     dof = _degrees(task, problem)
     chi2 = best.normal.chi2 / dof
     by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
+    if is_unexplained(r2, chi2):
+        _refuse_beat(task)
     refuse_unexplained(model.name, r2, chi2)
+    residual = residual_of(record, problem.workspace, best.tabulated, chosen, task.noise, task.noise_sd)
+    second = _second_oscillation(task, problem, best, residual)
+    refuse_misfit(model.name, task.frequency_hz, residual, second)
     state = by_convention(best.state)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
@@ -226,7 +257,10 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     refuse_untrustworthy(public)
     return FitResult(
         verdict="good",
-        warnings=doubts(public, chi2, task.samples * record.dt_s, task.periods),
+        warnings=(
+            *misfit_warnings(residual, chi2, second),
+            *doubts(model, public, task.samples * record.dt_s, task.periods),
+        ),
         notes=chosen.notes,
         parameters=public.parameters,
         covariance=public.covariance,
@@ -235,6 +269,8 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         nrmse=nrmse,
         chi2_per_dof=chi2,
         chi2_per_dof_by_channel=by_channel,
+        whiteness_by_channel=tuple(residual.flatness.tolist()),
+        condition=public.condition,
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,

@@ -129,8 +129,13 @@ def _colour(noise: NoiseModel, frequency_hz: Array) -> Array:
 
 
 def residual_of(
-    record: RingDownRecord, workspace: Workspace, state: FitState, chosen: SampleRange, noise: NoiseModel, noise_sd: Array
-) -> Residual:  # fmt: skip
+    record: RingDownRecord,
+    workspace: Workspace,
+    state: FitState,
+    chosen: SampleRange,
+    noise: NoiseModel,
+    noise_sd: Array,
+) -> Residual:
     """The residual of a fitted state over its window; noise_sd (channels,) of single samples."""
     period = 2.0 * np.pi / state.dynamics.w * record.sampling_rate_hz
     block = max(1, int(period / _POINTS_PER_PERIOD))
