@@ -6,6 +6,7 @@ The way of one shot through the room:
     snapshot, start              start values from the first periods (spectrum, harmonics)
     growing, gauss_newton        least squares on growing windows (assemble, linear), from
     workspace, moments, sums       what the samples say, half swing by half swing, with the help of
+    swing_chain                      their order in time, looked up in
     swing_table, collocation         half swings solved once for all amplitudes (chebyshev, terms)
     trajectory                   the same motion sample by sample: trace (half_swing, terms), sampling (observation)
     publish, judgement           published parameters, covariance, verdict -> result
