@@ -116,11 +116,11 @@ def look_up_end(size, sizes, barycentric, ends, weights, end):  # type: ignore[n
 def look_up_values(weights, values, out):  # type: ignore[no-untyped-def]
     """Values (4 + 2 columns, m), flat, with the weights of look_up_end; values (k, size of out)."""
     for i in range(out.size):
-        out[i] = weights[0] * values[0, i] + weights[1] * values[1, i]
-    for k in range(2, weights.size - 1, 2):
+        out[i] = weights[0] * values[0, i]
+    for k in range(1, weights.size - 1, 2):
         for i in range(out.size):
             out[i] += weights[k] * values[k, i] + weights[k + 1] * values[k + 1, i]
-    if weights.size % 2 == 1:
+    if weights.size % 2 == 0:
         last = weights.size - 1
         for i in range(out.size):
             out[i] += weights[last] * values[last, i]

@@ -13,31 +13,50 @@ import numpy as np
 
 from .arrays import Array
 from .assemble import assemble
+from .colour import sd_at
 from .gauss_newton import FitState, Normal, linearised, solve_step
 from .growing import Fitted, Problem
 from .models import RingDownModel
+from .noise import NoiseModel
+from .publish import by_convention
 from .sampling import DIPOLE
 from .workspace import Moments
 
+_SAME = 1e-6
 _STEPS = 2  # the second only removes what the first leaves by being linear
 
 
-def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, sd: Array) -> Fitted:
-    """The minimum with odd and even harmonics weighted by their own noise, sd (channels, 2).
+def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: NoiseModel, frequency_hz: float) -> Fitted:
+    """The minimum with odd and even harmonics weighted by the noise at f and 2 f; unchanged if that is white.
 
     chi^2 stays that of the problem's own standard deviations.
 
     Raises:
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the steps lead nowhere.
     """
-    state = best.state
+    sd = harmonic_sd(problem, noise, frequency_hz)
+    if np.allclose(sd, problem.noise_sd[:, None], rtol=_SAME):
+        return best
+    state = by_convention(best.state)
     for _ in range(_STEPS):
         at = problem.evaluate(state, last)
         normal = weighted_normal(problem.model, at.state, at.moments, sd, at.normal)
         step, _ = solve_step(normal, problem.free)
         state = at.state.moved(step)
     left = problem.after(at, step)
-    return Fitted(state, replace(left, gradient=normal.gradient, matrix=normal.matrix), at.moments)
+    return replace(
+        best, state=state, normal=replace(left, gradient=normal.gradient, matrix=normal.matrix), moments=at.moments
+    )
+
+
+def harmonic_sd(problem: Problem, noise: NoiseModel, frequency_hz: float) -> Array:
+    """Standard deviations of white noise that weighs as much at f and at 2 f, (channels, 2)."""
+    harmonics = frequency_hz * np.array([1.0, 2.0])
+    # Below the rounding of a noise-free record a spectrum means nothing.
+    known = (problem.noise_sd <= noise.sd)[:, None]
+    level = sd_at(noise, harmonics, problem.record.sampling_rate_hz)
+    usable = known & np.isfinite(level) & (level > 0.0)
+    return np.where(usable, level, problem.noise_sd[:, None])
 
 
 def weighted_normal(model: RingDownModel, state: FitState, moments: Moments, sd: Array, normal: Normal) -> Normal:

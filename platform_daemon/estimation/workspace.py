@@ -58,11 +58,12 @@ class Workspace:
 
     def moments(
         self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
-        digits: float = EXACT,
+        digits: float = EXACT, tabulated: bool = True,
     ) -> Moments:  # fmt: skip
         """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
 
         digits: to how many the trajectory is represented.
+        tabulated: look half swings up in a table of sizes; False: solve each for itself, worth it for a few.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
@@ -70,7 +71,7 @@ class Workspace:
         d = dynamics
         if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= 0.0):
             raise LostTrajectoryError("the trajectory must begin at or before t = 0, within 180 degrees")
-        t = self._tables_for(abs(d.amplitude), digits)
+        t = self._tables_for(abs(d.amplitude), digits, tabulated)
         b = 7 + 2 * self.columns
         gram, products, energy = np.empty((b, b)), np.empty((y.shape[0], b)), np.empty(y.shape[0])
         slopes = np.empty(self.columns)
@@ -84,8 +85,8 @@ class Workspace:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
         return Moments(gram, products, energy, used, slopes)
 
-    def _tables_for(self, amplitude: float, digits: float) -> _Tables:
-        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits)
+    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
+        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
         if key not in self._tables:
             self._tables[key] = _Tables(*key, self.columns)
         return self._tables[key]
