@@ -8,7 +8,7 @@ import numpy as np
 
 from .jit import fast_kernel, kernel
 from .sampling import DIPOLE
-from .swing_table import look_up_end
+from .swing_chain import HEAD_DURATION, HEAD_SIDE, HEAD_START
 
 _NEGLIGIBLE = 1e-6  # of the largest coefficient: far below any noise
 
@@ -67,42 +67,34 @@ def _evaluate(coefficients, count, x, n, out, first):  # type: ignore[no-untyped
 
 @kernel
 def fill_model(  # type: ignore[no-untyped-def]
-    begin, block, dt, w, theta, done, turn, symmetric, observable, barycentric, to_nodes, sizes, values, ends, out
+    begin, block, dt, w, theta, done, count, heads, weights, symmetric, observable, to_nodes, values, out
 ):
     """f1, f2 at the two Gauss points of blocks of `block` samples from sample `begin` on, out (2, points).
 
-    sizes (2, k), values (2, k, f, m) and ends (2, k, e) are those of collect_moments; turn: (start, angle) of the
-    turning point from which to go on, after `done` points. Returns the points written, fewer than asked for where the
-    motion leaves the tabulated sizes; `turn` is then where it did.
+    heads, weights: the next `count` half swings as walk_swings leaves them; values (2, k, f, m) of their tables.
+    Returns the points written so far; `done` were before.
     """
-    weights = np.empty(sizes.shape[1])
-    end = np.empty(ends.shape[2])
-    coefficients = np.empty((2, sizes.shape[1], 2, to_nodes.shape[0]))
-    count = _to_coefficients(values[0], to_nodes, coefficients[0])
+    coefficients = np.empty((2, values.shape[1], 2, to_nodes.shape[0]))
+    needed = _to_coefficients(values[0], to_nodes, coefficients[0])
     if not symmetric:
-        count = max(count, _to_coefficients(values[1], to_nodes, coefficients[1]))
+        needed = max(needed, _to_coefficients(values[1], to_nodes, coefficients[1]))
     here = np.empty((2, to_nodes.shape[0]))
     x = np.empty(out.shape[1])
     gauss = 0.5 * math.sqrt((block * block - 1.0) / 3.0)
-    while done < out.shape[1]:
-        side = -math.copysign(1.0, turn[1])
-        which = 0 if symmetric or side > 0.0 else 1
-        # The Chebyshev places end a little inside the tabulated band.
-        if not 0.98 * sizes[which].min() <= abs(turn[1]) <= 1.02 * sizes[which].max():
-            break
-        look_up_end(abs(turn[1]), sizes[which], barycentric, ends[which], weights, end)
+    for swing in range(count):
+        side = heads[swing, HEAD_SIDE]
         n = 0
         while done + n < out.shape[1]:
             k = done + n
             place = begin + (k // 2) * block + 0.5 * (block - 1.0) + (gauss if k % 2 else -gauss)
-            x[n] = 2.0 * (w * dt * place + theta - turn[0]) / end[0] - 1.0
+            x[n] = 2.0 * (w * dt * place + theta - heads[swing, HEAD_START]) / heads[swing, HEAD_DURATION] - 1.0
             if x[n] >= 1.0:
                 break
             n += 1
         if n > 0:
-            _interpolate(weights, coefficients[which], count, side, 1.0 if observable == DIPOLE else side, here)
-            _evaluate(here, count, x, n, out, done)
+            which = 0 if symmetric or side > 0.0 else 1
+            sign2 = 1.0 if observable == DIPOLE else side
+            _interpolate(weights[swing], coefficients[which], needed, side, sign2, here)
+            _evaluate(here, needed, x, n, out, done)
         done += n
-        turn[0] += end[0]
-        turn[1] = side * end[1]
     return done
