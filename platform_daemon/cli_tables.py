@@ -50,6 +50,18 @@ def fit_table_text(report: Mapping[str, Any]) -> str:
     return capture.get().rstrip()
 
 
+def fit_line(report: Mapping[str, Any]) -> str:
+    """One file's fits in one line: how many, and the mean with the scatter of the parameters."""
+    good = sum(frame["verdict"] == "good" for frame in report["frames"])
+    parts = [f"{good} of {len(report['frames'])} frames good"]
+    for name, heading, factor in COLUMNS[:4]:
+        if name in report["summary"]:
+            symbol, _, unit = heading.partition(" / ")
+            found = report["summary"][name]
+            parts.append(f"{symbol} {number(found['mean'], found['std'], factor)} {unit}")
+    return ", ".join(parts)
+
+
 def _row(frame: Mapping[str, Any]) -> list[str]:
     p = frame["parameters"]
     if frame["verdict"] != "good":
