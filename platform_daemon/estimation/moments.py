@@ -148,7 +148,7 @@ def collect_moments(  # type: ignore[no-untyped-def]
             status = STATUS_OK
             break
         at = amplitude
-        side = direction_at_rest(at, codes, widths, c, grad)
+        side, _ = direction_at_rest(at, 0.0, codes, widths, c, grad)
         if side == 0.0:
             sign = 1.0 if at > 0.0 else -1.0
             _add_rest(y, begin, last, at, slope_size, sign, observable, columns, gram, products, energy)

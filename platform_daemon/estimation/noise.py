@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array
+from .oscillation import find_oscillation
 from .record import RingDownRecord
-from .spectrum import SegmentSpectra, find_fundamental, segment_spectra
+from .spectrum import SegmentSpectra, segment_spectra
 
 _SIGNIFICANT = 60.0
 _MOST_HARMONICS = 24
@@ -49,7 +50,7 @@ def estimate_noise(record: RingDownRecord) -> NoiseModel:
     sweeps through, as far up as they stand out, and the gaps are bridged. The variance is the integral.
     """
     samples, rate = record.valid, record.sampling_rate_hz
-    line = find_fundamental(samples, rate)
+    line = find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
         spectra = segment_spectra(samples, rate, _SEGMENT_WITHOUT_SIGNAL)
         mask = np.zeros(spectra.frequency_hz.size, dtype=bool)

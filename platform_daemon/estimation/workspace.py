@@ -2,33 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from .arrays import Array
 from .chebyshev import grid, nodes_for, size_weights, sizes_for
+from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import BAND_RATIO, collect_moments
 from .trace import STATUS_LOST
-from .trajectory import Dynamics, LostTrajectoryError
+from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
+
+__all__ = ["COARSE", "EXACT", "Moments", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
-
-
-@dataclass(frozen=True)
-class Moments:
-    """Sufficient statistics of a window: gram (b, b), products (channels, b), energy (channels,) = sum y^2.
-
-    samples: per channel, that took part. slopes: d S/d (A, c) of the last turning point S, (columns,).
-    """
-
-    gram: Array
-    products: Array
-    energy: Array
-    samples: int
-    slopes: Array
 
 
 class _Tables:
@@ -63,19 +53,37 @@ class Workspace:
         """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
 
         digits: to how many the trajectory is represented.
+        Torques that depend on time take the direct path, which knows neither stride nor digits.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
         """
         d = dynamics
-        if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= 0.0):
-            raise LostTrajectoryError("the trajectory must begin at or before t = 0, within 180 degrees")
+        if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
+            raise LostTrajectoryError(
+                "the trajectory must begin no later than half a swing after t = 0, within 180 deg"
+            )
+        first, last = int(first), int(last)
+        # The table knows half swings from their beginning on only, and nothing of time.
+        anchored = min(last, max(first, math.ceil(-d.theta / (d.w * dt_s)))) if d.theta < 0.0 else first
+        begin = last if self.model.time_dependent else anchored
+        direct = direct_moments(self.model, d, y, first, begin, dt_s, observable) if begin > first else None
+        if begin == last:
+            assert direct is not None
+            return direct
+        tabulated = self._tabulated(d, y, begin, last, dt_s, observable, stride, digits)
+        return tabulated if direct is None else direct.followed_by(tabulated)
+
+    def _tabulated(
+        self, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int, digits: float
+    ) -> Moments:
+        """Moments of samples that follow the anchor, of a torque that does not depend on time."""
         t = self._tables_for(abs(d.amplitude), digits)
         b = 7 + 2 * self.columns
         gram, products, energy = np.empty((b, b)), np.empty((y.shape[0], b)), np.empty(y.shape[0])
         slopes = np.empty(self.columns)
         status, used = collect_moments(
-            y, int(first), int(last), float(dt_s), float(d.w), float(d.theta), float(d.amplitude),
+            y, first, last, float(dt_s), float(d.w), float(d.theta), float(d.amplitude),
             self.columns, self._codes, self._widths, d.dimensionless(self.model), self._symmetric, observable, stride,
             *t.grid, t.sizes, t.accelerations, t.values, t.ends,
             gram, products, energy, slopes,
