@@ -189,32 +189,23 @@ def _mean_and_scatter(values: list[float], *, circular: bool) -> dict[str, float
 
 
 def fit_recording(
-    recording: Recording,
-    ask: FitRequest,
-    *,
-    calibration: Calibration | None = None,
-    progress: Callable[[int], None] = lambda frames: None,
+    recording: Recording, ask: FitRequest, *, progress: Callable[[int], None] = lambda frames: None
 ) -> dict[str, Any]:
     """Fit every excited frame of a recording; the fixed JSON form for one file.
 
-    `calibration` replaces the file's own.  Frames that the daemon refused, blank shots and frames with bad samples are
-    refused with their reason; one bad frame does not stop the others.  Raises RecordingError if no frame can be read.
+    Frames that the daemon refused, blank shots and frames with bad samples are refused with their reason; one bad
+    frame does not stop the others.  Raises InputError if the fit makes no sense or no frame can be read.
     """
-    used = calibration or recording.calibration
-    check_fixed(ask, calibrated=used is not None)
+    check_fixed(ask, calibrated=recording.calibration is not None)
     frames = []
     for k in range(recording.frames):
-        frames.append(_fit_or_refuse(recording, k, used, ask))
+        frames.append(fit_stored_frame(recording, k, ask))
         progress(k + 1)
-    unreadable = [f["error"] for f in frames if "error" in f]
-    if len(unreadable) == recording.frames:
-        raise unreadable[0]
-    for frame in frames:
-        frame.pop("error", None)
-    return file_report(str(recording.path), ask, frames, used)
+    return recording_report(recording, ask, frames)
 
 
-def _fit_or_refuse(recording: Recording, k: int, calibration: Calibration | None, ask: FitRequest) -> dict[str, Any]:
+def fit_stored_frame(recording: Recording, k: int, ask: FitRequest) -> dict[str, Any]:
+    """One frame of a recording, fitted or refused; one that cannot be read carries its error for recording_report."""
     info = recording.frame_info[k]
     if info.verdict != "good" or info.blank:
         return refused_report(k, "a blank shot, without excitation" if info.blank else info.reason)
@@ -222,7 +213,16 @@ def _fit_or_refuse(recording: Recording, k: int, calibration: Calibration | None
         volts = recording.rx_volts(k)
     except PlatformError as error:
         return {**refused_report(k, str(error)), "error": error}
-    return frame_report(k, fit_frame(volts, recording.sequence.rate_hz, calibration, ask))
+    return frame_report(k, fit_frame(volts, recording.sequence.rate_hz, recording.calibration, ask))
+
+
+def recording_report(recording: Recording, ask: FitRequest, frames: list[dict[str, Any]]) -> dict[str, Any]:
+    """The fixed JSON form for one file from all its frames, in order.  Raises RecordingError if none can be read."""
+    unreadable = [f["error"] for f in frames if "error" in f]
+    if len(unreadable) == recording.frames:
+        raise unreadable[0]
+    said = [{k: v for k, v in f.items() if k != "error"} for f in frames]
+    return file_report(str(recording.path), ask, said, recording.calibration)
 
 
 def file_report(

@@ -124,7 +124,16 @@ def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[
 
 def covariance(normal: Normal, free: np.ndarray) -> tuple[Array, float]:
     """Covariance of the free parameters (k, k) and the condition number of the scaled normal matrix."""
-    matrix = normal.matrix[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    scaled = matrix * np.outer(scale, scale)
-    return np.linalg.inv(scaled) * np.outer(scale, scale), float(np.linalg.cond(scaled))
+    which = np.flatnonzero(free)
+    matrix = normal.matrix[which[:, None], which]
+    scale = 1.0 / np.sqrt(matrix.diagonal())
+    values, vectors = np.linalg.eigh(matrix * scale * scale[:, None])
+    spread = (vectors / values) @ vectors.T * scale * scale[:, None]
+    return spread, float(values[-1] / abs(values[0]))
+
+
+def variance_of(direction: Array, normal: Normal, free: np.ndarray) -> float:
+    """Variance of a linear combination (size,) of the parameters; not finite if the equations are singular."""
+    step = np.empty(free.size)
+    fall = float(solve_scaled(normal.matrix, direction, free, 0.0, step))
+    return float(direction @ step) if math.isfinite(fall) else math.inf

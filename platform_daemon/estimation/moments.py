@@ -105,7 +105,8 @@ def collect_moments(  # type: ignore[no-untyped-def]
     """Moments of samples first .. last-1 with the trajectory from the turning point (amplitude, s = 0).
 
     y (channels, n); sizes (2, k), accelerations (2, k, m), values (2, k, f, m), ends (2, k, 2 + 2 columns) are the
-    tables of the two directions (one only if the torque is symmetric), kept between calls as first guesses.
+    tables of the two directions (one only if the torque is symmetric), kept between calls as first guesses; with k = 1
+    every half swing is solved for itself.
     stride: every stride-th half swing is used; odd, so that both directions are seen.
     gram (b, b), products (channels, b), energy (channels,) are set, and slopes (columns,): d start/d (size, c) of the
     last half swing. Returns (status, samples used).
@@ -159,7 +160,9 @@ def collect_moments(  # type: ignore[no-untyped-def]
             break
         which = 0 if symmetric or side > 0.0 else 1
         if not low[which] <= size <= high[which]:
-            low[which], high[which] = _band(size, s_end - start, side, codes, widths, c)
+            low[which] = high[which] = size
+            if sizes.shape[1] > 1:
+                low[which], high[which] = _band(size, s_end - start, side, codes, widths, c)
             if not build_table(
                 low[which], high[which], 1.0 if symmetric else side, columns, codes, widths, c, observable,
                 nodes, once, twice, sizes[which], accelerations[which], values[which], ends[which],

@@ -79,7 +79,7 @@ def find_swings(y: Array, first: int, dt_s: float, frequency_hz: float) -> Swing
     block = max(1, int(1.0 / (frequency_hz * dt_s * _POINTS_PER_PERIOD)))
     blocks = y.size // block
     data: Array = y[: blocks * block].reshape(blocks, block) @ np.full(block, 1.0 / block)
-    time = (first + (np.arange(blocks) + 0.5) * block - 0.5) * dt_s
+    time: Array = np.asarray((first + (np.arange(blocks) + 0.5) * block - 0.5) * dt_s)
     points = 1.0 / (frequency_hz * block * dt_s)
     zero = _middle(data, int(2.0 * points))
     found: Swings | None = None

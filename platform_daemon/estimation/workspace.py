@@ -48,12 +48,13 @@ class Workspace:
 
     def moments(
         self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
-        digits: float = EXACT,
+        digits: float = EXACT, tabulated: bool = True,
     ) -> Moments:  # fmt: skip
         """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
 
         digits: to how many the trajectory is represented.
         Torques that depend on time take the direct path, which knows neither stride nor digits.
+        tabulated: look half swings up in a table of sizes; False: solve each for itself, worth it for a few.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
@@ -71,14 +72,23 @@ class Workspace:
         if begin == last:
             assert direct is not None
             return direct
-        tabulated = self._tabulated(d, y, begin, last, dt_s, observable, stride, digits)
-        return tabulated if direct is None else direct.followed_by(tabulated)
+        later = self._from_anchor(d, y, begin, last, dt_s, observable, stride, digits, tabulated)
+        return later if direct is None else direct.followed_by(later)
 
-    def _tabulated(
-        self, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int, digits: float
+    def _from_anchor(
+        self,
+        d: Dynamics,
+        y: Array,
+        first: int,
+        last: int,
+        dt_s: float,
+        observable: int,
+        stride: int,
+        digits: float,
+        tabulated: bool,
     ) -> Moments:
         """Moments of samples that follow the anchor, of a torque that does not depend on time."""
-        t = self._tables_for(abs(d.amplitude), digits)
+        t = self._tables_for(abs(d.amplitude), digits, tabulated)
         b = 7 + 2 * self.columns
         gram, products, energy = np.empty((b, b)), np.empty((y.shape[0], b)), np.empty(y.shape[0])
         slopes = np.empty(self.columns)
@@ -92,8 +102,8 @@ class Workspace:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
         return Moments(gram, products, energy, used, slopes)
 
-    def _tables_for(self, amplitude: float, digits: float) -> _Tables:
-        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits)
+    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
+        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
         if key not in self._tables:
             self._tables[key] = _Tables(*key, self.columns)
         return self._tables[key]
