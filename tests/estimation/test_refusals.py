@@ -103,8 +103,6 @@ def test_an_oscillation_too_weak_to_be_trusted_is_refused():
 def test_a_jewel_beyond_90_degrees_is_refused():
     signal = noisy(JEWEL.with_(phi_max_rad=1.75), 0.5)
     assert refused(signal, "jewel") == "contact_lost"
-    reason = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "jewel").reason
-    assert "100." in reason, "the deflection that was seen"
 
 
 def test_a_single_spike_does_not_turn_the_fit_over():
