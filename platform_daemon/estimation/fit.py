@@ -29,6 +29,7 @@ from .screening import refuse_few_periods, screen
 from .start import Start, find_start, observes_dipole
 from .start_label import NoLabelError
 from .trajectory import LostTrajectoryError
+from .weighting import weighted_by_harmonic
 from .windows import SampleRange, Window, check_window, select_window
 
 _SHORT_PERIODS = 12.0
@@ -75,6 +76,7 @@ class _Task:
     """What is to be fitted, whichever model does it."""
 
     record: RingDownRecord
+    noise: NoiseModel
     noise_sd: np.ndarray
     chosen: SampleRange
     frequency_hz: float
@@ -94,11 +96,12 @@ class _Task:
 def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> _Task:
     """Screen the record, measure its noise, choose the samples."""
     line = screen(record)
-    sd = _usable_sd(estimate_noise(record) if noise is None else noise, record)
+    noise = estimate_noise(record) if noise is None else noise
+    sd = _usable_sd(noise, record)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
-    task = _Task(record, sd, chosen, line.frequency_hz, fixed)
+    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed)
     refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
     return task
 
@@ -131,11 +134,19 @@ def _solve(task: _Task, model: RingDownModel) -> tuple[Problem, Fitted]:
     knowledge = knowledge_of(model, task.fixed, dipole=observes_dipole(record, model))
     problem = Problem(record, model, task.noise_sd, free, chosen.first, knowledge)
     try:
-        return problem, _best_fit(problem, start, task)
+        return problem, _weighted(problem, _best_fit(problem, start, task), task)
     except RefusedError as refused:
         if refused.code is Refusal.NO_CONVERGENCE and task.periods < _SHORT_PERIODS:
             raise RefusedError(Refusal.TOO_SHORT, f"no minimum found in {task.periods:.1f} periods") from refused
         raise
+
+
+def _weighted(problem: Problem, best: Fitted, task: _Task) -> Fitted:
+    """The minimum with every harmonic weighted by the noise that stands there."""
+    try:
+        return weighted_by_harmonic(problem, best, task.chosen.last, task.noise, task.frequency_hz)
+    except _FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 
 
 def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
