@@ -275,9 +275,29 @@ def test_sensitivities_agree_with_differences_across_turning_points(model, value
 @pytest.mark.parametrize("dynamics", [
     Dynamics(W, THETA, 3.1, (0.2,)),
     Dynamics(W, THETA, 0.4, (5.0 * W,)),
-    Dynamics(W, -1.0, 0.4, (0.2,)),
+    Dynamics(W, -4.0, 0.4, (0.2,)),
     Dynamics(W, THETA, math.nan, (0.2,)),
 ])  # fmt: skip
 def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
     with pytest.raises(LostTrajectoryError):
         Trajectory(THREAD, dynamics, 0.1)
+
+
+@pytest.mark.parametrize("observable", [DIPOLE, STATE])
+@BOTH_WAYS
+def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basis_of, observable):
+    """The same motion from the turning point before t = 0 and from the one after it."""
+    before = Dynamics(W, THETA, 0.9, (0.3, 1190.0))
+    trajectory = Trajectory(JEWEL, before, 0.01)
+    start = trajectory._heads[1, 0]
+    after = Dynamics(W, THETA - start, float(trajectory._nodes[1, 0, 0]), (0.3, 1190.0))
+    assert after.theta < 0.0
+    samples = np.arange(200)
+    late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))
+    assert np.allclose(late[:6], early[:6], rtol=0.0, atol=1e-9)
+    for k, size in enumerate([1e-5, 1e-5, 1e-5]):
+        p = np.array([after.theta, W, after.amplitude])
+        up, down = p + size * np.eye(3)[k], p - size * np.eye(3)[k]
+        ends = [basis_of(JEWEL, Dynamics(q[1], q[0], q[2], after.values), samples, observable)[:2] for q in (up, down)]
+        slope = np.einsum("pfn,p->fn", late[2:-1].reshape(-1, 2, 200), after.chain(JEWEL)[:, k])
+        assert np.allclose(slope, (ends[0] - ends[1]) / (2 * size), rtol=0.0, atol=3e-4 * np.max(np.abs(slope)))
