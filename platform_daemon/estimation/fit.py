@@ -64,11 +64,15 @@ def fit_ring_down(
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)
     values = held(model, fixed, dipole=observes_dipole(record, model))
+    noise_seconds = 0.0
     try:
-        result = _fit(_task(record, window, noise, values), model)
+        task = _task(record, window, noise, values)
+        noise_seconds = task.noise_seconds
+        result = _fit(task, model)
     except RefusedError as refused:
         result = FitResult("refused", reason=str(refused))
-    return replace(result, seconds=time.perf_counter() - began)
+    seconds = time.perf_counter() - began - noise_seconds
+    return replace(result, seconds=seconds, noise_seconds=noise_seconds)
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,7 @@ class _Task:
     chosen: SampleRange
     frequency_hz: float
     fixed: Mapping[str, float]
+    noise_seconds: float
 
     @property
     def samples(self) -> int:
@@ -96,12 +101,14 @@ class _Task:
 def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> _Task:
     """Screen the record, measure its noise, choose the samples."""
     line = screen(record)
+    began = time.perf_counter()
     noise = estimate_noise(record) if noise is None else noise
+    noise_seconds = time.perf_counter() - began
     sd = _usable_sd(noise, record)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
-    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed)
+    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
     refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
     return task
 
@@ -215,5 +222,6 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,
+        noise_source=task.noise.source,
         fitted=FittedModel(model, state),
     )
