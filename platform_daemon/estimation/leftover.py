@@ -67,11 +67,14 @@ def _derivatives(model: RingDownModel, state: FitState, first: int, blocks: int,
     d, seen = state.dynamics, state.observation
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
     gains = seen.gains(d.w)
-    jacobian = np.empty((gains.shape[0], trajectory.n_basis, state.size))
-    unused = np.empty(trajectory.n_basis)
+    chain = d.chain(model)
+    # Two functions, their derivatives, and the constant (sampling.py).
+    functions = 2 + 2 * chain.shape[0] + 1
+    jacobian = np.empty((gains.shape[0], functions, state.size))
+    unused = np.empty(functions)
     for channel in range(gains.shape[0]):
         coefficients(
-            d.chain(model), gains, seen.gains_by_w(d.w), seen.gains_by_own(d.w), state.offsets, channel, unused,
+            chain, gains, seen.gains_by_w(d.w), seen.gains_by_own(d.w), state.offsets, channel, unused,
             jacobian[channel],
         )  # fmt: skip
     out = np.empty((state.size, gains.shape[0], blocks))

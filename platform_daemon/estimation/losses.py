@@ -38,7 +38,7 @@ def tangled_losses(model: RingDownModel, public: Published) -> Tangle | None:
 
     It cannot where the errors of the two are nearly opposite and both are uncertain by more than a fifth.
     """
-    free = [n for n in _losses(model) if n in public.names]
+    free = [n for n in model.losses if n in public.names]
     found = [t for pair in combinations(free, 2) if (t := _tangle(public, *pair)) is not None]
     return max(found, key=lambda t: abs(t.correlation), default=None)
 
@@ -72,7 +72,7 @@ def loss_warnings(model: RingDownModel, public: Published, window_s: float) -> I
             f"(correlation {tangle.correlation:.4f}); fix one, or lengthen the window to about "
             f"{separating_window_s(tangle, window_s):.2g} s"
         )
-    for name in _losses(model):
+    for name in model.losses:
         loss = public.parameters[name]
         if loss.std is None:
             continue
@@ -80,8 +80,3 @@ def loss_warnings(model: RingDownModel, public: Published, window_s: float) -> I
             yield f"negative_loss: {name} = {loss.value:.4g} +- {loss.std:.2g} feeds energy in"
         elif loss.value < _SEEN * loss.std and tangle is None:
             yield f"loss_not_seen: {name} = {loss.value:.4g} +- {loss.std:.2g}; the record is explained without it"
-
-
-def _losses(model: RingDownModel) -> tuple[str, ...]:
-    """Names of the model's loss coefficients."""
-    return tuple(c.name for c in model.coefficients)

@@ -16,12 +16,15 @@ from scipy.fft import prev_fast_len, rfft
 from .arrays import Array
 from .gauss_newton import FitState
 from .line_search import block_means
+from .models import RingDownModel
 from .noise import NoiseModel
 from .record import RingDownRecord
+from .trajectory import Dynamics, Trajectory
 from .windows import SampleRange
 from .workspace import Workspace
 
 _POINTS_PER_PERIOD = 20.0  # the band reaches to ten times the fundamental: all harmonics that matter
+_CHUNK_BLOCKS = 1 << 10
 _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distributed power
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
 _SURE_SIGMA = 8.0
@@ -140,7 +143,10 @@ def residual_of(
     data = np.empty((record.channels, blocks))
     block_means(record.samples, chosen.first, block, blocks, data)
     observable = state.observation.observable
-    motion = workspace.block_means(state.dynamics, chosen.first, blocks, block, record.dt_s, observable)
+    at = state.dynamics, chosen.first, blocks, block, record.dt_s, observable
+    # The tables know nothing of time, nor of what was before their first turning point.
+    tabulated = state.dynamics.theta >= 0.0 and not workspace.model.time_dependent
+    motion = workspace.block_means(*at) if tabulated else _integrated(workspace.model, *at)
     return Residual(
         data=data - state.offsets[:, None],
         model=state.observation.gains(state.dynamics.w) @ motion,
@@ -149,3 +155,16 @@ def residual_of(
         start_s=(chosen.first + 0.5 * (block - 1)) * record.dt_s,
         noise=noise,
     )
+
+
+def _integrated(
+    model: RingDownModel, dynamics: Dynamics, first: int, blocks: int, block: int, dt_s: float, observable: int
+) -> Array:
+    """Block means (2, blocks) of the directly integrated motion, a stretch at a time."""
+    trajectory = Trajectory(model, dynamics, (first + blocks * block) * dt_s)
+    out = np.empty((2, blocks))
+    for begin in range(0, blocks, _CHUNK_BLOCKS):
+        end = min(begin + _CHUNK_BLOCKS, blocks)
+        basis = trajectory.basis(first + begin * block, first + end * block, dt_s, observable)
+        out[:, begin:end] = basis[:2].reshape(2, end - begin, block).mean(axis=2)
+    return out
