@@ -78,7 +78,10 @@ def _notes(report: Mapping[str, Any]) -> list[str]:
         texts = [*frame["notes"], *frame["warnings"]]
         for text in [*texts, f"refused: {frame['reason']}"] if frame["verdict"] != "good" else texts:
             said.setdefault(text, []).append(frame["frame"])
+    noise = report["noise"]
     lines = [f"note: {n}" for n in report["notes"]]
+    if noise["source"] is not None:
+        lines.append(f"noise from {noise['source']}, found in {noise['seconds']:.3f} s beside the fits")
     for text, frames in said.items():
         shown = ", ".join(map(str, frames[:6])) + (" ..." if len(frames) > 6 else "")
         lines.append(f"frame {shown}: {text}")

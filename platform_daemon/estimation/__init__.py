@@ -2,7 +2,7 @@
 
 The way of one shot through the room:
     calibration (equaliser)      volts -> dm/dt in world axes
-    screening, noise, windows    is it usable, how noisy is it (welch), which samples
+    screening, noise, windows    is it usable, how noisy is it (welch, series_noise), which samples
     snapshot, start              start values from the first periods (spectrum, harmonics)
     growing, gauss_newton        least squares on growing windows (assemble, linear), from
     workspace, moments, sums       what the samples say, half swing by half swing, with the help of
@@ -21,6 +21,7 @@ from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
 from .saturation import saturation
+from .series_noise import SeriesNoise
 from .warm import warm_up
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "FitResult",
     "NoiseModel",
     "RingDownRecord",
+    "SeriesNoise",
     "calibrate",
     "estimate_noise",
     "fit_ring_down",

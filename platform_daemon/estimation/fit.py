@@ -65,11 +65,15 @@ def fit_ring_down(
     check_window(window)
     fixed = dict(fixed or {})
     _check_fixed(fixed, model, record)
+    noise_seconds = 0.0
     try:
-        result = _fit(_task(record, window, noise, fixed), model)
+        task = _task(record, window, noise, fixed)
+        noise_seconds = task.noise_seconds
+        result = _fit(task, model)
     except RefusedError as refused:
         result = FitResult("refused", reason=str(refused))
-    return replace(result, seconds=time.perf_counter() - began)
+    seconds = time.perf_counter() - began - noise_seconds
+    return replace(result, seconds=seconds, noise_seconds=noise_seconds)
 
 
 def _check_fixed(fixed: Mapping[str, float], model: RingDownModel, record: RingDownRecord) -> None:
@@ -94,6 +98,7 @@ class _Task:
     chosen: SampleRange
     frequency_hz: float
     fixed: Mapping[str, float]
+    noise_seconds: float
 
     @property
     def samples(self) -> int:
@@ -109,12 +114,14 @@ class _Task:
 def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> _Task:
     """Screen the record, measure its noise, choose the samples."""
     line = screen(record)
+    began = time.perf_counter()
     noise = estimate_noise(record) if noise is None else noise
+    noise_seconds = time.perf_counter() - began
     sd = _usable_sd(noise, record)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
-    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed)
+    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
     refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
     return task
 
@@ -249,5 +256,6 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,
+        noise_source=task.noise.source,
         fitted=FittedModel(model, state),
     )

@@ -57,19 +57,19 @@ class NoiseModel:
         mask = np.any((grid >= low_hz[:, None]) & (grid <= high_hz[:, None]), axis=0) & (self.degrees > 0.0)
         degrees = np.where(mask, 0.0, self.degrees)
         psd = bridge(self.psd, mask, self.degrees)
-        return replace(self, sd=_sd(grid, psd), psd=psd, degrees=degrees)
+        return replace(self, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
 
 
-def estimate_noise(record: RingDownRecord) -> NoiseModel:
-    """Noise of a record, from all its valid samples.
+def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel:
+    """Noise of a record, from all its valid samples; blank: it is known to hold no signal.
 
     The averaged spectrum is read where the signal is not: harmonics are masked over the range their frequency
     sweeps through, as far up as they stand out, and the gaps are bridged. The variance is the integral.
     """
     samples, rate = record.valid, record.sampling_rate_hz
-    line = find_fundamental(samples, rate)
+    line = None if blank else find_fundamental(samples, rate)
     if line is None or line.significance < _SIGNIFICANT:
-        spectra = segment_spectra(samples, rate, _SEGMENT_WITHOUT_SIGNAL)
+        spectra = segment_spectra(samples, rate, max(_SEGMENT_WITHOUT_SIGNAL, samples.shape[1] // 8))
         mask = np.zeros(spectra.frequency_hz.size, dtype=bool)
     else:
         spectra = segment_spectra(samples, rate, int(_SEGMENT_PERIODS * rate / line.frequency_hz))
@@ -79,10 +79,10 @@ def estimate_noise(record: RingDownRecord) -> NoiseModel:
     each = np.full(mask.size, spectra.degrees)
     psd = bridge(spectra.density.mean(axis=0), mask, each)
     grid, degrees = spectra.frequency_hz, np.where(mask, 0.0, each)
-    return NoiseModel(_sd(grid, psd), grid, psd, degrees, spectra.correlated_bins, "the record itself")
+    return NoiseModel(sd_of(grid, psd), grid, psd, degrees, spectra.correlated_bins, "the record itself")
 
 
-def _sd(grid: Array, psd: Array) -> Array:
+def sd_of(grid: Array, psd: Array) -> Array:
     """Standard deviations (channels,) of noise with this density."""
     return np.asarray(np.sqrt(np.sum(psd, axis=1) * (grid[1] - grid[0])))
 
