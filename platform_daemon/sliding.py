@@ -7,8 +7,10 @@ from dataclasses import asdict
 from typing import Any
 
 from drivers.errors import InputError
-from platform_daemon.analysis import choose_variant, ring_down
+from platform_daemon.analysis import choose_variant
 from platform_daemon.estimation.sliding import CONSTANTS, LambdaMode, SlidingFit, WindowFit, fit_sliding
+from platform_daemon.recording_noise import recording_noise
+from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Recording
 
 
@@ -23,13 +25,12 @@ def slide_frame(
     """Fit a frame window by window.  Raises InputError for lengths that do not fit, and what reading it raises."""
     chosen = choose_variant(recording, variant)
     record, _ = ring_down(recording.rx_volts(frame), recording.sequence.rate_hz, recording.calibration)
+    noise = recording_noise(recording).for_shot(record).model
     try:
-        return fit_sliding(record, chosen, window_s, step_s, lambda_mode=lambda_mode)
+        return fit_sliding(record, chosen, window_s, step_s, lambda_mode=lambda_mode, noise=noise)
     except ValueError as error:
         remedy = "give other lengths with window_s and step_s, in seconds"
-        raise InputError(
-            "no windows", where=f"frame {frame}", why=str(error), remedy=remedy
-        ) from None
+        raise InputError("no windows", where=f"frame {frame}", why=str(error), remedy=remedy) from None
 
 
 def sliding_report(found: SlidingFit) -> dict[str, Any]:
