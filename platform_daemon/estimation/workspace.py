@@ -17,7 +17,7 @@ from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WA
 from .trace import STATUS_LOST, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
 
-__all__ = ["COARSE", "EXACT", "Moments", "Workspace"]
+__all__ = ["COARSE", "EXACT", "Moments", "SwingTables", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
@@ -26,7 +26,7 @@ _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pus
 Torque = tuple[int, IntArray, IntArray, Array]
 
 
-class _Tables:
+class SwingTables:
     """Tables of half swings for one pair of grid sizes."""
 
     def __init__(self, nodes: int, sizes: int, columns: int) -> None:
@@ -80,7 +80,7 @@ class _Pass:
         """Dimensionless time from there to the end."""
         return float(self._s_end - self._walk[WALK_START])
 
-    def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> int:
+    def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> int:
         """Go on as far as the tables reach; why it ended (walk_swings)."""
         weights = np.empty((self._rows, tables.weights.size))
         count, status = walk_swings(
@@ -126,7 +126,7 @@ class Workspace:
     """Everything that passes over the same record with the same model can share."""
 
     model: RingDownModel
-    _tables: dict[tuple[int, int], _Tables] = field(default_factory=dict)
+    _tables: dict[tuple[int, int], SwingTables] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.columns = 1 + len(self.model.coefficients)
@@ -171,8 +171,8 @@ class Workspace:
             return later
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
 
-    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
+    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> SwingTables:
         key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
         if key not in self._tables:
-            self._tables[key] = _Tables(*key, self.columns)
+            self._tables[key] = SwingTables(*key, self.columns)
         return self._tables[key]
