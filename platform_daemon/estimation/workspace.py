@@ -13,7 +13,8 @@ from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
 from .sampling import DIPOLE
-from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, tabulate, walk_swings
+from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
+from .swing_table import build_table
 from .trace import STATUS_LOST, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
 
@@ -21,6 +22,8 @@ __all__ = ["COARSE", "EXACT", "Moments", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
+_WIDEST_BAND = 4.5
+_ROOM = 1.05  # that a table has for the parameters to change before it needs another number of sizes
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
 
 Torque = tuple[int, IntArray, IntArray, Array]
@@ -39,14 +42,14 @@ class _Tables:
         self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
         self.ends = np.zeros((2, sizes, 2 + 2 * columns))
 
-    def solve(self, angle: float, left: float, torque: Torque, symmetric: bool, observable: int) -> bool:
-        """Tabulate the half swings that begin like the one from `angle`; False if there is no turning point."""
-        side = math.copysign(1.0, -angle)
+    def solve(self, band: Array, side: float, torque: Torque, symmetric: bool, observable: int, settled: float) -> bool:
+        """Tabulate the half swings in this direction with sizes in the band; False if there is no turning point."""
         which = 0 if symmetric or side > 0.0 else 1
+        self.bands[which] = band
         g = self.grid
         return bool(
-            tabulate(
-                abs(angle), left, side, symmetric, *torque, observable, g.nodes, g.once, g.twice, self.bands[which],
+            build_table(
+                band[0], band[1], 1.0 if symmetric else side, *torque, observable, settled, g.nodes, g.once, g.twice,
                 self.sizes[which], self.accelerations[which], self.values[which], self.ends[which],
             )
         )  # fmt: skip
@@ -71,14 +74,18 @@ class _Pass:
         self.used = 0
 
     @property
-    def angle(self) -> float:
-        """Where the next half swing begins."""
-        return float(self._walk[WALK_ANGLE])
+    def side(self) -> float:
+        """Direction of the next half swing."""
+        return math.copysign(1.0, -self._walk[WALK_ANGLE])
 
-    @property
-    def left(self) -> float:
-        """Dimensionless time from there to the end."""
-        return float(self._s_end - self._walk[WALK_START])
+    def band(self, torque: Torque, ratio: float) -> Array:
+        """Sizes (low, high) of the half swings that are left, no further apart than this ratio; 1: the next only."""
+        size = abs(float(self._walk[WALK_ANGLE]))
+        band = np.array([size, size])
+        if ratio > 1.0:
+            left = self._s_end - self._walk[WALK_START]
+            remaining_sizes(size, left, self.side, *torque[1:], ratio, band)
+        return band
 
     def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> int:
         """Go on as far as the tables reach; why it ended (walk_swings)."""
@@ -104,7 +111,7 @@ class _Pass:
         constant = np.zeros(gram.shape[0])
         constant[-1] = 1.0
         if self._observable != DIPOLE:
-            angle = self.angle
+            angle = float(self._walk[WALK_ANGLE])
             constant[0] = angle
             constant[6:-1:2] = math.copysign(1.0, angle) * self._walk[WALK : WALK + self._columns]
         gram += y.shape[1] * np.outer(constant, constant)
@@ -155,13 +162,21 @@ class Workspace:
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
         pass_ = _Pass(d, y, direct_to, last, float(dt_s), observable, stride, self.columns)
-        tables = self._tables_for(abs(d.amplitude), digits, tabulated)
-        tables.bands.fill(0.0)
         torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
-        while (status := pass_.advance(tables, torque, self._symmetric)) == STATUS_NO_TABLE:
-            if not tables.solve(pass_.angle, pass_.left, torque, self._symmetric, observable):
+        ratio = _WIDEST_BAND if tabulated else 1.0
+        band = pass_.band(torque, ratio)
+        # The first table sets the width of those that may follow.
+        ratio = min(ratio, _ROOM * band[1] / band[0])
+        tables = self._tables_for(abs(d.amplitude), ratio, digits)
+        tables.bands.fill(0.0)
+        settled = 10.0 ** (-0.8 * digits)
+        status = STATUS_NO_TABLE
+        while status == STATUS_NO_TABLE:
+            band = pass_.band(torque, ratio)
+            if not tables.solve(band, pass_.side, torque, self._symmetric, observable, settled):
                 status = STATUS_LOST
                 break
+            status = pass_.advance(tables, torque, self._symmetric)
         if status == STATUS_STUCK:
             pass_.rest()
         if status == STATUS_LOST or pass_.used == 0:
@@ -171,8 +186,8 @@ class Workspace:
             return later
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
 
-    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
-        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
+    def _tables_for(self, amplitude: float, ratio: float, digits: float) -> _Tables:
+        key = nodes_for(amplitude, digits), sizes_for(amplitude, ratio, digits)
         if key not in self._tables:
             self._tables[key] = _Tables(*key, self.columns)
         return self._tables[key]
