@@ -10,11 +10,11 @@ from .arrays import Array
 from .chebyshev import nodes_for, sizes_for
 from .models import RingDownModel
 from .sampling import STATE
-from .swing_chain import BAND_RATIO, HEAD, HEAD_SIDE, HEAD_START, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START
+from .swing_chain import HEAD, HEAD_SIDE, HEAD_START, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START
 from .swing_chain import walk_swings as walk
 from .trace import STATUS_LOST, STATUS_OK
 from .trajectory import Dynamics, LostTrajectoryError
-from .workspace import EXACT, SwingTables
+from .workspace import EXACT, WIDEST_BAND, SwingTables
 
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
 
@@ -32,7 +32,7 @@ def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> 
     s_end = d.w * until_s + d.theta
     torque = columns, model.codes, model.widths, d.dimensionless(model)
     size = abs(d.amplitude)
-    tables = SwingTables(nodes_for(size, EXACT), sizes_for(size, BAND_RATIO, EXACT), columns)
+    tables = SwingTables(nodes_for(size, EXACT), sizes_for(size, WIDEST_BAND, EXACT), columns)
     place = np.zeros(WALK + 2 * columns)
     place[WALK_ANGLE] = d.amplitude
     rows = int(max(s_end, 0.0) / _SHORTEST) + 16
@@ -48,9 +48,8 @@ def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> 
         starts.append(heads[:count, HEAD_START].copy())
         # The weights interpolate anything smooth over the sizes, and so the sizes themselves.
         sizes.append(np.sum(weights[:count] * tables.sizes[which], axis=1))
-        left = s_end - float(place[WALK_START])
         if status == STATUS_NO_TABLE and not tables.solve(
-            float(place[WALK_ANGLE]), left, torque, model.symmetric, STATE
+            place, s_end, WIDEST_BAND, torque, model.symmetric, STATE, EXACT
         ):
             status = STATUS_LOST
     if status == STATUS_LOST:

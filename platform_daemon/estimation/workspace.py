@@ -13,14 +13,17 @@ from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
 from .sampling import DIPOLE
-from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, tabulate, walk_swings
+from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
+from .swing_table import build_table
 from .trace import STATUS_LOST, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
 
-__all__ = ["COARSE", "EXACT", "Moments", "SwingTables", "Workspace"]
+__all__ = ["COARSE", "EXACT", "WIDEST_BAND", "Moments", "SwingTables", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
+WIDEST_BAND = 4.5
+_ROOM = 1.05  # that a table has for the parameters to change before it needs another number of sizes
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
 
 Torque = tuple[int, IntArray, IntArray, Array]
@@ -39,17 +42,34 @@ class SwingTables:
         self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
         self.ends = np.zeros((2, sizes, 2 + 2 * columns))
 
-    def solve(self, angle: float, left: float, torque: Torque, symmetric: bool, observable: int) -> bool:
-        """Tabulate the half swings that begin like the one from `angle`; False if there is no turning point."""
-        side = math.copysign(1.0, -angle)
+    def solve(
+        self, walk: Array, s_end: float, ratio: float, torque: Torque, symmetric: bool, observable: int, digits: float
+    ) -> bool:
+        """Tabulate the half swings left from `walk` (swing_chain.py) on, on its side, in a band up to `ratio` wide.
+
+        digits: that the solutions must have. Returns False if there is no turning point.
+        """
+        side = math.copysign(1.0, -walk[WALK_ANGLE])
         which = 0 if symmetric or side > 0.0 else 1
+        band = self.bands[which] = remaining_band(walk, s_end, ratio, torque)
+        settled = 10.0 ** (-0.8 * digits)
         g = self.grid
         return bool(
-            tabulate(
-                abs(angle), left, side, symmetric, *torque, observable, g.nodes, g.once, g.twice, self.bands[which],
+            build_table(
+                band[0], band[1], 1.0 if symmetric else side, *torque, observable, settled, g.nodes, g.once, g.twice,
                 self.sizes[which], self.accelerations[which], self.values[which], self.ends[which],
             )
         )  # fmt: skip
+
+
+def remaining_band(walk: Array, s_end: float, ratio: float, torque: Torque) -> Array:
+    """Sizes (low, high) of the half swings left from `walk` on, no further apart than `ratio`; 1: the next only."""
+    angle = float(walk[WALK_ANGLE])
+    band = np.array([abs(angle), abs(angle)])
+    if ratio > 1.0:
+        left = s_end - float(walk[WALK_START])
+        remaining_sizes(abs(angle), left, math.copysign(1.0, -angle), *torque[1:], ratio, band)
+    return band
 
 
 class _Pass:
@@ -60,31 +80,21 @@ class _Pass:
     ) -> None:
         self._y, self._window, self._clock = y, (first, last), (dt_s, float(d.w), float(d.theta))
         self._observable, self._stride, self._columns = observable, stride, columns
-        self._s_end = d.w * (last - 1) * dt_s + d.theta
-        self._walk = np.zeros(WALK + 2 * columns)
-        self._walk[WALK_ANGLE], self._walk[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
-        self._rows = int(self._s_end / _SHORTEST) + 16
+        self.s_end = d.w * (last - 1) * dt_s + d.theta
+        self.walk = np.zeros(WALK + 2 * columns)
+        self.walk[WALK_ANGLE], self.walk[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
+        self._rows = int(self.s_end / _SHORTEST) + 16
         self._heads = np.empty((self._rows + 1, HEAD + 2 * columns))
         self._skipped = 0
         b = 7 + 2 * columns
         self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
         self.used = 0
 
-    @property
-    def angle(self) -> float:
-        """Where the next half swing begins."""
-        return float(self._walk[WALK_ANGLE])
-
-    @property
-    def left(self) -> float:
-        """Dimensionless time from there to the end."""
-        return float(self._s_end - self._walk[WALK_START])
-
     def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> int:
         """Go on as far as the tables reach; why it ended (walk_swings)."""
         weights = np.empty((self._rows, tables.weights.size))
         count, status = walk_swings(
-            self._walk, self._s_end, *torque, symmetric, tables.bands, tables.sizes, tables.weights, tables.ends,
+            self.walk, self.s_end, *torque, symmetric, tables.bands, tables.sizes, tables.weights, tables.ends,
             self._heads, weights,
         )  # fmt: skip
         if count:
@@ -99,14 +109,14 @@ class _Pass:
         """The remaining samples of a rotor that is stuck: dm/dt is silent, an angle is constant."""
         dt_s, w, theta = self._clock
         first, last = self._window
-        y = self._y[:, max(first, math.ceil((self._walk[WALK_START] - theta) / (w * dt_s))) : last]
+        y = self._y[:, max(first, math.ceil((self.walk[WALK_START] - theta) / (w * dt_s))) : last]
         gram, products, energy = self._sums
         constant = np.zeros(gram.shape[0])
         constant[-1] = 1.0
         if self._observable != DIPOLE:
-            angle = self.angle
+            angle = float(self.walk[WALK_ANGLE])
             constant[0] = angle
-            constant[6:-1:2] = math.copysign(1.0, angle) * self._walk[WALK : WALK + self._columns]
+            constant[6:-1:2] = math.copysign(1.0, angle) * self.walk[WALK : WALK + self._columns]
         gram += y.shape[1] * np.outer(constant, constant)
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
@@ -117,7 +127,7 @@ class _Pass:
         gram, products, energy = self._sums
         # Only the lower triangle was filled.
         gram = np.tril(gram) + np.tril(gram, -1).T
-        slopes = self._walk[WALK + self._columns :].copy()
+        slopes = self.walk[WALK + self._columns :].copy()
         return Moments(gram, products, energy, self.used, slopes)
 
 
@@ -155,13 +165,19 @@ class Workspace:
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
         pass_ = _Pass(d, y, direct_to, last, float(dt_s), observable, stride, self.columns)
-        tables = self._tables_for(abs(d.amplitude), digits, tabulated)
-        tables.bands.fill(0.0)
         torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
-        while (status := pass_.advance(tables, torque, self._symmetric)) == STATUS_NO_TABLE:
-            if not tables.solve(pass_.angle, pass_.left, torque, self._symmetric, observable):
+        ratio = WIDEST_BAND if tabulated else 1.0
+        band = remaining_band(pass_.walk, pass_.s_end, ratio, torque)
+        # The first table sets the width of those that may follow.
+        ratio = min(ratio, _ROOM * band[1] / band[0])
+        tables = self._tables_for(abs(d.amplitude), ratio, digits)
+        tables.bands.fill(0.0)
+        status = STATUS_NO_TABLE
+        while status == STATUS_NO_TABLE:
+            if not tables.solve(pass_.walk, pass_.s_end, ratio, torque, self._symmetric, observable, digits):
                 status = STATUS_LOST
                 break
+            status = pass_.advance(tables, torque, self._symmetric)
         if status == STATUS_STUCK:
             pass_.rest()
         if status == STATUS_LOST or pass_.used == 0:
@@ -171,8 +187,8 @@ class Workspace:
             return later
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
 
-    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> SwingTables:
-        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
+    def _tables_for(self, amplitude: float, ratio: float, digits: float) -> SwingTables:
+        key = nodes_for(amplitude, digits), sizes_for(amplitude, ratio, digits)
         if key not in self._tables:
             self._tables[key] = SwingTables(*key, self.columns)
         return self._tables[key]

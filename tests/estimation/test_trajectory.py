@@ -294,7 +294,8 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
     assert after.theta < 0.0
     samples = np.arange(200)
     late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))
-    assert np.allclose(late[:6], early[:6], rtol=0.0, atol=1e-9)
+    assert np.allclose(late[:2], early[:2], rtol=0.0, atol=1e-9)
+    assert np.allclose(late[2:6], early[2:6], rtol=0.0, atol=1e-8)
     for k, size in enumerate([1e-5, 1e-5, 1e-5]):
         p = np.array([after.theta, W, after.amplitude])
         up, down = p + size * np.eye(3)[k], p - size * np.eye(3)[k]
