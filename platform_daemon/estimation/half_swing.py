@@ -158,7 +158,8 @@ def integrate_half_swing(begin, u, sigma, columns, codes, widths, c, guess, node
 def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes):  # type: ignore[no-untyped-def]
     """The last `length` of the half swing that ends at the turning point `end` at u, going back from there.
 
-    sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step.
+    sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step,
+    or 0 if it did not come that way for so long.
     """
     y = end.copy()
     grad = np.zeros(c.size + 1)
@@ -171,5 +172,7 @@ def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes): 
         _step(y, u - k * h, -h, columns, sigma, codes, widths, c, grad, stages, work, out)
         for m in range(end.size):
             y[m] = out[m]
+        if not sigma * y[1] > 0.0:
+            return 0.0
         _write_node(y, u - (k + 1) * h, columns, sigma, codes, widths, c, grad, nodes[STEPS - 1 - k])
     return h
