@@ -42,7 +42,7 @@ def remaining_sizes(size, left, side, codes, widths, c, ratio, band):  # type: i
         back, _, _ = acceleration(side * phi, -side * v, -side, codes, widths, c, grad)
         # What changes sign with the motion is not conservative.
         work += 0.5 * side * (there - back) * math.sin(place) * size * math.pi / points
-    change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1)
+    change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1 * size)
     band[0] = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
     band[1] = min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
 
