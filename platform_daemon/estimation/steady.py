@@ -1,0 +1,125 @@
+"""What stands in a residual and is no ring-down: steady tones such as mains hum, and slow drift.
+
+A tone is a line that is narrow, beyond doubt, outside the range that the signal's harmonics sweep through, and as
+strong at the end as at the beginning: what decays is another oscillation, and not for this module to remove.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.fft import next_fast_len, rfft
+from scipy.signal.windows import kaiser
+
+from .arrays import Array
+
+_BETA = 10.0
+_LOBE_BINS = 3.4  # half width of the window's main lobe
+_PADDING = 4
+_NEIGHBOURHOOD = 40.0  # bins on either side, from which the level beside a line is read
+_SURE = 25.0  # power over the level beside: exceeded by noise once in 1e7 records
+_MOST_TONES = 16
+_STRETCHES = 8
+_CHANGE_SIGMA = 4.0
+_CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; mains is less steady
+_MAINS_HZ = (50.0, 60.0)
+_MAINS_TOLERANCE = 0.005
+_HIGHEST_DEGREE = 8
+_SURE_DRIFT = 6.0  # standard deviations
+
+
+@dataclass(frozen=True)
+class Zones:
+    """Frequencies that belong to the signal: k (low .. high) give or take the margin, all in Hz."""
+
+    low_hz: float
+    high_hz: float
+    margin_hz: float
+
+    def holds(self, frequency_hz: Array) -> np.ndarray:
+        """True where a harmonic may stand."""
+        k = np.maximum(np.round(frequency_hz / (0.5 * (self.low_hz + self.high_hz))), 1.0)
+        inside = np.zeros(np.shape(frequency_hz), dtype=bool)
+        for n in (k - 1.0, k, k + 1.0):
+            above, below = n * self.low_hz - self.margin_hz, n * self.high_hz + self.margin_hz
+            inside |= (n > 0.0) & (frequency_hz > above) & (frequency_hz < below)
+        return inside
+
+
+def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
+    """Frequencies in Hz of steady tones in a residual (channels, n), strongest first, (tones,).
+
+    zones: None: there is no signal.
+    """
+    n = residual.shape[1]
+    size = next_fast_len(_PADDING * n, real=True)
+    spectrum = rfft((residual - residual.mean(axis=1, keepdims=True)) * kaiser(n, _BETA), size, axis=1)
+    power = spectrum.real**2 + spectrum.imag**2
+    bin_hz = rate_hz / size
+    # Each channel by its own level: a tone counts where it stands out, wherever that is.
+    standing = np.max(power / _level_beside(power, size / n), axis=0)
+    lobe = int(np.ceil(_LOBE_BINS * size / n))
+    tones: list[float] = []
+    for k in np.argsort(standing)[::-1]:
+        if standing[k] < _SURE or len(tones) == _MOST_TONES:
+            break
+        near = slice(max(0, k - lobe), k + lobe + 1)
+        frequency = k * bin_hz
+        if k < 2 * lobe or standing[k] < standing[near].max() or any(abs(frequency - t) < lobe * bin_hz for t in tones):
+            continue
+        if zones is not None and zones.holds(np.array([frequency]))[0]:
+            continue
+        if _is_steady(residual, frequency, rate_hz):
+            tones.append((k + _peak_shift(standing, int(k))) * bin_hz)
+    return np.array(tones)
+
+
+def _level_beside(power: Array, padding: float) -> Array:
+    """Mean level around each bin from medians of blocks, interpolated, (channels, bins)."""
+    block = max(8, int(_NEIGHBOURHOOD * padding))
+    count = max(1, power.shape[1] // block)
+    blocks = power[:, : count * block].reshape(power.shape[0], count, -1)
+    levels = np.median(blocks, axis=2) / np.log(2.0)
+    centres = (np.arange(count) + 0.5) * block
+    rows = [np.interp(np.arange(power.shape[1]), centres, row) for row in levels]
+    return np.maximum(np.stack(rows), 1e-300)
+
+
+def _peak_shift(power: Array, k: int) -> float:
+    """Sub-bin position of a maximum from the logarithms of three bins."""
+    left, middle, right = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
+    curvature = left - 2.0 * middle + right
+    return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0
+
+
+def _is_steady(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
+    """No trend in the size of a tone over the window, beyond chance and beyond what mains hum does."""
+    n = residual.shape[1] // _STRETCHES
+    used = n * _STRETCHES
+    wave = np.exp(-2j * np.pi * frequency_hz / rate_hz * np.arange(used))
+    # A window in each stretch, so that strong neighbours do not leak in.
+    taper = np.hanning(n + 2)[1:-1]
+    pieces = (residual[:, :used] * wave).reshape(-1, _STRETCHES, n) @ (taper / taper.sum())
+    sizes = np.linalg.norm(pieces, axis=0)
+    noise = float(np.sqrt(np.mean(np.abs(np.diff(pieces, 2, axis=1)) ** 2) / 6.0))
+    place = np.linspace(-0.5, 0.5, _STRETCHES)
+    slope = float(place @ sizes / (place @ place))
+    sd = noise / float(np.sqrt(place @ place))
+    near_mains = any(
+        abs(frequency_hz - m * max(1.0, round(frequency_hz / m))) < _MAINS_TOLERANCE * frequency_hz for m in _MAINS_HZ
+    )
+    allowed = (_MAINS_CHANGE if near_mains else _CHANGE) * float(sizes.mean())
+    return abs(slope) < max(_CHANGE_SIGMA * sd, allowed)
+
+
+def drift_degree(residual: Array) -> int:
+    """Highest degree of a polynomial in time that stands out of a residual (channels, n) in units of its noise; 0: none."""
+    n = residual.shape[1]
+    if n < 4 * _HIGHEST_DEGREE:
+        return 0
+    columns = legendre.legvander(np.linspace(-1.0, 1.0, n), _HIGHEST_DEGREE)
+    columns /= np.linalg.norm(columns, axis=0)
+    sure = np.abs(residual @ columns).max(axis=0)[1:] > _SURE_DRIFT
+    return int(np.flatnonzero(sure).max(initial=-1)) + 1
