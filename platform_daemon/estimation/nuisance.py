@@ -13,13 +13,18 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from .arrays import Array
-from .gauss_newton import FitState
+from .gauss_newton import FitState, solve_step
+from .growing import Fitted, Problem
 from .models import RingDownModel
+from .noise import NoiseModel
+from .publish import by_convention
 from .record import RingDownRecord
 from .trajectory import Trajectory
+from .weighting import harmonic_sd, weighted_normal
 from .workspace import Moments
 
 _CHUNK = 1 << 14
+_STEPS = 3
 
 
 @dataclass(frozen=True)
@@ -118,3 +123,46 @@ def notes_of(nuisance: Nuisance, amplitudes: Array) -> tuple[str, ...]:
         seen = ", ".join(f"{a:.3g}" for a in sizes)
         notes.append(f"drift fitted too, a polynomial of degree {nuisance.degree}: size {seen} by channel")
     return tuple(notes)
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A fit joint with nuisance columns.
+
+    Attributes:
+        problem: with the record freed from them, and the noise without their lines.
+        fitted: the minimum; its matrix is that of the joint problem.
+        noise: without their lines.
+        notes: what was removed.
+    """
+
+    problem: Problem
+    fitted: Fitted
+    noise: NoiseModel
+    notes: tuple[str, ...]
+
+
+def fit_beside(
+    problem: Problem, best: Fitted, nuisance: Nuisance, noise: NoiseModel, noise_sd: Array, frequency_hz: float
+) -> Beside:
+    """The joint minimum, from the minimum without the columns; noise_sd (channels,) as the fit will use it.
+
+    Raises:
+        NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the steps lead nowhere.
+    """
+    problem = replace(problem, noise_sd=noise_sd)
+    sd = harmonic_sd(problem, noise, frequency_hz)
+    state = by_convention(best.state)
+    for _ in range(_STEPS):
+        at = problem.evaluate(state, nuisance.last)
+        cross = crossed(problem.record, problem.model, at.state, nuisance)
+        normal = weighted_normal(problem.model, at.state, cross.without(at.moments), sd, at.normal)
+        normal = problem.knowledge.added(normal, at.state)
+        step, _ = solve_step(normal, problem.free)
+        state = at.state.moved(step)
+    amplitudes = cross.amplitudes(at.state)
+    problem = replace(problem, record=cleaned(problem.record, nuisance, amplitudes))
+    at = problem.evaluate(state, nuisance.last)
+    joint = replace(at.normal, gradient=normal.gradient, matrix=normal.matrix)
+    fitted = replace(best, state=at.state, tabulated=at.state, normal=joint, moments=at.moments)
+    return Beside(problem, fitted, noise, notes_of(nuisance, amplitudes))

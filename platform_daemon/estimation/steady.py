@@ -15,11 +15,12 @@ from scipy.signal.windows import kaiser
 
 from .arrays import Array
 
-_BETA = 10.0
-_LOBE_BINS = 3.4  # half width of the window's main lobe
+_BETA = 8.0
+_LOBE_BINS = 2.8  # half width of the window's main lobe
 _PADDING = 4
 _NEIGHBOURHOOD = 40.0  # bins on either side, from which the level beside a line is read
 _SURE = 25.0  # power over the level beside: exceeded by noise once in 1e7 records
+_WORTH_A_SEARCH = 18.0  # over the median; a line of _SURE is above it wherever it falls between the bins
 _MOST_TONES = 16
 _STRETCHES = 8
 _CHANGE_SIGMA = 4.0
@@ -27,6 +28,7 @@ _CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; 
 _MAINS_HZ = (50.0, 60.0)
 _MAINS_TOLERANCE = 0.005
 _HIGHEST_DEGREE = 8
+_DRIFT_POINTS = 256
 _SURE_DRIFT = 6.0  # standard deviations
 
 
@@ -46,6 +48,11 @@ class Zones:
             above, below = n * self.low_hz - self.margin_hz, n * self.high_hz + self.margin_hz
             inside |= (n > 0.0) & (frequency_hz > above) & (frequency_hz < below)
         return inside
+
+
+def may_hold_tones(spectrum: Array) -> bool:
+    """A look at a residual's plain spectrum (channels, bins), in units of any level: is a search worth its time?"""
+    return bool(np.any(spectrum.max(axis=1) > _WORTH_A_SEARCH * np.median(spectrum, axis=1)))
 
 
 def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
@@ -115,11 +122,13 @@ def _is_steady(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
 
 
 def drift_degree(residual: Array) -> int:
-    """Highest degree of a polynomial in time that stands out of a residual (channels, n) in units of its noise; 0: none."""
-    n = residual.shape[1]
+    """Highest degree of a polynomial in time that stands out of a residual (channels, n) in units of its noise, or 0."""
+    block = max(1, residual.shape[1] // _DRIFT_POINTS)
+    n = residual.shape[1] // block
     if n < 4 * _HIGHEST_DEGREE:
         return 0
+    means = residual[:, : n * block].reshape(-1, n, block).mean(axis=2) * np.sqrt(block)
     columns = legendre.legvander(np.linspace(-1.0, 1.0, n), _HIGHEST_DEGREE)
     columns /= np.linalg.norm(columns, axis=0)
-    sure = np.abs(residual @ columns).max(axis=0)[1:] > _SURE_DRIFT
+    sure = np.abs(means @ columns).max(axis=0)[1:] > _SURE_DRIFT
     return int(np.flatnonzero(sure).max(initial=-1)) + 1
