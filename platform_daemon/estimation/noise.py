@@ -33,6 +33,7 @@ class NoiseModel:
         degrees: (k,) independent complex values behind each bin, 0 where it was interpolated; None: known exactly.
         correlated_bins: so many neighbouring bins share one independent value.
         source: where it was measured.
+        tones_hz: frequencies of steady tones that stood in it, and that sd and psd are without.
     """
 
     sd: Array
@@ -41,6 +42,7 @@ class NoiseModel:
     degrees: Array | None = None
     correlated_bins: float = 1.0
     source: str = "given"
+    tones_hz: tuple[float, ...] = ()
 
     @classmethod
     def white(cls, sd: Array, sampling_rate_hz: float) -> NoiseModel:

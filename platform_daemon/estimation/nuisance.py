@@ -145,7 +145,7 @@ class Beside:
 def fit_beside(
     problem: Problem, best: Fitted, nuisance: Nuisance, noise: NoiseModel, noise_sd: Array, frequency_hz: float
 ) -> Beside:
-    """The joint minimum, from the minimum without the columns; noise_sd (channels,) as the fit will use it.
+    """The joint minimum, from the minimum without the columns; noise: without their lines, noise_sd as the fit uses it.
 
     Raises:
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the steps lead nowhere.
