@@ -114,6 +114,8 @@ def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
         "nrmse": fit.nrmse,
         "chi2_per_dof": fit.chi2_per_dof,
         "chi2_per_dof_by_channel": None if fit.chi2_per_dof_by_channel is None else list(fit.chi2_per_dof_by_channel),
+        "whiteness_by_channel": None if fit.whiteness_by_channel is None else list(fit.whiteness_by_channel),
+        "condition": fit.condition,
         "window_s": fit.window_s,
         "samples": fit.samples,
         "warnings": list(fit.warnings),
@@ -123,9 +125,14 @@ def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
     }
 
 
+_QUALITY = (
+    *("r2", "nrmse", "chi2_per_dof", "chi2_per_dof_by_channel", "whiteness_by_channel", "condition", "window_s"),
+)
+
+
 def refused_report(frame: int, reason: str) -> dict[str, Any]:
     """A frame that could not even be offered to the fit."""
-    empty = dict.fromkeys(("r2", "nrmse", "chi2_per_dof", "chi2_per_dof_by_channel", "window_s"), None)
+    empty = dict.fromkeys(_QUALITY, None)
     base = {"frame": frame, "verdict": "refused", "reason": reason, "parameters": {}, "samples": 0}
     noise = {"source": None, "seconds": 0.0}
     return {**base, **empty, "warnings": [], "notes": [], "seconds": 0.0, "noise": noise}

@@ -40,7 +40,9 @@ def without_disturbances(
         new = [f for f in found if np.all(np.abs(tones - f) > 1.0 / _seconds(chosen, now.record.dt_s))]
         if beside is not None and not new and steeper <= degree:
             break
-        tones, degree = np.concatenate([tones, new]), max(degree, steeper)
+        tones = np.concatenate([tones, new])
+        # A slow tone looks like drift: what is drift shows once the tones are gone.
+        degree = degree if new and beside is None else max(degree, steeper)
         if tones.size == 0 and degree == 0:
             return None
         nuisance = Nuisance(tones, degree, chosen.first, chosen.last)
@@ -56,9 +58,7 @@ def _seconds(chosen: SampleRange, dt_s: float) -> float:
     return (chosen.last - chosen.first) * dt_s
 
 
-def _seen(
-    residual: Residual, state: FitState, chosen: SampleRange, dt_s: float, first_look: bool
-) -> tuple[Array, int]:
+def _seen(residual: Residual, state: FitState, chosen: SampleRange, dt_s: float, first_look: bool) -> tuple[Array, int]:
     """Frequencies of steady tones in a residual, (tones,), and the degree of its drift."""
     degree = drift_degree(residual.scaled)
     # A cheap look first: hardly any record is disturbed.

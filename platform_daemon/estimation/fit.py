@@ -9,21 +9,28 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .beat import find_beat
+from .companion import Companion, find_companion
+from .disturbances import without_disturbances
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import (
     POOR_CHI2,
     doubts,
     is_suspect,
+    is_unexplained,
     refuse_unexplained,
     refuse_untrustworthy,
     refuse_wrong_variant,
 )
 from .knowledge import free_mask, held, knowledge_of, refuse_out_of_bounds, with_fixed
+from .leftover import leftover_of
+from .misfit import is_worth_a_search, misfit_warnings, refuse_misfit
 from .models import RingDownModel, model_named, rivals_of
 from .noise import NoiseModel, estimate_noise
 from .publish import by_convention, publish
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
+from .residual import Residual, residual_of
 from .result import FitResult, FittedModel
 from .screening import refuse_few_periods, screen
 from .start import Start, find_start, observes_dipole
@@ -115,7 +122,7 @@ def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixe
 
 def _fit(task: _Task, model: RingDownModel) -> FitResult:
     """Fit, compare with richer models if the result is suspect, judge."""
-    problem, best = _solve(task, model)
+    task, problem, best = _undisturbed(task, *_solve(task, model))
     chi2 = best.normal.chi2 / _degrees(task, problem)
     if is_suspect(chi2):
         for other in rivals_of(model) if task.record.quantity != "angle" else ():
@@ -126,6 +133,22 @@ def _fit(task: _Task, model: RingDownModel) -> FitResult:
             other_chi2 = other_best.normal.chi2 / _degrees(task, other_problem)
             refuse_wrong_variant(model.name, chi2, other.name, other_chi2)
     return _judged(task, problem, best)
+
+
+def _undisturbed(task: _Task, problem: Problem, best: Fitted) -> tuple[_Task, Problem, Fitted]:
+    """The task freed from hum and drift that the residual shows, and the fit that is joint with them."""
+    if task.record.quantity == "angle":
+        return task, problem, best
+    try:
+        beside = without_disturbances(problem, best, task.chosen, task.noise, task.frequency_hz)
+    except _FAILURES:
+        return task, problem, best  # the verdict on the residual says what is wrong with it
+    if beside is None:
+        return task, problem, best
+    chosen = replace(task.chosen, notes=(*task.chosen.notes, *beside.notes))
+    problem = beside.problem
+    task = replace(task, record=problem.record, noise=beside.noise, noise_sd=problem.noise_sd, chosen=chosen)
+    return task, problem, beside.fitted
 
 
 def _degrees(task: _Task, problem: Problem) -> int:
@@ -183,8 +206,32 @@ def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
         if best.normal.chi2 < POOR_CHI2 * dof:
             break
     if best is None:
+        _refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
     return best
+
+
+def _refuse_beat(task: _Task) -> None:
+    """Two resonators as the reason why a fit went wrong."""
+    if task.record.quantity == "angle":
+        return
+    beat = find_beat(task.record, task.chosen.first, task.chosen.last, task.frequency_hz)
+    if beat is not None:
+        one, other = beat.frequencies_hz
+        seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"
+        raise RefusedError(Refusal.TWO_RESONATORS, seen)
+
+
+def _examined(task: _Task, problem: Problem, best: Fitted) -> tuple[Residual, Companion | None]:
+    """The residual, and what else oscillates in the record if it is worth a search."""
+    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+    try:
+        residual = residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)
+        if task.record.quantity == "angle" or not is_worth_a_search(residual):
+            return residual, None
+        return residual, find_companion(leftover_of(residual, *args))
+    except _FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 
 
 def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
@@ -198,7 +245,12 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     dof = _degrees(task, problem)
     chi2 = best.normal.chi2 / dof
     by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
+    if is_unexplained(r2, chi2):
+        _refuse_beat(task)
     refuse_unexplained(model.name, r2, chi2)
+    residual, second = _examined(task, problem, best)
+    if record.quantity != "angle":
+        refuse_misfit(model.name, task.frequency_hz, residual, second)
     state = by_convention(best.state)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
@@ -210,7 +262,10 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
     return FitResult(
         verdict="good",
-        warnings=doubts(model, public, chi2, task.samples * record.dt_s, task.periods),
+        warnings=(
+            *misfit_warnings(residual, chi2, second),
+            *doubts(model, public, task.samples * record.dt_s, task.periods),
+        ),
         notes=(*chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,
         covariance=public.covariance,
@@ -219,6 +274,8 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         nrmse=nrmse,
         chi2_per_dof=chi2,
         chi2_per_dof_by_channel=by_channel,
+        whiteness_by_channel=tuple(residual.flatness.tolist()),
+        condition=public.condition,
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,

@@ -23,6 +23,7 @@ _MOST_PASSES = 250
 _SURE_PHASE = 0.05  # rad
 _CAUTION = 4.0
 _ROUNDING = 1e-9  # of the data's own chi^2: the digits of the trajectory, and those lost in the difference
+_NEGLIGIBLE_FALL = 0.01  # of chi^2
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 _PRIOR_AMPLITUDE = 0.5  # of the start value
 
@@ -68,7 +69,7 @@ class Problem:
     passes: int = 0
 
     def __post_init__(self) -> None:
-        self._workspace = Workspace(self.model)
+        self.workspace = Workspace(self.model)
 
     def evaluate(self, state: FitState, last: int, stride: int = 1, digits: float = EXACT) -> Evaluation:
         """Normal equations over samples first .. last-1, or over every stride-th half swing of them; one pass.
@@ -82,7 +83,7 @@ class Problem:
         if self.passes > _MOST_PASSES:
             raise NoConvergenceError(f"no minimum within {_MOST_PASSES} passes over the samples")
         record = self.record
-        moments = self._workspace.moments(
+        moments = self.workspace.moments(
             state.dynamics, record.samples, self.first, last, record.dt_s, state.observation.observable, stride, digits
         )
         state = with_best_gains(state, moments)
@@ -151,9 +152,13 @@ def weak_prior(model: RingDownModel, state: FitState) -> Prior:
 
 @dataclass(frozen=True)
 class Fitted:
-    """The minimum, and the normal equations one negligible step before it."""
+    """The minimum, with its normal equations; the moments of one small step before it.
+
+    tabulated: a state as good as the minimum, the one before if the last step was negligible: its tables exist.
+    """
 
     state: FitState
+    tabulated: FitState
     normal: Normal
     moments: Moments
 
@@ -181,7 +186,9 @@ def fit_growing(
         stride = _stride((last - problem.first) / period, schedule.last_half_swings)
         state = _Stage(problem, last, stride, schedule.digits, None).minimise(state, schedule.early).state
     final = _Stage(problem, last, 1, EXACT, None).minimise(state, schedule.final)
-    return Fitted(final.state, problem.after(final.before, final.step), final.before.moments)
+    normal = problem.after(final.before, final.step)
+    negligible = final.before.normal.chi2 - normal.chi2 < _NEGLIGIBLE_FALL
+    return Fitted(final.state, final.before.state if negligible else final.state, normal, final.before.moments)
 
 
 def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .losses import loss_warnings
 from .models import RingDownModel
 from .publish import Published
 from .refusal import Refusal, RefusedError
@@ -13,16 +14,18 @@ _UNEXPLAINED_R2 = 0.9
 _SUSPECT_CHI2 = 2.0
 _LARGEST_RELATIVE_STD = 0.05
 _LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
-_UNSEPARATED = 0.2
-_SEPARATED = 0.1  # relative error of the friction that separates it from the viscous loss
-_SEPARATION_POWER = 1.0 / 2.7  # that error falls at least with the length of the window to the power of 2.7
 _FEW_PERIODS = 12.0
 _SURE = 5.0  # standard deviations
 
 
+def is_unexplained(r2: float, chi2_per_dof: float) -> bool:
+    """True for a fit that leaves a tenth of the record's power, and more than noise."""
+    return r2 < _UNEXPLAINED_R2 and chi2_per_dof > POOR_CHI2
+
+
 def refuse_unexplained(model_name: str, r2: float, chi2_per_dof: float) -> None:
     """Refuse a fit that leaves a tenth of the record's power."""
-    if r2 < _UNEXPLAINED_R2 and chi2_per_dof > POOR_CHI2:
+    if is_unexplained(r2, chi2_per_dof):
         raise RefusedError(
             Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: R2 = {r2:.4f}, chi2/dof = {chi2_per_dof:.3g}"
         )
@@ -62,28 +65,9 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
         raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
 
 
-def doubts(
-    model: RingDownModel, public: Published, chi2_per_dof: float, window_s: float, periods: float
-) -> tuple[str, ...]:
-    """Named warnings about a good result of a window of so many seconds and periods."""
-    warnings = []
-    if chi2_per_dof > 1.1:
-        warnings.append("residual_not_white: the model leaves more than the noise")
-    for name in model.losses:
-        loss = public.parameters[name]
-        if loss.std is not None and loss.value < -_SURE * loss.std:
-            warnings.append(f"negative_loss: {name} = {loss.value:.4g} +- {loss.std:.2g} feeds energy in")
-    friction = public.parameters.get("tf_over_i_rad_per_s2")
-    viscous = public.parameters.get("lambda_per_s")
-    if friction is not None and viscous is not None and friction.std is not None and viscous.std is not None:
-        i, j = (public.names.index(n) for n in ("lambda_per_s", "tf_over_i_rad_per_s2"))
-        correlation = public.covariance[i, j] / (viscous.std * friction.std)
-        if abs(correlation) > 0.99 and friction.std > _UNSEPARATED * abs(friction.value):
-            enough = window_s * (friction.std / (_SEPARATED * abs(friction.value))) ** _SEPARATION_POWER
-            warnings.append(
-                "lambda_tf_not_separable: the window determines only their sum; fix lambda, or lengthen the window "
-                f"to about {enough:.2g} s"
-            )
+def doubts(model: RingDownModel, public: Published, window_s: float, periods: float) -> tuple[str, ...]:
+    """Named warnings about the parameters of a good result of a window of so many seconds and periods."""
+    warnings = [*loss_warnings(model, public, window_s)]
     if periods < _FEW_PERIODS:
         warnings.append(f"window_too_short: {periods:.1f} periods; the errors hold only if the model is exact")
     return tuple(warnings)

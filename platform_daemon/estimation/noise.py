@@ -56,9 +56,10 @@ class NoiseModel:
         grid = self.frequency_hz
         if self.degrees is None:
             return self
-        mask = np.any((grid >= low_hz[:, None]) & (grid <= high_hz[:, None]), axis=0) & (self.degrees > 0.0)
-        degrees = np.where(mask, 0.0, self.degrees)
-        psd = bridge(self.psd, mask, self.degrees)
+        lines = np.any((grid >= low_hz[:, None]) & (grid <= high_hz[:, None]), axis=0)
+        degrees = np.where(lines, 0.0, self.degrees)
+        # What was interpolated before may rest on a line: all gaps are bridged anew.
+        psd = bridge(self.psd, degrees == 0.0, degrees)
         return replace(self, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
 
 

@@ -14,6 +14,7 @@ class Refusal(Enum):
     NO_SIGNAL = "no oscillation stands out of the noise; check excitation, frequency and switch"
     SAMPLING_TOO_SLOW = "the sampling rate is below four times the oscillation frequency; lower the decimation"
     MODEL_DOES_NOT_EXPLAIN = "the model does not explain the record; check the variant and the calibration"
+    TWO_RESONATORS = "the record holds a second oscillation, and the numbers would mix both; keep one resonator near"
     NO_CONVERGENCE = "the fit found no minimum; check the variant, or use another window"
     AMPLITUDE_BELOW_FLOOR = "the signal is too weak for a trustworthy result; excite more or use a longer window"
     CONTACT_LOST = "the Hertz contact holds below 90 degrees only; excite less, or use a model without friction"

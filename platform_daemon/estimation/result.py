@@ -54,6 +54,9 @@ class FitResult:
         covariance: (k, k), order covariance_names: the free parameters only.
         r2, nrmse: pooled over channels without weights; nrmse = rms residual / rms signal.
         chi2_per_dof, chi2_per_dof_by_channel: against the independently measured noise.
+        whiteness_by_channel: spectral flatness of the residual up to ten times the fundamental, against the colour of
+            the noise: 1 for noise alone, near 0 where something is left over.
+        condition: number of the normal equations, scaled to unit diagonal.
         window_s: fitted time span from t = 0; samples: per channel; seconds: computing time; iterations: passes
             over samples.
         noise_source: where the noise was measured; noise_seconds: what that took, not in `seconds`.
@@ -70,6 +73,8 @@ class FitResult:
     nrmse: float | None = None
     chi2_per_dof: float | None = None
     chi2_per_dof_by_channel: tuple[float, ...] | None = None
+    whiteness_by_channel: tuple[float, ...] | None = None
+    condition: float | None = None
     window_s: float | None = None
     samples: int = 0
     seconds: float = 0.0

@@ -122,7 +122,7 @@ def _is_steady(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
 
 
 def drift_degree(residual: Array) -> int:
-    """Highest degree of a polynomial in time that stands out of a residual (channels, n) in units of its noise, or 0."""
+    """Highest degree of a polynomial in time that stands out of a residual (channels, n) over its noise, or 0."""
     block = max(1, residual.shape[1] // _DRIFT_POINTS)
     n = residual.shape[1] // block
     if n < 4 * _HIGHEST_DEGREE:

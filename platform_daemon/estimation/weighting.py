@@ -46,7 +46,11 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
         state = at.state.moved(step)
     left = problem.after(at, step)
     return replace(
-        best, state=state, normal=replace(left, gradient=normal.gradient, matrix=normal.matrix), moments=at.moments
+        best,
+        state=state,
+        tabulated=state,
+        normal=replace(left, gradient=normal.gradient, matrix=normal.matrix),
+        moments=at.moments,
     )
 
 

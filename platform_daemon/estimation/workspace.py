@@ -12,6 +12,7 @@ from .chebyshev import grid, nodes_for, size_weights, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
+from .residual_trace import fill_model
 from .sampling import DIPOLE
 from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, tabulate, walk_swings
 from .trace import STATUS_LOST, STATUS_STUCK
@@ -52,61 +53,76 @@ class _Tables:
         )  # fmt: skip
 
 
+class _Walk:
+    """Half swing after half swing, from table to table, until the dimensionless time s_end."""
+
+    def __init__(self, d: Dynamics, s_end: float, columns: int) -> None:
+        self._s_end, self.columns = s_end, columns
+        self.at = np.zeros(WALK + 2 * columns)
+        self.at[WALK_ANGLE], self.at[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
+        self._rows = int(s_end / _SHORTEST) + 16
+        self.heads = np.empty((self._rows + 1, HEAD + 2 * columns))
+        self.weights = np.empty((0, 0))
+
+    @property
+    def angle(self) -> float:
+        """Where the next half swing begins."""
+        return float(self.at[WALK_ANGLE])
+
+    @property
+    def left(self) -> float:
+        """Dimensionless time from there to the end."""
+        return float(self._s_end - self.at[WALK_START])
+
+    def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> tuple[int, int]:
+        """Go on as far as the tables reach: half swings passed, now in heads and weights, and why it ended."""
+        self.weights = np.empty((self._rows, tables.weights.size))
+        count, status = walk_swings(
+            self.at, self._s_end, *torque, symmetric, tables.bands, tables.sizes, tables.weights, tables.ends,
+            self.heads, self.weights,
+        )  # fmt: skip
+        return int(count), int(status)
+
+
 class _Pass:
-    """One pass over the samples, from table to table."""
+    """One pass over the samples."""
 
     def __init__(
         self, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int, columns: int
     ) -> None:
         self._y, self._window, self._clock = y, (first, last), (dt_s, float(d.w), float(d.theta))
-        self._observable, self._stride, self._columns = observable, stride, columns
-        self._s_end = d.w * (last - 1) * dt_s + d.theta
-        self._walk = np.zeros(WALK + 2 * columns)
-        self._walk[WALK_ANGLE], self._walk[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
-        self._rows = int(self._s_end / _SHORTEST) + 16
-        self._heads = np.empty((self._rows + 1, HEAD + 2 * columns))
+        self._observable, self._stride = observable, stride
+        self.walk = _Walk(d, d.w * (last - 1) * dt_s + d.theta, columns)
         self._skipped = 0
         b = 7 + 2 * columns
         self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
         self.used = 0
 
-    @property
-    def angle(self) -> float:
-        """Where the next half swing begins."""
-        return float(self._walk[WALK_ANGLE])
-
-    @property
-    def left(self) -> float:
-        """Dimensionless time from there to the end."""
-        return float(self._s_end - self._walk[WALK_START])
-
     def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> int:
         """Go on as far as the tables reach; why it ended (walk_swings)."""
-        weights = np.empty((self._rows, tables.weights.size))
-        count, status = walk_swings(
-            self._walk, self._s_end, *torque, symmetric, tables.bands, tables.sizes, tables.weights, tables.ends,
-            self._heads, weights,
-        )  # fmt: skip
+        walk = self.walk
+        count, status = walk.advance(tables, torque, symmetric)
         if count:
             self.used += collect_swings(
-                self._y, *self._window, *self._clock, self._skipped, self._stride, count, self._heads, weights,
+                self._y, *self._window, *self._clock, self._skipped, self._stride, count, walk.heads, walk.weights,
                 symmetric, self._observable, tables.grid.nodes, tables.grid.to_nodes, tables.values, *self._sums,
             )  # fmt: skip
         self._skipped += count
-        return int(status)
+        return status
 
     def rest(self) -> None:
         """The remaining samples of a rotor that is stuck: dm/dt is silent, an angle is constant."""
         dt_s, w, theta = self._clock
         first, last = self._window
-        y = self._y[:, max(first, math.ceil((self._walk[WALK_START] - theta) / (w * dt_s))) : last]
+        at, columns = self.walk.at, self.walk.columns
+        y = self._y[:, max(first, math.ceil((at[WALK_START] - theta) / (w * dt_s))) : last]
         gram, products, energy = self._sums
         constant = np.zeros(gram.shape[0])
         constant[-1] = 1.0
         if self._observable != DIPOLE:
-            angle = self.angle
+            angle = self.walk.angle
             constant[0] = angle
-            constant[6:-1:2] = math.copysign(1.0, angle) * self._walk[WALK : WALK + self._columns]
+            constant[6:-1:2] = math.copysign(1.0, angle) * at[WALK : WALK + columns]
         gram += y.shape[1] * np.outer(constant, constant)
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
@@ -117,8 +133,7 @@ class _Pass:
         gram, products, energy = self._sums
         # Only the lower triangle was filled.
         gram = np.tril(gram) + np.tril(gram, -1).T
-        slopes = self._walk[WALK + self._columns :].copy()
-        return Moments(gram, products, energy, self.used, slopes)
+        return Moments(gram, products, energy, self.used, self.walk.at[WALK + self.walk.columns :].copy())
 
 
 @dataclass
@@ -132,6 +147,7 @@ class Workspace:
         self.columns = 1 + len(self.model.coefficients)
         self._codes, self._widths = self.model.codes, self.model.widths
         self._symmetric = self.model.symmetric
+        self._tabulated: Dynamics | None = None
 
     def moments(
         self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
@@ -157,9 +173,11 @@ class Workspace:
         pass_ = _Pass(d, y, direct_to, last, float(dt_s), observable, stride, self.columns)
         tables = self._tables_for(abs(d.amplitude), digits, tabulated)
         tables.bands.fill(0.0)
+        if digits == EXACT and tabulated:
+            self._tabulated = d
         torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
         while (status := pass_.advance(tables, torque, self._symmetric)) == STATUS_NO_TABLE:
-            if not tables.solve(pass_.angle, pass_.left, torque, self._symmetric, observable):
+            if not tables.solve(pass_.walk.angle, pass_.walk.left, torque, self._symmetric, observable):
                 status = STATUS_LOST
                 break
         if status == STATUS_STUCK:
@@ -170,6 +188,39 @@ class Workspace:
         if direct_to == first:
             return later
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
+
+    def block_means(
+        self, dynamics: Dynamics, begin: int, blocks: int, block: int, dt_s: float, observable: int
+    ) -> Array:
+        """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks): two Gauss points in each.
+
+        Uses the tables that `moments` has left, if it was called for this motion last.
+
+        Raises:
+            LostTrajectoryError: the parameters describe no oscillation.
+        """
+        d, points, done = dynamics, np.empty((2, 2 * blocks)), 0
+        tables = self._tables_for(abs(d.amplitude), EXACT, True)
+        if d != self._tabulated:
+            tables.bands.fill(0.0)
+        torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
+        walk = _Walk(d, d.w * (begin + blocks * block) * dt_s + d.theta, self.columns)
+        while True:
+            count, status = walk.advance(tables, torque, self._symmetric)
+            done = fill_model(
+                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
+                self._symmetric, observable, tables.grid.to_nodes, tables.values, points,
+            )  # fmt: skip
+            if status == STATUS_STUCK:
+                points[0, done:], points[1, done:] = (0.0 if observable == DIPOLE else walk.angle), 0.0
+            if status != STATUS_NO_TABLE:
+                break
+            if not tables.solve(walk.angle, walk.left, torque, self._symmetric, observable):
+                status = STATUS_LOST
+                break
+        if status == STATUS_LOST:
+            raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
+        return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
 
     def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
         key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1

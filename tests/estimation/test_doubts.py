@@ -27,7 +27,7 @@ def test_losses_that_a_window_cannot_tell_apart_come_with_the_window_that_would(
     assert warning.startswith("lambda_tf_not_separable")
     enough = float(re.search(r"about ([\d.]+) s", warning)[1])
     assert 0.12 < enough < 0.6
-    assert warnings_of(truth, "jewel", enough, 10.0) == ()
+    assert not any(w.startswith("lambda_tf") for w in warnings_of(truth, "jewel", enough, 10.0))
 
 
 def test_a_window_of_few_periods_is_called_short():

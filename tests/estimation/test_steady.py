@@ -1,4 +1,4 @@
-"""Mains hum, other steady tones and drift: found where they are, never where they are not, and fitted beside the signal."""
+"""Mains hum, other steady tones and drift: found where they are, nowhere else, and fitted beside the signal."""
 
 import math
 
@@ -89,11 +89,11 @@ def draw(variant, disturb, draws, make=None):
 @pytest.mark.parametrize("variant", CASES)
 @pytest.mark.parametrize("name", DISTURBANCES)
 def test_hum_and_drift_neither_bias_the_estimates_nor_their_errors(variant, name):
-    draws = 100
+    draws = 60
     pulls, results = draw(variant, DISTURBANCES[name], draws)
     assert np.all(np.abs(pulls.mean(axis=0)) < 4.0 / math.sqrt(draws))
-    assert np.all(np.abs(pulls.std(axis=0) - 1.0) < 0.35)
-    assert np.sqrt(np.mean(pulls**2)) == pytest.approx(1.0, abs=0.12)
+    assert np.all(np.abs(pulls.std(axis=0) - 1.0) < 0.4)
+    assert np.sqrt(np.mean(pulls**2)) == pytest.approx(1.0, abs=0.15)
     assert np.mean([r.chi2_per_dof for r in results]) == pytest.approx(1.0, abs=0.03)
 
 
@@ -109,7 +109,7 @@ def test_notes_say_what_was_removed_with_its_frequency_and_size():
 
 @pytest.mark.parametrize("variant", CASES)
 def test_clean_records_have_nothing_removed(variant):
-    _, results = draw(variant, lambda n, rng: 0.0, 300)
+    _, results = draw(variant, lambda n, rng: 0.0, 200)
     assert not any("fitted too" in note for r in results for note in r.notes)
 
 

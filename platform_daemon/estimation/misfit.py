@@ -1,0 +1,80 @@
+"""What the residual says: refusals and warnings about a fit that leaves more than noise.
+
+A small undeclared effect must pass, since diagnosis starts from it; what would spoil the numbers must not.
+"""
+
+from __future__ import annotations
+
+from .companion import Companion
+from .refusal import Refusal, RefusedError
+from .residual import Residual
+
+_WORTH_A_SEARCH = 1e-4  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
+_SMALLEST_COMPANION = 0.03  # of the fitted oscillation
+_LARGEST_MISFIT = 0.02  # of the signal's power
+_APART = 3.0  # periods of the beat with the fitted motion
+_MOSTLY = 0.5  # of the misfit, more than one of a pair of side bands can have
+_ALONE = 0.8
+_SURE = 5.0  # standard deviations
+_STEADY = 0.02  # decay over the window below which a tone is steady
+_BURST_SHARE = 0.15  # of the residual's power, in a sixteenth of the window
+_BURST_SIGMA = 20.0
+_LARGE_CHI2 = 1.1
+
+
+def is_worth_a_search(residual: Residual) -> bool:
+    """A residual that is not noise, and large enough for a second resonator that would spoil the numbers."""
+    return residual.coloured and residual.unexplained > _WORTH_A_SEARCH
+
+
+def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, second: Companion | None) -> None:
+    """Refuse two resonators, and a residual of more than 2 % of the signal's power that no steady tone explains.
+
+    A second oscillation below 3 % of the fitted one is an undeclared effect (a side mode) and passes: it cannot move
+    m_r or the angle by more than about its own size, and 5 % is the error that a result may have at all.
+    """
+    if second is not None and _is_resonator(second) and second.relative > _SMALLEST_COMPANION:
+        raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+    explained = second.share if second is not None and _is_tone(second) else 0.0
+    misfit = residual.unexplained * (1.0 - min(explained, 1.0))
+    if residual.coloured and misfit > _LARGEST_MISFIT:
+        raise RefusedError(
+            Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {100.0 * misfit:.2g} % of the signal's power is left over"
+        )
+
+
+def _is_resonator(second: Companion) -> bool:
+    """Not steady, not a harmonic of the fitted motion, and alone in the residual."""
+    if second.turns < _APART:
+        # Close to a harmonic the misfit of the motion itself looks much the same.
+        return second.harmonic == 1 and second.share > _ALONE
+    return second.share > _MOSTLY and not _is_tone(second)
+
+
+def _is_tone(second: Companion) -> bool:
+    """Beside the harmonics of the motion, and steady as far as can be seen."""
+    decays = second.decay_per_s > max(_SURE * second.decay_sd_per_s, _STEADY / second.seconds)
+    return second.turns >= _APART and second.share > _MOSTLY and not decays
+
+
+def _described(second: Companion) -> str:
+    """Frequency and size of a second oscillation."""
+    return f"{second.frequency_hz:.6g} Hz, with {100.0 * second.relative:.2g} % of the fitted oscillation's size"
+
+
+def misfit_warnings(residual: Residual, chi2_per_dof: float, second: Companion | None) -> tuple[str, ...]:
+    """What the residual says about a result that may pass all the same."""
+    warnings = []
+    time_s, share, significance = residual.outburst()
+    if second is not None and (_is_tone(second) or _is_resonator(second)):
+        warnings.append(f"{'steady_tone' if _is_tone(second) else 'side_mode'}: {_described(second)}")
+    elif share > _BURST_SHARE and significance > _BURST_SIGMA:
+        warnings.append(
+            f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch?"
+        )
+    if residual.coloured or chi2_per_dof > _LARGE_CHI2:
+        warnings.append(
+            f"residual_not_white: flatness {residual.flatness.min():.2g}, "
+            f"{100.0 * residual.unexplained:.2g} % of the signal's power left over"
+        )
+    return tuple(warnings)

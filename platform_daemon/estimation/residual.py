@@ -1,0 +1,170 @@
+"""What a fit leaves over: its residual as block means in units of the noise, how white it is, and where it stands out.
+
+The noise's own level is not trusted here: what contaminates a record also raises the noise measured beside the
+signal. Whiteness compares the residual with itself, bin by bin and stretch by stretch.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.fft import prev_fast_len, rfft
+
+from .arrays import Array
+from .gauss_newton import FitState
+from .line_search import block_means
+from .models import RingDownModel
+from .noise import NoiseModel
+from .record import RingDownRecord
+from .trajectory import Dynamics, Trajectory
+from .windows import SampleRange
+from .workspace import Workspace
+
+_POINTS_PER_PERIOD = 20.0  # the band reaches to ten times the fundamental: all harmonics that matter
+_CHUNK_BLOCKS = 1 << 10
+_EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distributed power
+_FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
+_SURE_SIGMA = 8.0
+_FLAT = 0.9  # noise of unknown colour, drawn in wide bands, is hardly less flat than this
+_STRETCHES = 16
+_OCTAVE_BANDS = 4
+
+
+@dataclass(frozen=True)
+class Residual:
+    """Block means of the residual.
+
+    Attributes:
+        data, model: (channels, blocks) block means in the record's unit, offsets taken off the data.
+        sd: (channels,) standard deviation of the noise of one block mean, were it white.
+        rate_hz: blocks per second.
+        start_s: middle of the first block.
+        noise: its spectrum says what is only colour.
+    """
+
+    data: Array
+    model: Array
+    sd: Array
+    rate_hz: float
+    start_s: float
+    noise: NoiseModel
+
+    @cached_property
+    def scaled(self) -> Array:
+        """Residual over noise, (channels, blocks)."""
+        return np.asarray((self.data - self.model) / self.sd[:, None])
+
+    @cached_property
+    def spectrum(self) -> Array:
+        """Power of the residual over the density of the noise, (channels, bins), without the bin of the offset."""
+        return np.asarray(self._power / self._colour)
+
+    @property
+    def _length(self) -> int:
+        """Blocks that a fast transform takes."""
+        return int(prev_fast_len(self.data.shape[1], real=True))
+
+    @cached_property
+    def _power(self) -> Array:
+        n = self._length
+        return np.asarray(np.abs(rfft(self.scaled[:, :n], axis=1)[:, 1 : (n + 1) // 2]) ** 2 / n)
+
+    @cached_property
+    def _colour(self) -> Array:
+        n = self._length
+        return _colour(self.noise, np.arange(1, (n + 1) // 2) * self.rate_hz / n)
+
+    @cached_property
+    def flatness(self) -> Array:
+        """Spectral flatness per channel, (channels,): geometric over arithmetic mean of the power; noise only: 1."""
+        geometric = np.exp(np.mean(np.log(np.maximum(self.spectrum, 1e-300)), axis=1) + _EULER)
+        return np.asarray(geometric / np.maximum(self.spectrum.mean(axis=1), 1e-300))
+
+    @property
+    def colour_sigma(self) -> float:
+        """By how many standard deviations the least flat channel departs from white."""
+        bins = self.spectrum.shape[1]
+        return float(-np.log(max(self.flatness.min(), 1e-300)) * math.sqrt(bins) / _FLATNESS_SD)
+
+    @cached_property
+    def unexplained(self) -> float:
+        """Power left over beyond the median level of the residual's spectrum, relative to the model's power."""
+        floor = np.median(self.spectrum, axis=1) / math.log(2.0) * self._colour.mean(axis=1)
+        excess = np.maximum(self._power.mean(axis=1) - floor, 0.0) * self.sd**2
+        return float(excess.sum() / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
+
+    @property
+    def coloured(self) -> bool:
+        """True if a channel's residual is beyond doubt not white, whatever its level."""
+        return self.colour_sigma > _SURE_SIGMA and float(self.flatness.min()) < _FLAT
+
+    def outburst(self) -> tuple[float, float, float]:
+        """(time in s, share of all power, significance in sd) of the stretch that stands out most."""
+        length = max(1, self.scaled.shape[1] // _STRETCHES)
+        count = self.scaled.shape[1] // length
+        powers = (self.scaled[:, : count * length].reshape(-1, count, length) ** 2).sum(axis=(0, 2))
+        k = int(np.argmax(powers))
+        usual = max(float(np.median(powers)), 1e-300)
+        sd = usual * math.sqrt(2.0 / (length * self.scaled.shape[0]))
+        middle = self.start_s + (k + 0.5) * length / self.rate_hz
+        return middle, float(powers[k] / powers.sum()), float(powers[k] - usual) / sd
+
+
+def _colour(noise: NoiseModel, frequency_hz: Array) -> Array:
+    """Density of the noise in wide bands, (channels, bins), up to a factor per channel: lines do not count."""
+    grid, psd = noise.frequency_hz, noise.psd
+    if grid.size <= 2:
+        return np.ones((psd.shape[0], 1))
+    octaves = max(1.0, math.log2(grid.size / 8.0))
+    edges = np.unique(np.geomspace(8, grid.size, int(_OCTAVE_BANDS * octaves)).astype(int)[:-1])
+    edges = np.concatenate([[0], edges[edges < grid.size]])
+    counts = np.diff(np.append(edges, grid.size))
+    levels = np.add.reduceat(np.log(np.maximum(psd, 1e-300)), edges, axis=1) / counts
+    centres = np.add.reduceat(grid, edges) / counts
+    smooth = np.stack([np.interp(frequency_hz, centres, row) for row in levels])
+    return np.asarray(np.exp(smooth - smooth.mean(axis=1, keepdims=True)))
+
+
+def residual_of(
+    record: RingDownRecord,
+    workspace: Workspace,
+    state: FitState,
+    chosen: SampleRange,
+    noise: NoiseModel,
+    noise_sd: Array,
+) -> Residual:
+    """The residual of a fitted state over its window; noise_sd (channels,) of single samples."""
+    period = 2.0 * np.pi / state.dynamics.w * record.sampling_rate_hz
+    block = max(1, int(period / _POINTS_PER_PERIOD))
+    blocks = (chosen.last - chosen.first) // block
+    data = np.empty((record.channels, blocks))
+    block_means(record.samples, chosen.first, block, blocks, data)
+    observable = state.observation.observable
+    at = state.dynamics, chosen.first, blocks, block, record.dt_s, observable
+    # The tables know nothing of time, nor of what was before their first turning point.
+    tabulated = state.dynamics.theta >= 0.0 and not workspace.model.time_dependent
+    motion = workspace.block_means(*at) if tabulated else _integrated(workspace.model, *at)
+    return Residual(
+        data=data - state.offsets[:, None],
+        model=state.observation.gains(state.dynamics.w) @ motion,
+        sd=noise_sd / math.sqrt(block),
+        rate_hz=record.sampling_rate_hz / block,
+        start_s=(chosen.first + 0.5 * (block - 1)) * record.dt_s,
+        noise=noise,
+    )
+
+
+def _integrated(
+    model: RingDownModel, dynamics: Dynamics, first: int, blocks: int, block: int, dt_s: float, observable: int
+) -> Array:
+    """Block means (2, blocks) of the directly integrated motion, a stretch at a time."""
+    trajectory = Trajectory(model, dynamics, (first + blocks * block) * dt_s)
+    out = np.empty((2, blocks))
+    for begin in range(0, blocks, _CHUNK_BLOCKS):
+        end = min(begin + _CHUNK_BLOCKS, blocks)
+        basis = trajectory.basis(first + begin * block, first + end * block, dt_s, observable)
+        out[:, begin:end] = basis[:2].reshape(2, end - begin, block).mean(axis=2)
+    return out

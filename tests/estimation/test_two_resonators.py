@@ -1,0 +1,107 @@
+"""Two resonators in one record are refused by name, with both frequencies; what only resembles them is not."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from platform_daemon.estimation import RingDownRecord, fit_ring_down
+
+from .generator import RATE_HZ, Truth, dmdt, random_truth, with_noise
+
+THREAD = Truth()
+JEWEL = Truth(f_nat_hz=213.0, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.9, psi_start_rad=3.86)
+SECONDS = 0.4
+
+
+def fit(signal, variant="thread", seed=0):
+    noisy = with_noise(signal, np.random.default_rng(seed))
+    return fit_ring_down(RingDownRecord(noisy, RATE_HZ, "dmdt"), variant, signal.shape[1] / RATE_HZ)
+
+
+def companion(of, size, shift_hz, **changes):
+    return of.with_(f_nat_hz=of.f_nat_hz + shift_hz, m_r_am2=size * of.m_r_am2, **changes)
+
+
+def frequencies(reason):
+    return [float(f) for f in re.findall(r"([\d.]+) Hz", reason)[:2]]
+
+
+@pytest.mark.parametrize("size", [0.06, 0.3, 1.0])
+@pytest.mark.parametrize("shift_hz", [-40.0, 5.0, 10.0, 65.0])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_second_thread_of_any_axis_is_refused_with_both_frequencies(size, shift_hz, seed):
+    any_pose = random_truth(np.random.default_rng(seed), "thread")
+    # Where the axes agree there is no second direction, so let them differ.
+    other = companion(
+        THREAD, size, shift_hz, rodrigues=any_pose.rodrigues, psi_start_rad=any_pose.psi_start_rad, lambda_per_s=0.32
+    )
+    result = fit(dmdt(THREAD, SECONDS) + dmdt(other, SECONDS), seed=seed)
+    assert result.verdict == "refused"
+    assert result.reason.startswith("two_resonators"), result.reason
+    slowing = 1 - THREAD.phi_max_rad**2 / 16
+    expected = sorted([slowing * THREAD.f_nat_hz, slowing * other.f_nat_hz])
+    assert sorted(frequencies(result.reason)) == pytest.approx(expected, abs=2.0)
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0])
+def test_the_same_axis_and_phase_do_not_hide_a_second_thread(size):
+    result = fit(dmdt(THREAD, SECONDS) + dmdt(companion(THREAD, size, 10.0), SECONDS))
+    assert result.reason.startswith("two_resonators"), result.reason
+
+
+@pytest.mark.parametrize("size", [0.15, 0.5, 1.0])
+@pytest.mark.parametrize("shift_hz", [-3.0, 30.0])
+def test_a_second_jewel_is_refused(size, shift_hz):
+    other = companion(JEWEL, size, shift_hz, phi_max_rad=0.5, psi_start_rad=1.0, rodrigues=(0.3, 0.2, 0.1))
+    assert fit(dmdt(JEWEL, SECONDS) + dmdt(other, SECONDS), "jewel").reason.startswith("two_resonators")
+
+
+@pytest.mark.parametrize(("of", "variant"), [(THREAD, "thread"), (JEWEL, "jewel")])
+def test_a_small_side_mode_passes_with_a_warning_and_hardly_moves_the_numbers(of, variant):
+    side = companion(of, 0.01, 40.0, rodrigues=(0.3, 0.2, 0.1))
+    result = fit(dmdt(of, SECONDS) + dmdt(side, SECONDS), variant)
+    assert result.verdict == "good", result.reason
+    assert any(w.startswith("side_mode") for w in result.warnings)
+    assert any(w.startswith("residual_not_white") for w in result.warnings)
+    assert result.parameters["m_r_am2"].value == pytest.approx(of.m_r_am2, rel=0.01)
+    assert min(result.whiteness_by_channel) < 0.9
+
+
+@pytest.mark.parametrize("frequency_hz", [50.0, 333.0])
+def test_a_steady_tone_is_no_second_resonator(frequency_hz):
+    clean = dmdt(THREAD, SECONDS)
+    tone = 0.4 * np.sin(2 * math.pi * frequency_hz * np.arange(clean.shape[1]) / RATE_HZ)
+    result = fit(clean + tone)
+    assert result.verdict == "good", result.reason
+    assert result.parameters["m_r_am2"].value == pytest.approx(THREAD.m_r_am2, rel=0.01)
+
+
+@pytest.mark.parametrize("kind", ["gap", "jump", "glued", "repeated"])
+@pytest.mark.parametrize(("of", "variant"), [(THREAD, "thread"), (JEWEL, "jewel")])
+def test_a_broken_record_is_not_called_two_resonators_and_never_passes_in_silence(kind, of, variant):
+    clean = dmdt(of, SECONDS)
+    middle = clean.shape[1] // 2
+    broken = {
+        "gap": np.delete(clean, slice(middle, middle + 40), axis=1),
+        "jump": np.hstack([clean[:, :middle], 1.2 * clean[:, middle:]]),
+        "glued": np.hstack([clean[:, :middle], clean[:, :middle]]),
+        "repeated": np.hstack([clean[:, :middle], clean[:, middle - 500 :]]),
+    }[kind]
+    result = fit(broken, variant)
+    if result.verdict == "good":
+        assert any(w.startswith("residual_not_white") for w in result.warnings)
+    else:
+        assert not result.reason.startswith("two_resonators")
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("variant", ["thread", "jewel"])
+def test_a_single_resonator_is_white_and_raises_no_doubt(seed, variant):
+    truth = random_truth(np.random.default_rng(seed), variant)
+    result = fit(dmdt(truth, SECONDS), variant, seed)
+    assert result.verdict == "good", result.reason
+    assert not any(w.startswith(("residual", "side_mode", "steady_tone")) for w in result.warnings), result.warnings
+    assert min(result.whiteness_by_channel) > 0.8
+    assert result.condition >= 1.0
