@@ -18,7 +18,7 @@ from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WA
 from .trace import STATUS_LOST, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
 
-__all__ = ["COARSE", "EXACT", "Moments", "Workspace"]
+__all__ = ["COARSE", "EXACT", "Moments", "SwingTables", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
@@ -27,7 +27,7 @@ _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pus
 Torque = tuple[int, IntArray, IntArray, Array]
 
 
-class _Tables:
+class SwingTables:
     """Tables of half swings for one pair of grid sizes."""
 
     def __init__(self, nodes: int, sizes: int, columns: int) -> None:
@@ -74,7 +74,7 @@ class _Walk:
         """Dimensionless time from there to the end."""
         return float(self._s_end - self.at[WALK_START])
 
-    def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> tuple[int, int]:
+    def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> tuple[int, int]:
         """Go on as far as the tables reach: half swings passed, now in heads and weights, and why it ended."""
         self.weights = np.empty((self._rows, tables.weights.size))
         count, status = walk_swings(
@@ -98,7 +98,7 @@ class _Pass:
         self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
         self.used = 0
 
-    def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> int:
+    def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> int:
         """Go on as far as the tables reach; why it ended (walk_swings)."""
         walk = self.walk
         count, status = walk.advance(tables, torque, symmetric)
@@ -141,7 +141,7 @@ class Workspace:
     """Everything that passes over the same record with the same model can share."""
 
     model: RingDownModel
-    _tables: dict[tuple[int, int], _Tables] = field(default_factory=dict)
+    _tables: dict[tuple[int, int], SwingTables] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.columns = 1 + len(self.model.coefficients)
@@ -222,8 +222,8 @@ class Workspace:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
         return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
 
-    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
+    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> SwingTables:
         key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
         if key not in self._tables:
-            self._tables[key] = _Tables(*key, self.columns)
+            self._tables[key] = SwingTables(*key, self.columns)
         return self._tables[key]
