@@ -25,6 +25,7 @@ _MOST_TONES = 16
 _STRETCHES = 8
 _CHANGE_SIGMA = 4.0
 _CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; mains is less steady
+_CHIRP, _MAINS_CHIRP = 0.4, 2.0  # rad per window squared: a quarter of it is the phase at either end
 _MAINS_HZ = (50.0, 60.0)
 _MAINS_TOLERANCE = 0.005
 _HIGHEST_DEGREE = 8
@@ -66,7 +67,8 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
     power = spectrum.real**2 + spectrum.imag**2
     bin_hz = rate_hz / size
     # Each channel by its own level: a tone counts where it stands out, wherever that is.
-    standing = np.max(power / _level_beside(power, size / n), axis=0)
+    level = _level_beside(power, size / n)
+    standing = np.max(power / level, axis=0)
     lobe = int(np.ceil(_LOBE_BINS * size / n))
     tones: list[float] = []
     for k in np.argsort(standing)[::-1]:
@@ -78,8 +80,9 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
             continue
         if zones is not None and zones.holds(np.array([frequency]))[0]:
             continue
-        if _is_steady(residual, frequency, rate_hz):
-            tones.append((k + _peak_shift(standing, int(k))) * bin_hz)
+        frequency = (k + _peak_shift(standing, int(k))) * bin_hz
+        if _keeps_size(residual, frequency, rate_hz) and _keeps_pitch(residual, frequency, rate_hz, level[:, k]):
+            tones.append(frequency)
     return np.array(tones)
 
 
@@ -101,7 +104,7 @@ def _peak_shift(power: Array, k: int) -> float:
     return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0
 
 
-def _is_steady(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
+def _keeps_size(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
     """No trend in the size of a tone over the window, beyond chance and beyond what mains hum does."""
     n = residual.shape[1] // _STRETCHES
     used = n * _STRETCHES
@@ -114,11 +117,36 @@ def _is_steady(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
     place = np.linspace(-0.5, 0.5, _STRETCHES)
     slope = float(place @ sizes / (place @ place))
     sd = noise / float(np.sqrt(place @ place))
-    near_mains = any(
+    allowed = (_MAINS_CHANGE if _is_mains(frequency_hz) else _CHANGE) * float(sizes.mean())
+    return abs(slope) < max(_CHANGE_SIGMA * sd, allowed)
+
+
+def _keeps_pitch(residual: Array, frequency_hz: float, rate_hz: float, level: Array) -> bool:
+    """No chirp and no decay in the middle of the window, beyond chance; level (channels,) of windowed noise power.
+
+    With time t in windows and the window w, a tone exp((d + i k t) t) has the moments sum(w t) ~ d and
+    sum(w (t^2 - mean)) ~ i k.
+    """
+    n = residual.shape[1]
+    window, time = kaiser(n, _BETA), np.linspace(-0.5, 0.5, n)
+    mean = float(window @ time**2 / window.sum())
+    shapes = np.stack([window, window * time, window * (time**2 - mean)])
+    spread = shapes @ np.stack([time**0, time, time**2]).T / window.sum()
+    wave = np.exp(-2j * np.pi * frequency_hz / rate_hz * np.arange(n))
+    moments = (residual * wave) @ shapes.T
+    snr = float(np.sum(np.abs(moments[:, 0]) ** 2 / level))
+    ratios = (np.conj(moments[:, 0]) / level) @ moments[:, 1:] / snr
+    found = np.abs([ratios[0].real / spread[1, 1], ratios[1].imag / spread[2, 2]])
+    noise = np.sqrt(0.5 * np.sum(shapes[1:] ** 2, axis=1) / np.sum(window**2) / snr) / np.diag(spread)[1:]
+    allowed = (_MAINS_CHANGE, _MAINS_CHIRP) if _is_mains(frequency_hz) else (_CHANGE, _CHIRP)
+    return bool(np.all(found < np.maximum(_CHANGE_SIGMA * noise, allowed)))
+
+
+def _is_mains(frequency_hz: float) -> bool:
+    """Near a multiple of 50 or 60 Hz."""
+    return any(
         abs(frequency_hz - m * max(1.0, round(frequency_hz / m))) < _MAINS_TOLERANCE * frequency_hz for m in _MAINS_HZ
     )
-    allowed = (_MAINS_CHANGE if near_mains else _CHANGE) * float(sizes.mean())
-    return abs(slope) < max(_CHANGE_SIGMA * sd, allowed)
 
 
 def drift_degree(residual: Array) -> int:

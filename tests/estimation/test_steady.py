@@ -40,6 +40,12 @@ def test_what_decays_is_not_steady():
     assert find_tones(blocks(1) + 3.0 * SIDES * line, BLOCK_RATE_HZ, None).size == 0
 
 
+def test_what_changes_its_pitch_is_not_steady():
+    t = seconds()
+    line = np.sin(2 * np.pi * (331.0 * t + 10.0 * t**2))
+    assert find_tones(blocks(1) + 3.0 * SIDES * line, BLOCK_RATE_HZ, None).size == 0
+
+
 @pytest.mark.parametrize("frequency_hz", [201.0, 212.5, 412.0, 424.0, 630.0])
 def test_nothing_is_taken_from_where_a_harmonic_sweeps(frequency_hz):
     zones = Zones(200.0, 213.0, 15.0)
