@@ -21,13 +21,19 @@ def _group() -> None:
 def bench_fit(
     repeats: Annotated[int, typer.Option(min=3, help="Fits per dataset.")] = 25,
     paper_s: Annotated[float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")] = 20.0,
+    shots: Annotated[int, typer.Option(min=0, help="Shots per dataset of the campaign; 0: none.")] = 100,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method."""
+    from platform_daemon.batch import cores
     from platform_daemon.estimation.bench import run_bench, table
+    from platform_daemon.estimation.bench_campaign import campaign_text, run_campaign
 
     must_not_exist(json_file, force)
     report = run_bench(repeats=repeats, paper_seconds=paper_s)
     print(table(report))
+    if shots > 0:
+        report["campaign"] = run_campaign(shots, min(2, cores()))
+        print(campaign_text(report["campaign"]))
     write_json(json_file, report)

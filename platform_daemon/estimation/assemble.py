@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import fast_kernel
+from .jit import fast_kernel, fast_part
 
 
-@fast_kernel
+@fast_part
 def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian):  # type: ignore[no-untyped-def]
     """Coefficients of a channel in the basis, values (b,), and their derivatives, jacobian (b, size)."""
     dynamic = chain.shape[0]

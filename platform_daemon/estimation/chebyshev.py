@@ -79,5 +79,7 @@ def sizes_for(amplitude_rad: float, band_ratio: float, digits: float) -> int:
     What lies nearest is the inverted position, where a half swing takes forever.
     """
     low = amplitude_rad / band_ratio
+    if low >= amplitude_rad:
+        return 1
     z = (2.0 * math.pi - amplitude_rad - low) / (amplitude_rad - low)
-    return min(40, max(4, math.ceil(1.0 + math.log(10.0) * digits / math.log(z + math.sqrt(z * z - 1.0)))))
+    return min(40, max(3, math.ceil(1.0 + math.log(10.0) * digits / math.log(z + math.sqrt(z * z - 1.0)))))

@@ -10,15 +10,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import fast_kernel, kernel
+from .jit import fast_part
 from .linear import factorise, substitute
 from .terms.dispatch import acceleration
 
 _MOST_STEPS = 14
-_SETTLED = 3e-8  # of the last Newton step: the error after it is its square
 
 
-@fast_kernel
+@fast_part
 def _dot(row, x):  # type: ignore[no-untyped-def]
     """Scalar product of two vectors."""
     total = 0.0
@@ -27,12 +26,13 @@ def _dot(row, x):  # type: ignore[no-untyped-def]
     return total
 
 
-@kernel
+@fast_part
 def solve_half_swing(  # type: ignore[no-untyped-def]
-    size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end
+    size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, end
 ):
     """Solve the half swing from -size (mirrored frame), given guesses of its `duration` and acceleration a (m,).
 
+    settled: size of the last Newton step, relative; the error after it is about its square.
     Out: a, phi, v (m,) at the nodes; slopes (columns, 3, m) d a, d phi, d v by size and by c at fixed time; end
     (2 + 2 columns,): duration, next size, d next/d q, d duration/d q. Returns False if there is no turning point.
     """
@@ -43,7 +43,7 @@ def solve_half_swing(  # type: ignore[no-untyped-def]
     grad = np.zeros(c.size + 1)
     residual = np.empty(m)
     by_duration = np.empty(m)
-    settled = False
+    done = False
     for _ in range(_MOST_STEPS):
         square = duration * duration
         for i in range(m):
@@ -72,10 +72,10 @@ def solve_half_swing(  # type: ignore[no-untyped-def]
         if abs(stretch) > 0.3 * duration:
             stretch = 0.3 * duration if stretch > 0.0 else -0.3 * duration
         duration += stretch
-        settled = largest < _SETTLED
-        if settled:
+        done = largest < settled
+        if done:
             break
-    if not settled:
+    if not done:
         return False
     _finish(
         size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing
@@ -83,7 +83,7 @@ def solve_half_swing(  # type: ignore[no-untyped-def]
     return end[1] < 4.0 and duration > 0.0
 
 
-@kernel
+@fast_part
 def _finish(  # type: ignore[no-untyped-def]
     size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing
 ):

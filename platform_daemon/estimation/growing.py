@@ -15,6 +15,7 @@ from .gauss_newton import FitState, Normal, after_step, normal_equations, solve_
 from .knowledge import Knowledge
 from .models import RingDownModel
 from .record import RingDownRecord
+from .sampling import DIPOLE
 from .trajectory import LostTrajectoryError
 from .workspace import COARSE, EXACT, Moments, Workspace
 
@@ -144,7 +145,8 @@ def weak_prior(model: RingDownModel, state: FitState) -> Prior:
     names = [c.name for c in model.coefficients]
     sizes = [max(c.typical * d.w**c.power, abs(q)) for c, q in zip(model.coefficients, d.values, strict=True)]
     widths = [_PRIOR_WIDTH * size for size in sizes]
-    if model.losses:
+    # The turning points of an angle tell the losses better than the drift of a harmonic does.
+    if model.losses and state.observation.observable == DIPOLE:
         widths[names.index(model.losses[-1])] *= 30.0
     amplitude = np.inf if state.observation.ties_amplitude else _PRIOR_AMPLITUDE * abs(d.amplitude)
     return Prior(np.array([d.amplitude, *d.values]), np.array([amplitude, *widths]) ** -2.0)

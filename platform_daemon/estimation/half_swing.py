@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import kernel
+from .jit import part
 from .tableau import NODES, STAGE_MATRIX, STAGES, WEIGHTS
 from .terms.dispatch import acceleration, timed_acceleration
 
@@ -21,7 +21,7 @@ STEPS = 32  # per half swing: the trajectory error stays below 1e-9 of the signa
 MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
 
 
-@kernel
+@part
 def _torque(phi, v, u, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """(tau, d tau/d phi, d tau/d v, d tau/d u) of all terms; grad (coefficients + 1,): d tau/d c, then by theta."""
     f, f_phi, f_v = acceleration(phi, v, sigma, codes, widths, c, grad)
@@ -30,7 +30,7 @@ def _torque(phi, v, u, sigma, codes, widths, c, grad):  # type: ignore[no-untype
     return f + t, f_phi + t_phi, f_v + t_v, t_u
 
 
-@kernel
+@part
 def direction_at_rest(phi, u, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Where a rotor at rest goes (+1, -1, or 0 where friction of either sign holds it), and its acceleration."""
     likely = -1.0 if phi > 0.0 else 1.0
@@ -43,7 +43,7 @@ def direction_at_rest(phi, u, codes, widths, c, grad):  # type: ignore[no-untype
     return 0.0, 0.0
 
 
-@kernel
+@part
 def _rates(y, u, columns, sigma, codes, widths, c, grad, out):  # type: ignore[no-untyped-def]
     """Right-hand side: state (phi, v) and the variational equations of the columns."""
     a, a_phi, a_v, _ = _torque(y[0], y[1], u, sigma, codes, widths, c, grad)
@@ -56,7 +56,7 @@ def _rates(y, u, columns, sigma, codes, widths, c, grad, out):  # type: ignore[n
             out[3 + 2 * q] += grad[q - 1]
 
 
-@kernel
+@part
 def _step(y, u, h, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
     """One Runge-Kutta step of length h from y at u to out; stages (12, size) and work (size,) are scratch."""
     size = 2 + 2 * columns
@@ -79,7 +79,7 @@ def _step(y, u, h, columns, sigma, codes, widths, c, grad, stages, work, out):  
         out[m] = y[m] + h * work[m]
 
 
-@kernel
+@part
 def _write_node(y, u, columns, sigma, codes, widths, c, grad, node):  # type: ignore[no-untyped-def]
     """Fill a node (see module docstring) from the state y at u."""
     a, a_phi, a_v, a_u = _torque(y[0], y[1], u, sigma, codes, widths, c, grad)
@@ -95,7 +95,7 @@ def _write_node(y, u, columns, sigma, codes, widths, c, grad, node):  # type: ig
             node[6 + 3 * q] += grad[q - 1]
 
 
-@kernel
+@part
 def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
     """Step from y to the turning point v = 0, by Newton's method on its length, which is returned; -1 if none."""
     length = guess
@@ -111,7 +111,7 @@ def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work
     return length if abs(correction) < 1e-12 else -1.0
 
 
-@kernel
+@part
 def integrate_half_swing(begin, u, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
     """Integrate from the turning point `begin`, (2 + 2 columns,) as in _rates, at u in direction sigma.
 
@@ -154,11 +154,12 @@ def integrate_half_swing(begin, u, sigma, columns, codes, widths, c, guess, node
     return 0.0, -1.0
 
 
-@kernel
+@part
 def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes):  # type: ignore[no-untyped-def]
     """The last `length` of the half swing that ends at the turning point `end` at u, going back from there.
 
-    sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step.
+    sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step,
+    or 0 if it did not come that way for so long.
     """
     y = end.copy()
     grad = np.zeros(c.size + 1)
@@ -171,5 +172,7 @@ def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes): 
         _step(y, u - k * h, -h, columns, sigma, codes, widths, c, grad, stages, work, out)
         for m in range(end.size):
             y[m] = out[m]
+        if not sigma * y[1] > 0.0:
+            return 0.0
         _write_node(y, u - (k + 1) * h, columns, sigma, codes, widths, c, grad, nodes[STEPS - 1 - k])
     return h

@@ -8,14 +8,17 @@ sources: change any of them, and all are compiled anew.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numba
+import numba.extending
 
 _ROOM = Path(__file__).parent
+_MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
 
 
 @cache
@@ -24,25 +27,33 @@ def _sources_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(_ROOM.rglob("*.py")):
         text = path.read_bytes()
-        if b"kernel\ndef" in text or b"inlined\ndef" in text or path.name == "tableau.py":
+        if _MARK.search(text) or path.name == "tableau.py":
             digest.update(path.name.encode() + text)
     return digest.hexdigest()
 
 
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_FAST: dict[str, Any] = {"fastmath": {"reassoc", "contract"}}
+
+
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile `function` at its first call (nogil, float64, cached on disk); importing a module compiles nothing."""
-    dispatcher = numba.njit(nogil=True, cache=True, error_model="numpy", no_cfunc_wrapper=True)(function)
-    _stamp(dispatcher)
-    return dispatcher
+    return _entry(function, _OPTIONS)
 
 
 def fast_kernel(function: Callable[..., Any]) -> Any:
     """Like `kernel`, for loops over numbers: sums may be reordered, and so run in parallel lanes. NaN stays NaN."""
-    dispatcher = numba.njit(
-        nogil=True, cache=True, error_model="numpy", no_cfunc_wrapper=True, fastmath={"reassoc", "contract"}
-    )(function)
-    _stamp(dispatcher)
-    return dispatcher
+    return _entry(function, _OPTIONS | _FAST)
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """A piece of kernels: compiled into those that call it, without an entrance of its own; plain Python elsewhere."""
+    return numba.extending.register_jitable(**_OPTIONS)(function)
+
+
+def fast_part(function: Callable[..., Any]) -> Any:
+    """A piece of kernels whose sums may be reordered."""
+    return numba.extending.register_jitable(**_OPTIONS, **_FAST)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
@@ -50,8 +61,10 @@ def inlined(function: Callable[..., Any]) -> Any:
     return numba.njit(nogil=True, error_model="numpy", inline="always")(function)
 
 
-def _stamp(dispatcher: Any) -> None:
-    """Make the cache of `dispatcher` depend on all kernel sources instead of on one file's time."""
+def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """A compiled function that Python can call; its cache depends on all kernel sources, not on one file's time."""
+    dispatcher = numba.njit(cache=True, **options)(function)
     cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if cache_file is not None and hasattr(cache_file, "_source_stamp"):
         cache_file._source_stamp = _sources_digest()
+    return dispatcher

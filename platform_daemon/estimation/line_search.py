@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from .jit import fast_kernel
+from .jit import fast_kernel, fast_part
 from .linear import factorise, substitute
 
 
-@fast_kernel
+@fast_part
 def _dot(a, b):  # type: ignore[no-untyped-def]
     """Scalar product."""
     total = 0.0
@@ -19,7 +19,7 @@ def _dot(a, b):  # type: ignore[no-untyped-def]
     return total
 
 
-@fast_kernel
+@fast_part
 def explained_power(data, step, omega, weights):  # type: ignore[no-untyped-def]
     """Weighted power of data (channels, n) that cos, sin of omega t and 2 omega t explain, t = i step."""
     n = data.shape[1]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import fast_kernel
+from .jit import fast_kernel, fast_part
 
 
-@fast_kernel
+@fast_part
 def factorise(matrix, order):  # type: ignore[no-untyped-def]
     """LU factors with row exchanges in place, `order` (m,) the rows; False if singular."""
     m = matrix.shape[0]
@@ -33,7 +33,7 @@ def factorise(matrix, order):  # type: ignore[no-untyped-def]
     return True
 
 
-@fast_kernel
+@fast_part
 def substitute(matrix, order, x):  # type: ignore[no-untyped-def]
     """Solve with the factors, x (m,) in place."""
     m = matrix.shape[0]

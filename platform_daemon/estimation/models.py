@@ -78,7 +78,7 @@ class RingDownModel:
             raise ValueError(f"model {self.name!r} contains a torque term twice")
         for term in self.terms:
             code_of(term)
-        unknown = {p.name for p in self.known} - set(self.parameters)
+        unknown = {p.name for p in self.known} - {p.name for p in self._declared}
         if unknown:
             raise ValueError(f"model {self.name!r} has no parameter {', '.join(sorted(unknown))}")
 
@@ -90,8 +90,13 @@ class RingDownModel:
     @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """All public parameters by name; those of the observation apply where there are such."""
-        declared = [*_COMMON, *(Parameter(c.name, c.unit, 0.0 if c.hidden else -math.inf) for c in self.coefficients)]
-        return {p.name: p for p in (*declared, *self.known)}
+        return {p.name: p for p in (*self._declared, *self.known)}
+
+    @property
+    def _declared(self) -> tuple[Parameter, ...]:
+        """All parameters as every model knows them."""
+        own = (Parameter(c.name, c.unit, lower=0.0 if c.hidden else -math.inf) for c in self.coefficients)
+        return (*_COMMON, *own)
 
     @cached_property
     def losses(self) -> tuple[str, ...]:

@@ -12,14 +12,14 @@ import math
 
 import numpy as np
 
-from .jit import fast_kernel
+from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
 from .sums import LANES, SCRATCH, add_gram, add_products, spread, to_nodes
 from .swing_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
 from .swing_table import look_up_values
 
 
-@fast_kernel
+@fast_part
 def _write_basis(values, head, observable, nodes, w, theta, columns, at, basis):  # type: ignore[no-untyped-def]
     """Basis functions at the nodes into basis[:, at : at + m] from the values in the mirrored frame."""
     m = nodes.size

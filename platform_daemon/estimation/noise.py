@@ -126,6 +126,8 @@ def _sweep_range(spectra: SegmentSpectra, frequency_hz: float) -> tuple[float, f
     """Range of the fundamental over the record: an amplitude-dependent frequency rises as the motion decays."""
     grid = spectra.frequency_hz
     window = (grid > 0.85 * frequency_hz) & (grid < 1.25 * frequency_hz)
+    if not window.any():
+        return frequency_hz, frequency_hz
     power = spectra.density.sum(axis=1)
     floor = np.median(power.mean(axis=0))
     peaks = np.max(power[:, window], axis=1)

@@ -16,13 +16,13 @@ import math
 import numpy as np
 
 from .half_swing import STEPS
-from .jit import kernel
+from .jit import kernel, part
 from .trace import HEAD_DURATION, HEAD_START, HEAD_STEP
 
 DIPOLE, STATE = 0, 1
 
 
-@kernel
+@part
 def _angle_polynomial(left, right, h, out):  # type: ignore[no-untyped-def]
     """Degree-7 Hermite polynomial of phi on a step (x in 0..1), out (8,): phi, v, a, jerk match at both ends."""
     f0, f1, f2, f3 = left[0], h * left[1], h * h * left[2] / 2.0, h * h * h * left[3] / 6.0
@@ -38,7 +38,7 @@ def _angle_polynomial(left, right, h, out):  # type: ignore[no-untyped-def]
     out[7] = -20.0 * e0 + 10.0 * e1 - 2.0 * e2 + e3 / 6.0
 
 
-@kernel
+@part
 def _sensitivity_polynomials(left, right, h, columns, out):  # type: ignore[no-untyped-def]
     """Degree-5 Hermite polynomials of d phi/dq on a step for all columns q; out (columns, 6)."""
     for q in range(columns):
@@ -54,7 +54,7 @@ def _sensitivity_polynomials(left, right, h, columns, out):  # type: ignore[no-u
         out[q, 5] = 6.0 * e0 - 3.0 * e1 + 0.5 * e2
 
 
-@kernel
+@part
 def _write_basis(phi, v, a, d_phi, d_v, time, observable, columns, out, i):  # type: ignore[no-untyped-def]
     """Write one sample's basis into out[:, i] from the state and its derivatives (columns,) at fixed t and w."""
     if observable == DIPOLE:

@@ -24,7 +24,7 @@ from .terms.dispatch import acceleration
 from .trajectory import Dynamics
 
 _WIDEST = 2.98  # rad
-_PERIODS = 1.5
+_PERIODS = 3.0
 _POINTS = 64
 
 
@@ -39,7 +39,7 @@ def find_start_angle(record: RingDownRecord, model: RingDownModel, first: int, l
         raise RefusedError(Refusal.TOO_SHORT, "fewer than two half swings stand out")
     w = _natural_frequency(model, swings)
     values = _losses(model, swings, w)
-    states = {abs(s.dynamics.amplitude): s for s in _states(model, swings, w, values)}
+    states = {s.dynamics.amplitude: s for s in _states(model, swings, w, values)}
     periods = (swings.passages_s[0] - first * record.dt_s) * frequency_hz + _PERIODS
     return Start(tuple(states), periods, states.__getitem__)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .jit import fast_kernel
+from .jit import fast_part
 
 _CHUNK = 384  # samples whose polynomials fit into the fastest cache
 _LANE = 8  # samples are handled in so many at once; the last few are filled up with zeros
@@ -10,7 +10,7 @@ SCRATCH = 6 * _CHUNK
 LANES = 144  # nodes, of several half swings, that are summed over at once
 
 
-@fast_kernel
+@fast_part
 def _load(y, row, first, n, padded, buffer, at):  # type: ignore[no-untyped-def]
     """Copy n samples to buffer[at :], fill up with zeros; returns the sum of squares."""
     squares = 0.0
@@ -23,7 +23,7 @@ def _load(y, row, first, n, padded, buffer, at):  # type: ignore[no-untyped-def]
     return squares
 
 
-@fast_kernel
+@fast_part
 def spread(y, row, first, last, x, dx, buffer, sums, energy):  # type: ignore[no-untyped-def]
     """Add samples first .. last-1 of channels row .. row+2 times T_k to the same rows of sums (.., m), y^2 to energy.
 
@@ -74,7 +74,7 @@ def spread(y, row, first, last, x, dx, buffer, sums, energy):  # type: ignore[no
             sums[row + 2, k + 1] += b2
 
 
-@fast_kernel
+@fast_part
 def to_nodes(matrix, sums, at, out):  # type: ignore[no-untyped-def]
     """sums (rows, m) by T_k, turned into sums against the node polynomials, out[:, at : at + m]; matrix (k, node).
 
@@ -93,7 +93,7 @@ def to_nodes(matrix, sums, at, out):  # type: ignore[no-untyped-def]
                 out[r, at + i] += a * matrix[k, i] + b * matrix[k + 1, i] + c * matrix[k + 2, i] + d * matrix[k + 3, i]
 
 
-@fast_kernel
+@fast_part
 def add_products(basis, collected, n, products):  # type: ignore[no-untyped-def]
     """products (channels, b - 1) += basis times collected data (channels, .) at the first n nodes."""
     for channel in range(products.shape[0]):
@@ -104,7 +104,7 @@ def add_products(basis, collected, n, products):  # type: ignore[no-untyped-def]
             products[channel, j] += total
 
 
-@fast_kernel
+@fast_part
 def add_gram(basis, ones, n, weighted, gram):  # type: ignore[no-untyped-def]
     """Lower triangle of gram (b, b) += basis functions with each other and with 1 (the last row), at n nodes."""
     last = basis.shape[0]

@@ -11,8 +11,8 @@ import math
 import numpy as np
 
 from .half_swing import direction_at_rest
-from .jit import kernel
-from .swing_table import build_table, look_up_end
+from .jit import fast_kernel, kernel, part
+from .swing_table import look_up_end
 from .terms.dispatch import acceleration
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 
@@ -21,16 +21,15 @@ STATUS_NO_TABLE = 3
 WALK_START, WALK_CARRY, WALK_ANGLE, WALK = 0, 1, 2, 3
 # A half swing passed, float64 (HEAD + 2 columns,): start S, duration, direction; d size/dq, d S/dq.
 HEAD_START, HEAD_DURATION, HEAD_SIDE, HEAD = 0, 1, 2, 3
-BAND_RATIO = 4.5
 _MARGIN = 1.15
 _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
-@kernel
-def _band(size, left, side, codes, widths, c, band):  # type: ignore[no-untyped-def]
-    """Sizes band (2,) of the half swings in the remaining `left`, from the work of the losses in one of them.
+@fast_kernel
+def remaining_sizes(size, left, side, codes, widths, c, ratio, band):  # type: ignore[no-untyped-def]
+    """Sizes band (2,) of the half swings in the remaining time `left`, from the work of the losses in one of them.
 
-    An estimate: a ring-down that leaves the band gets another table.
+    An estimate, no wider than size/ratio to 1.5 size: a ring-down that leaves the band gets another table.
     """
     grad = np.zeros(c.size + 1)
     points = 8
@@ -43,29 +42,9 @@ def _band(size, left, side, codes, widths, c, band):  # type: ignore[no-untyped-
         back, _, _ = acceleration(side * phi, -side * v, -side, codes, widths, c, grad)
         # What changes sign with the motion is not conservative.
         work += 0.5 * side * (there - back) * math.sin(place) * size * math.pi / points
-    change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1)
-    band[0] = max(size / BAND_RATIO, size + min(change, 0.0) - 1e-3 * size)
+    change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1 * size)
+    band[0] = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
     band[1] = min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
-
-
-@kernel
-def tabulate(  # type: ignore[no-untyped-def]
-    size, left, side, mirrored, columns, codes, widths, c, observable, nodes, once, twice, band, sizes, accelerations,
-    values, ends,
-):  # fmt: skip
-    """The table of one direction for the half swings from `size` on, for the remaining time `left` (swing_table.py).
-
-    band (2,) out: the sizes that the table is good for. A table of one size is good for that size only.
-    mirrored: the motion to either side is the same, so one table serves both. Returns False without a turning point.
-    """
-    band[0] = size
-    band[1] = size
-    if sizes.size > 1:
-        _band(size, left, side, codes, widths, c, band)
-    return build_table(
-        band[0], band[1], 1.0 if mirrored else side, columns, codes, widths, c, observable, nodes, once, twice,
-        sizes, accelerations, values, ends,
-    )  # fmt: skip
 
 
 @kernel
@@ -105,7 +84,7 @@ def walk_swings(  # type: ignore[no-untyped-def]
         count += 1
 
 
-@kernel
+@part
 def _pass(walk, side, end, columns):  # type: ignore[no-untyped-def]
     """Move `walk` over a half swing with these end values (2 + 2 columns,)."""
     for p in range(columns):

@@ -14,11 +14,11 @@ import math
 import numpy as np
 
 from .collocation import solve_half_swing
-from .jit import fast_kernel, kernel
+from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
 
 
-@fast_kernel
+@fast_part
 def _write_values(a, phi, v, slopes, columns, observable, out):  # type: ignore[no-untyped-def]
     """Observed functions and their derivatives at the nodes, out (4 + 2 columns, m)."""
     for i in range(a.size):
@@ -44,7 +44,7 @@ def _write_values(a, phi, v, slopes, columns, observable, out):  # type: ignore[
                 out[5 + 2 * q, i] = slopes[q, 2, i]
 
 
-@kernel
+@fast_part
 def _mean(a, b):  # type: ignore[no-untyped-def]
     """Arithmetic-geometric mean of two positive numbers."""
     for _ in range(6):
@@ -52,7 +52,7 @@ def _mean(a, b):  # type: ignore[no-untyped-def]
     return a
 
 
-@kernel
+@fast_part
 def _undamped(size, nodes, a):  # type: ignore[no-untyped-def]
     """First guess: acceleration a (m,) of the undamped half swing, from its Fourier series; returns its duration.
 
@@ -71,12 +71,14 @@ def _undamped(size, nodes, a):  # type: ignore[no-untyped-def]
     return math.pi / mean
 
 
-@kernel
+@fast_kernel
 def build_table(  # type: ignore[no-untyped-def]
-    low, high, side, columns, codes, widths, c, observable, nodes, once, twice, sizes, accelerations, values, ends
-):
+    low, high, side, columns, codes, widths, c, observable, settled, nodes, once, twice, sizes, accelerations, values,
+    ends,
+):  # fmt: skip
     """Solve the half swings at the Chebyshev sizes of [low, high].
 
+    settled: how small Newton's last step has to be.
     sizes (k,), values (k, 4 + 2 columns, m), ends (k, 2 + 2 columns) are written. accelerations (k, m) and ends hold
     an earlier solution or zeros when the call begins: solutions nearby are the best first guess.
     """
@@ -100,11 +102,11 @@ def build_table(  # type: ignore[no-untyped-def]
             duration = _undamped(size, nodes, a)
         sizes[k] = size
         if not solve_half_swing(
-            size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
+            size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
         ):
             duration = _undamped(size, nodes, a)
             if not solve_half_swing(
-                size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
+                size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
             ):
                 ends[k, 0] = 0.0
                 return False
@@ -112,7 +114,7 @@ def build_table(  # type: ignore[no-untyped-def]
     return True
 
 
-@fast_kernel
+@fast_part
 def _weights(size, sizes, barycentric, weights):  # type: ignore[no-untyped-def]
     """Weights (k,) with which the values at the sizes add up to the value at `size`."""
     count = sizes.size
@@ -130,7 +132,7 @@ def _weights(size, sizes, barycentric, weights):  # type: ignore[no-untyped-def]
         weights[k] /= total
 
 
-@fast_kernel
+@fast_part
 def look_up_end(size, sizes, barycentric, ends, weights, end):  # type: ignore[no-untyped-def]
     """Interpolation weights (k,) for `size`, and the end values (2 + 2 columns,) there."""
     _weights(size, sizes, barycentric, weights)
@@ -141,7 +143,7 @@ def look_up_end(size, sizes, barycentric, ends, weights, end):  # type: ignore[n
             end[j] += weights[k] * ends[k, j]
 
 
-@fast_kernel
+@fast_part
 def look_up_values(weights, values, out):  # type: ignore[no-untyped-def]
     """Values out (4 + 2 columns, m) with the weights of look_up_end; values (k, 4 + 2 columns, m)."""
     count = weights.size

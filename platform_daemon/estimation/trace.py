@@ -43,6 +43,8 @@ def trace_half_swings(amplitude, theta, s_end, columns, codes, widths, c, heads,
         heads[0, HEAD_START] = theta
         heads[0, HEAD_DURATION] = -theta
         heads[0, HEAD_STEP] = integrate_arrival(begin, -theta, sigma, -theta, columns, codes, widths, c, nodes[0])
+        if heads[0, HEAD_STEP] == 0.0:
+            return 0, STATUS_LOST
         arrives = 1
     for count in range(arrives, heads.shape[0]):
         heads[count, HEAD_START] = start

@@ -12,7 +12,7 @@ from .models import RingDownModel
 from .sampling import fill_basis
 from .trace import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_swings
 
-EARLIEST = -3.0  # nothing swings faster than the undamped motion at small angles, with half swings of pi
+EARLIEST = -12.0  # a half swing from 175 degrees takes less
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Dynamics:
     Attributes:
         w: natural angular frequency, rad/s.
         theta: dimensionless time w t elapsed at t = 0 since the turning point the trajectory is anchored at;
-            negative (no further than EARLIEST) if that comes after t = 0.
+            negative if that comes after t = 0; the motion then arrives at it, without a turning point in between.
         amplitude: angle at that turning point, rad, with sign.
         values: physical coefficients of the model's terms, in the model's order and units.
     """

@@ -10,13 +10,11 @@ from .arrays import Array
 from .chebyshev import nodes_for, sizes_for
 from .models import RingDownModel
 from .sampling import STATE
-from .swing_chain import BAND_RATIO, HEAD, HEAD_SIDE, HEAD_START, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START
-from .swing_chain import walk_swings as walk
+from .swing_chain import HEAD_SIDE, HEAD_START, WALK_START
+from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK
 from .trajectory import Dynamics, LostTrajectoryError
-from .workspace import EXACT, SwingTables
-
-_SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
+from .workspace import EXACT, WIDEST_BAND
 
 
 def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> tuple[Array, Array]:
@@ -28,34 +26,18 @@ def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> 
     """
     if model.time_dependent:
         raise ValueError(f"the half swings of {model.name} depend on time")
-    d, columns = dynamics, 1 + len(model.coefficients)
-    s_end = d.w * until_s + d.theta
-    torque = columns, model.codes, model.widths, d.dimensionless(model)
-    size = abs(d.amplitude)
-    tables = SwingTables(nodes_for(size, EXACT), sizes_for(size, BAND_RATIO, EXACT), columns)
-    place = np.zeros(WALK + 2 * columns)
-    place[WALK_ANGLE] = d.amplitude
-    rows = int(max(s_end, 0.0) / _SHORTEST) + 16
-    heads, weights = np.empty((rows + 1, HEAD + 2 * columns)), np.empty((rows, tables.weights.size))
+    d = dynamics
+    walk, size = Walk(model, d, d.w * until_s + d.theta), abs(d.amplitude)
+    tables = SwingTables(nodes_for(size, EXACT), sizes_for(size, WIDEST_BAND, EXACT), walk.columns)
     starts, sizes = [], []
-    status = STATUS_NO_TABLE
-    while status == STATUS_NO_TABLE:
-        count, status = walk(
-            place, s_end, *torque, model.symmetric, tables.bands, tables.sizes, tables.weights, tables.ends, heads,
-            weights,
-        )  # fmt: skip
-        which = np.where(heads[:count, HEAD_SIDE] > 0.0, 0, 0 if model.symmetric else 1)
-        starts.append(heads[:count, HEAD_START].copy())
+    for count in walk.stretches(tables, WIDEST_BAND, STATE, EXACT):
+        which = np.where(walk.heads[:count, HEAD_SIDE] > 0.0, 0, 0 if model.symmetric else 1)
+        starts.append(walk.heads[:count, HEAD_START].copy())
         # The weights interpolate anything smooth over the sizes, and so the sizes themselves.
-        sizes.append(np.sum(weights[:count] * tables.sizes[which], axis=1))
-        left = s_end - float(place[WALK_START])
-        if status == STATUS_NO_TABLE and not tables.solve(
-            float(place[WALK_ANGLE]), left, torque, model.symmetric, STATE
-        ):
-            status = STATUS_LOST
-    if status == STATUS_LOST:
+        sizes.append(np.sum(walk.weights[:count] * tables.sizes[which], axis=1))
+    if walk.status == STATUS_LOST:
         raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
-    if status == STATUS_OK:
-        starts.append(place[WALK_START : WALK_START + 1])
-        sizes.append(np.array([math.fabs(place[WALK_ANGLE])]))
+    if walk.status == STATUS_OK:
+        starts.append(walk.at[WALK_START : WALK_START + 1])
+        sizes.append(np.array([math.fabs(walk.angle)]))
     return (np.concatenate(starts) - d.theta) / d.w, np.concatenate(sizes)

@@ -7,122 +7,61 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .arrays import Array, IntArray
-from .chebyshev import grid, nodes_for, size_weights, sizes_for
+from .arrays import Array
+from .chebyshev import nodes_for, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
 from .residual_trace import fill_model
 from .sampling import DIPOLE
-from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, tabulate, walk_swings
-from .trace import STATUS_LOST, STATUS_STUCK
+from .swing_chain import WALK, WALK_START
+from .swing_walk import SwingTables, Walk
+from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
 
-__all__ = ["COARSE", "EXACT", "Moments", "SwingTables", "Workspace"]
+__all__ = ["COARSE", "EXACT", "WIDEST_BAND", "Moments", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
-_SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
-
-Torque = tuple[int, IntArray, IntArray, Array]
-
-
-class SwingTables:
-    """Tables of half swings for one pair of grid sizes."""
-
-    def __init__(self, nodes: int, sizes: int, columns: int) -> None:
-        self.grid = grid(nodes)
-        self.weights = size_weights(sizes)
-        # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
-        self.bands = np.zeros((2, 2))
-        self.sizes = np.zeros((2, sizes))
-        self.accelerations = np.zeros((2, sizes, nodes))
-        self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
-        self.ends = np.zeros((2, sizes, 2 + 2 * columns))
-
-    def solve(self, angle: float, left: float, torque: Torque, symmetric: bool, observable: int) -> bool:
-        """Tabulate the half swings that begin like the one from `angle`; False if there is no turning point."""
-        side = math.copysign(1.0, -angle)
-        which = 0 if symmetric or side > 0.0 else 1
-        g = self.grid
-        return bool(
-            tabulate(
-                abs(angle), left, side, symmetric, *torque, observable, g.nodes, g.once, g.twice, self.bands[which],
-                self.sizes[which], self.accelerations[which], self.values[which], self.ends[which],
-            )
-        )  # fmt: skip
-
-
-class _Walk:
-    """Half swing after half swing, from table to table, until the dimensionless time s_end."""
-
-    def __init__(self, d: Dynamics, s_end: float, columns: int) -> None:
-        self._s_end, self.columns = s_end, columns
-        self.at = np.zeros(WALK + 2 * columns)
-        self.at[WALK_ANGLE], self.at[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
-        self._rows = int(s_end / _SHORTEST) + 16
-        self.heads = np.empty((self._rows + 1, HEAD + 2 * columns))
-        self.weights = np.empty((0, 0))
-
-    @property
-    def angle(self) -> float:
-        """Where the next half swing begins."""
-        return float(self.at[WALK_ANGLE])
-
-    @property
-    def left(self) -> float:
-        """Dimensionless time from there to the end."""
-        return float(self._s_end - self.at[WALK_START])
-
-    def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> tuple[int, int]:
-        """Go on as far as the tables reach: half swings passed, now in heads and weights, and why it ended."""
-        self.weights = np.empty((self._rows, tables.weights.size))
-        count, status = walk_swings(
-            self.at, self._s_end, *torque, symmetric, tables.bands, tables.sizes, tables.weights, tables.ends,
-            self.heads, self.weights,
-        )  # fmt: skip
-        return int(count), int(status)
+WIDEST_BAND = 4.5
+_ROOM = 1.05  # that a table has for the parameters to change before it needs another number of sizes
+_LOST = "no further turning point: the motion is not an oscillation"
 
 
 class _Pass:
     """One pass over the samples."""
 
     def __init__(
-        self, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int, columns: int
+        self, walk: Walk, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int
     ) -> None:
-        self._y, self._window, self._clock = y, (first, last), (dt_s, float(d.w), float(d.theta))
-        self._observable, self._stride = observable, stride
-        self.walk = _Walk(d, d.w * (last - 1) * dt_s + d.theta, columns)
-        self._skipped = 0
-        b = 7 + 2 * columns
+        self._walk, self._y, self._window, self._clock = walk, y, (first, last), (dt_s, float(d.w), float(d.theta))
+        self._observable, self._stride, self._skipped = observable, stride, 0
+        b = 7 + 2 * walk.columns
         self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
         self.used = 0
 
-    def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> int:
-        """Go on as far as the tables reach; why it ended (walk_swings)."""
-        walk = self.walk
-        count, status = walk.advance(tables, torque, symmetric)
+    def collect(self, count: int, tables: SwingTables, symmetric: bool) -> None:
+        """The samples of the half swings in the walk's last stretch."""
         if count:
             self.used += collect_swings(
-                self._y, *self._window, *self._clock, self._skipped, self._stride, count, walk.heads, walk.weights,
-                symmetric, self._observable, tables.grid.nodes, tables.grid.to_nodes, tables.values, *self._sums,
+                self._y, *self._window, *self._clock, self._skipped, self._stride, count, self._walk.heads,
+                self._walk.weights, symmetric, self._observable, tables.grid.nodes, tables.grid.to_nodes,
+                tables.values, *self._sums,
             )  # fmt: skip
         self._skipped += count
-        return status
 
     def rest(self) -> None:
         """The remaining samples of a rotor that is stuck: dm/dt is silent, an angle is constant."""
         dt_s, w, theta = self._clock
         first, last = self._window
-        at, columns = self.walk.at, self.walk.columns
+        at, columns = self._walk.at, self._walk.columns
         y = self._y[:, max(first, math.ceil((at[WALK_START] - theta) / (w * dt_s))) : last]
         gram, products, energy = self._sums
         constant = np.zeros(gram.shape[0])
         constant[-1] = 1.0
         if self._observable != DIPOLE:
-            angle = self.walk.angle
-            constant[0] = angle
-            constant[6:-1:2] = math.copysign(1.0, angle) * at[WALK : WALK + columns]
+            constant[0] = self._walk.angle
+            constant[6:-1:2] = math.copysign(1.0, self._walk.angle) * at[WALK : WALK + columns]
         gram += y.shape[1] * np.outer(constant, constant)
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
@@ -133,7 +72,7 @@ class _Pass:
         gram, products, energy = self._sums
         # Only the lower triangle was filled.
         gram = np.tril(gram) + np.tril(gram, -1).T
-        return Moments(gram, products, energy, self.used, self.walk.at[WALK + self.walk.columns :].copy())
+        return Moments(gram, products, energy, self.used, self._walk.at[WALK + self._walk.columns :].copy())
 
 
 @dataclass
@@ -142,12 +81,11 @@ class Workspace:
 
     model: RingDownModel
     _tables: dict[tuple[int, int], SwingTables] = field(default_factory=dict)
+    _held: tuple[Dynamics, SwingTables, float] | None = None
 
     def __post_init__(self) -> None:
         self.columns = 1 + len(self.model.coefficients)
-        self._codes, self._widths = self.model.codes, self.model.widths
         self._symmetric = self.model.symmetric
-        self._tabulated: Dynamics | None = None
 
     def moments(
         self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
@@ -170,20 +108,16 @@ class Workspace:
         direct_to = first if d.theta >= 0.0 else min(last, max(first, math.ceil(-d.theta / (d.w * dt_s))))
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
-        pass_ = _Pass(d, y, direct_to, last, float(dt_s), observable, stride, self.columns)
-        tables = self._tables_for(abs(d.amplitude), digits, tabulated)
-        tables.bands.fill(0.0)
-        if digits == EXACT and tabulated:
-            self._tabulated = d
-        torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
-        while (status := pass_.advance(tables, torque, self._symmetric)) == STATUS_NO_TABLE:
-            if not tables.solve(pass_.walk.angle, pass_.walk.left, torque, self._symmetric, observable):
-                status = STATUS_LOST
-                break
-        if status == STATUS_STUCK:
+        walk = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta)
+        pass_ = _Pass(walk, d, y, direct_to, last, float(dt_s), observable, stride)
+        tables, ratio = self._fresh_tables(walk, digits, tabulated)
+        for count in walk.stretches(tables, ratio, observable, digits):
+            pass_.collect(count, tables, self._symmetric)
+        if walk.status == STATUS_STUCK:
             pass_.rest()
-        if status == STATUS_LOST or pass_.used == 0:
-            raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
+        if walk.status == STATUS_LOST or pass_.used == 0:
+            raise LostTrajectoryError(_LOST)
+        self._held = (d, tables, ratio) if digits == EXACT and tabulated else None
         later = pass_.result()
         if direct_to == first:
             return later
@@ -200,30 +134,30 @@ class Workspace:
             LostTrajectoryError: the parameters describe no oscillation.
         """
         d, points, done = dynamics, np.empty((2, 2 * blocks)), 0
-        tables = self._tables_for(abs(d.amplitude), EXACT, True)
-        if d != self._tabulated:
-            tables.bands.fill(0.0)
-        torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
-        walk = _Walk(d, d.w * (begin + blocks * block) * dt_s + d.theta, self.columns)
-        while True:
-            count, status = walk.advance(tables, torque, self._symmetric)
+        walk = Walk(self.model, d, d.w * (begin + blocks * block) * dt_s + d.theta)
+        if self._held is not None and self._held[0] == d:
+            _, tables, ratio = self._held
+        else:
+            tables, ratio = self._fresh_tables(walk, EXACT, True)
+        for count in walk.stretches(tables, ratio, observable, EXACT):
             done = fill_model(
                 int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
                 self._symmetric, observable, tables.grid.to_nodes, tables.values, points,
             )  # fmt: skip
-            if status == STATUS_STUCK:
-                points[0, done:], points[1, done:] = (0.0 if observable == DIPOLE else walk.angle), 0.0
-            if status != STATUS_NO_TABLE:
-                break
-            if not tables.solve(walk.angle, walk.left, torque, self._symmetric, observable):
-                status = STATUS_LOST
-                break
-        if status == STATUS_LOST:
-            raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
+        if walk.status == STATUS_STUCK:
+            points[0, done:], points[1, done:] = (0.0 if observable == DIPOLE else walk.angle), 0.0
+        elif walk.status != STATUS_OK:
+            raise LostTrajectoryError(_LOST)
         return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
 
-    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> SwingTables:
-        key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
+    def _fresh_tables(self, walk: Walk, digits: float, tabulated: bool) -> tuple[SwingTables, float]:
+        """Empty tables for a walk, and how wide a band each of them covers; the first sets the width of all."""
+        ratio = WIDEST_BAND if tabulated else 1.0
+        band = walk.band(ratio)
+        ratio = min(ratio, _ROOM * band[1] / band[0])
+        size = abs(walk.angle)
+        key = nodes_for(size, digits), sizes_for(size, ratio, digits)
         if key not in self._tables:
             self._tables[key] = SwingTables(*key, self.columns)
-        return self._tables[key]
+        self._tables[key].bands.fill(0.0)
+        return self._tables[key], ratio

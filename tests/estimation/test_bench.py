@@ -3,6 +3,7 @@
 import numpy as np
 
 from platform_daemon.estimation.bench import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
+from platform_daemon.estimation.bench_campaign import campaign_text, run_campaign
 
 
 def test_a_short_benchmark_gives_times_ratios_and_a_table():
@@ -33,3 +34,11 @@ def test_the_floor_demodulates_what_it_is_given():
     expected = np.zeros((5, 2), dtype=complex)
     expected[0, 0], expected[2, 1] = 2.0, -1j
     assert np.allclose(found, expected, atol=1e-9)
+
+
+def test_the_campaign_fits_every_shot_of_every_dataset_in_two_processes():
+    report = run_campaign(shots=3, processes=2)
+    assert report["fits"] == report["good"] == 12
+    assert report["wall_s"] > 0
+    assert report["processor_s"] > 0
+    assert "12 fits, 2 processes" in campaign_text(report)

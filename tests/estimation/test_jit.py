@@ -2,18 +2,25 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 from platform_daemon.estimation import jit, warm_up
-from platform_daemon.estimation.half_swing import integrate_half_swing
 from platform_daemon.estimation.moments import collect_swings
 from platform_daemon.estimation.sampling import fill_basis
-from platform_daemon.estimation.terms.dispatch import acceleration, timed_acceleration
+from platform_daemon.estimation.swing_chain import walk_swings
+from platform_daemon.estimation.swing_table import build_table
+from platform_daemon.estimation.terms import TERMS
 from platform_daemon.estimation.trace import trace_half_swings
 
 
 def test_the_cache_of_every_kernel_depends_on_the_sources_of_all_kernels():
-    kernels = [integrate_half_swing, trace_half_swings, acceleration, timed_acceleration]
+    kernels = [trace_half_swings, fill_basis, build_table, walk_swings, collect_swings]
     assert {k._cache._cache_file._source_stamp for k in kernels} == {jit._sources_digest()}
+
+
+def test_every_torque_term_counts_as_a_source_of_kernels():
+    for term in TERMS.values():
+        assert jit._MARK.search(Path(sys.modules[term.function.__module__].__file__).read_bytes()), term.name
 
 
 def test_importing_the_room_compiles_nothing():
@@ -26,5 +33,4 @@ def test_importing_the_room_compiles_nothing():
 
 def test_each_entry_kernel_is_compiled_for_one_signature_only():
     warm_up()
-    # Inner kernels have none at all when the outer ones came from the cache.
     assert [len(k.signatures) for k in (trace_half_swings, fill_basis, collect_swings)] == [1, 1, 1]

@@ -19,6 +19,8 @@ from platform_daemon.estimation.terms import (
 from platform_daemon.estimation.trajectory import Dynamics, LostTrajectoryError, Trajectory
 from platform_daemon.estimation.workspace import Workspace
 
+from .pendulum import half_swings
+
 W = 2 * math.pi * 215.5
 RATE_HZ = 8000.0
 THETA = 2.0
@@ -153,30 +155,6 @@ CONSTANT = model_named("jewel_constant_friction")
 SMALL = model_named("jewel_small_angle")
 
 
-def reference_of(torque, amplitude, s, rtol=3e-14):
-    """(phi, v) at s from DOP853, half swing by half swing; torque(phi, v, sigma, s)."""
-
-    def turning(_, y):
-        return y[1]
-
-    turning.terminal = True
-    out, begin, phi = np.zeros((2, s.size)), 0.0, amplitude
-    while begin < s[-1]:
-        sigma = -math.copysign(1.0, phi)
-        if torque(phi, 0.0, sigma, begin) * sigma <= 0.0:
-            out[0, s >= begin] = phi
-            break
-        turning.direction = -sigma
-        leg = solve_ivp(
-            lambda x, y, sigma=sigma: [y[1], torque(y[0], y[1], sigma, x)], (begin, begin + 30), [phi, 0.0],
-            method="DOP853", rtol=rtol, atol=1e-17, events=turning, dense_output=True,
-        )  # fmt: skip
-        inside = (s >= begin) & (s < leg.t[-1])
-        out[:, inside] = leg.sol(s[inside])
-        begin, phi = leg.t[-1], leg.y[0, -1]
-    return out
-
-
 def constant_friction(phi, v, sigma, s):
     return -math.sin(phi) - 2 * 0.3 / W * v - sigma * 1190.0 / W**2
 
@@ -212,7 +190,7 @@ def stribeck(phi, v, sigma, s):
 @pytest.mark.parametrize("amplitude", [0.9, -0.3])
 def test_further_torque_terms_agree_with_dop853_too(model, values, torque, ways, amplitude):
     samples = some_of(6000)
-    expected = reference_of(torque, amplitude, W * samples / RATE_HZ + THETA)
+    expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
     for basis_of in ways:
         found = basis_of(model, Dynamics(W, THETA, amplitude, values), samples, STATE)[:2]
         error = relative_rms(found, expected)
@@ -230,7 +208,7 @@ def test_wide_swings_of_a_pendulum_agree_with_dop853(degrees, basis_of):
 
     samples = some_of(1200)
     amplitude = math.radians(degrees)
-    expected = reference_of(torque, amplitude, W * samples / RATE_HZ + THETA)
+    expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
     found = basis_of(model, Dynamics(W, THETA, amplitude, (0.01 * W, 2e-3 * W**2)), samples, STATE)[:2]
     print(degrees, basis_of.__name__, f"{relative_rms(found, expected):.1e}")
     assert relative_rms(found, expected) < 1e-7
@@ -276,6 +254,7 @@ def test_sensitivities_agree_with_differences_across_turning_points(model, value
     Dynamics(W, THETA, 3.1, (0.2,)),
     Dynamics(W, THETA, 0.4, (5.0 * W,)),
     Dynamics(W, -4.0, 0.4, (0.2,)),
+        Dynamics(W, -20.0, 0.4, (0.2,)),
     Dynamics(W, THETA, math.nan, (0.2,)),
 ])  # fmt: skip
 def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
@@ -294,7 +273,8 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
     assert after.theta < 0.0
     samples = np.arange(200)
     late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))
-    assert np.allclose(late[:6], early[:6], rtol=0.0, atol=1e-9)
+    assert np.allclose(late[:2], early[:2], rtol=0.0, atol=1e-9)
+    assert np.allclose(late[2:6], early[2:6], rtol=0.0, atol=1e-8)
     for k, size in enumerate([1e-5, 1e-5, 1e-5]):
         p = np.array([after.theta, W, after.amplitude])
         up, down = p + size * np.eye(3)[k], p - size * np.eye(3)[k]

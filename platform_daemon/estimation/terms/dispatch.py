@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import kernel
+from ..jit import part
 from .angle_dependent_damping import angle_dependent_damping
 from .bias_torque import bias_torque
 from .coulomb_friction import coulomb_friction
@@ -25,7 +25,7 @@ from .viscous_damping import viscous_damping
 TIMED_FROM = 1000
 
 
-@kernel
+@part
 def acceleration(phi, v, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Sum of all autonomous terms: (tau, d tau/d phi, d tau/d v); grad gets d tau/d c, float64 (coefficients,).
 
@@ -68,7 +68,7 @@ def acceleration(phi, v, sigma, codes, widths, c, grad):  # type: ignore[no-unty
     return total, total_phi, total_v
 
 
-@kernel
+@part
 def timed_acceleration(phi, v, u, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Sum of all timed terms at u = w t: (tau, d tau/d phi, d tau/d v, d tau/d u); grad gets their d tau/d c."""
     total = 0.0

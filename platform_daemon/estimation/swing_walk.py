@@ -1,0 +1,103 @@
+"""Half swing after half swing through a ring-down, by tables that are made on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from .arrays import Array, IntArray
+from .chebyshev import grid, size_weights
+from .models import RingDownModel
+from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
+from .swing_table import build_table
+from .trace import STATUS_LOST
+from .trajectory import Dynamics
+
+_SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
+
+Torque = tuple[int, IntArray, IntArray, Array]
+
+
+class SwingTables:
+    """Tables of half swings for one pair of grid sizes."""
+
+    def __init__(self, nodes: int, sizes: int, columns: int) -> None:
+        self.grid = grid(nodes)
+        self.weights = size_weights(sizes)
+        # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
+        self.bands = np.zeros((2, 2))
+        self.sizes = np.zeros((2, sizes))
+        self.accelerations = np.zeros((2, sizes, nodes))
+        self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
+        self.ends = np.zeros((2, sizes, 2 + 2 * columns))
+
+
+class Walk:
+    """A ring-down from its anchor to the dimensionless time s_end (swing_chain.py).
+
+    Attributes:
+        at: where it stands.
+        heads, weights: of the half swings passed in the last stretch; the weights interpolate over the table's sizes.
+        status: why that stretch ended (walk_swings); STATUS_LOST if no further turning point was found.
+    """
+
+    def __init__(self, model: RingDownModel, d: Dynamics, s_end: float) -> None:
+        self._s_end, self._symmetric = s_end, model.symmetric
+        self.columns = columns = 1 + len(model.coefficients)
+        self._torque: Torque = columns, model.codes, model.widths, d.dimensionless(model)
+        self.at = np.zeros(WALK + 2 * columns)
+        self.at[WALK_ANGLE], self.at[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
+        self._rows = int(max(s_end, 0.0) / _SHORTEST) + 16
+        self.heads = np.empty((self._rows + 1, HEAD + 2 * columns))
+        self.weights = np.empty((0, 0))
+        self.status: int = STATUS_NO_TABLE
+
+    @property
+    def angle(self) -> float:
+        """Where the next half swing begins."""
+        return float(self.at[WALK_ANGLE])
+
+    def band(self, ratio: float) -> Array:
+        """Sizes (low, high) of the half swings that are left, no further apart than `ratio`; 1: the next only."""
+        size = abs(self.angle)
+        band = np.array([size, size])
+        if ratio > 1.0:
+            left = self._s_end - float(self.at[WALK_START])
+            remaining_sizes(size, left, math.copysign(1.0, -self.angle), *self._torque[1:], ratio, band)
+        return band
+
+    def stretches(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> Iterator[int]:
+        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
+
+        Tables that hold already (their `bands` are not 0) are used first.
+        """
+        self.status = STATUS_NO_TABLE
+        while self.status == STATUS_NO_TABLE:
+            yield self._advance(tables)
+            if self.status == STATUS_NO_TABLE and not self._tabulate(tables, ratio, observable, digits):
+                self.status = STATUS_LOST
+
+    def _advance(self, tables: SwingTables) -> int:
+        """As far as the tables reach."""
+        self.weights = np.empty((self._rows, tables.weights.size))
+        count, self.status = walk_swings(
+            self.at, self._s_end, *self._torque, self._symmetric, tables.bands, tables.sizes, tables.weights,
+            tables.ends, self.heads, self.weights,
+        )  # fmt: skip
+        return int(count)
+
+    def _tabulate(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> bool:
+        """Tables for the half swings that are left on this side; False if there is no turning point."""
+        side = math.copysign(1.0, -self.angle)
+        which = 0 if self._symmetric or side > 0.0 else 1
+        band = tables.bands[which] = self.band(ratio)
+        settled = 10.0 ** (-0.8 * digits)
+        g = tables.grid
+        return bool(
+            build_table(
+                band[0], band[1], 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once,
+                g.twice, tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
+            )
+        )  # fmt: skip

@@ -1,0 +1,34 @@
+"""An independent source of angles: DOP853 from turning point to turning point, for any torque."""
+
+import math
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+
+def half_swings(torque, amplitude, s, rtol=3e-14):
+    """(phi, v), (2, n), at the dimensionless times s (n,) of the motion from rest at `amplitude`, s = 0.
+
+    torque(phi, v, sigma, s): sigma is the direction of motion. Friction that holds the rotor ends the motion.
+    """
+
+    def turning(_, y):
+        return y[1]
+
+    turning.terminal = True
+    out, begin, phi = np.zeros((2, s.size)), 0.0, amplitude
+    while begin < s[-1]:
+        sigma = -math.copysign(1.0, phi)
+        if torque(phi, 0.0, sigma, begin) * sigma <= 0.0:
+            out[0, s >= begin] = phi
+            break
+        turning.direction = -sigma
+        leg = solve_ivp(
+            lambda x, y, sigma=sigma: [y[1], torque(y[0], y[1], sigma, x)], (begin, begin + 40), [phi, 0.0],
+            method="DOP853", rtol=rtol, atol=max(1e-17, 1e-3 * rtol), events=turning, dense_output=True,
+        )  # fmt: skip
+        inside = (s >= begin) & (s < leg.t[-1])
+        if inside.any():
+            out[:, inside] = leg.sol(s[inside])
+        begin, phi = leg.t[-1], leg.y[0, -1]
+    return out
