@@ -20,7 +20,6 @@ _ROUNDS = 2  # a strong disturbance hides a weak one
 _RESOLVED = 4.0  # over the length of the window, in Hz: what is nearer to a harmonic cannot be told from it
 _KNOWN_RESOLVED = 1.5  # the same for tones that were seen in blank shots
 _SWEEP_MARGIN = 0.01
-_NOISE_LOBE_BINS = 6.5  # half width of a line in the noise spectrum
 _WIDEST = 3.0  # rad
 
 
@@ -46,7 +45,7 @@ def without_disturbances(
         if tones.size == 0 and degree == 0:
             return None
         nuisance = Nuisance(tones, degree, chosen.first, chosen.last)
-        freed = _without_lines(noise, tones)
+        freed = noise.without_tones(tones)
         # What was raised above rounding stays there.
         sd = np.where(problem.noise_sd > noise.sd, problem.noise_sd, freed.sd)
         beside = fit_beside(problem, best, nuisance, freed, sd, frequency_hz)
@@ -82,9 +81,3 @@ def _zones(state: FitState, margin_hz: float) -> Zones:
     natural_hz = state.dynamics.w / (2.0 * math.pi)
     slowest = frequency_ratio(min(abs(state.dynamics.amplitude), _WIDEST))
     return Zones(natural_hz * slowest * (1.0 - _SWEEP_MARGIN), natural_hz * (1.0 + _SWEEP_MARGIN), margin_hz)
-
-
-def _without_lines(noise: NoiseModel, tones_hz: Array) -> NoiseModel:
-    """The noise model without the lines at these tones."""
-    half = _NOISE_LOBE_BINS * (noise.frequency_hz[1] - noise.frequency_hz[0])
-    return noise.without(tones_hz - half, tones_hz + half) if tones_hz.size else noise
