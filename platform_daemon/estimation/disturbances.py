@@ -24,9 +24,9 @@ _WIDEST = 3.0  # rad
 
 
 def without_disturbances(
-    problem: Problem, best: Fitted, chosen: SampleRange, noise: NoiseModel, frequency_hz: float
+    problem: Problem, best: Fitted, residual: Residual, chosen: SampleRange, noise: NoiseModel, frequency_hz: float
 ) -> Beside | None:
-    """The joint fit; None if nothing stands in the residual that is steady and no part of the signal.
+    """The joint fit, from one that left this residual; None if nothing in that is steady and no part of the signal.
 
     Raises:
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the joint fit leads nowhere.
@@ -34,7 +34,8 @@ def without_disturbances(
     now, fitted, beside = problem, best, None
     tones, degree = _known_tones(noise, best.state, chosen, problem.record.dt_s), 0
     for _ in range(_ROUNDS):
-        residual = residual_of(now.record, now.workspace, fitted.tabulated, chosen, noise, now.noise_sd)
+        if beside is not None:
+            residual = residual_of(now.record, now.workspace, fitted.tabulated, chosen, noise, now.noise_sd)
         found, steeper = _seen(residual, fitted.state, chosen, now.record.dt_s, beside is None)
         new = [f for f in found if np.all(np.abs(tones - f) > 1.0 / _seconds(chosen, now.record.dt_s))]
         if beside is not None and not new and steeper <= degree:
