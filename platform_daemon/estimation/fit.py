@@ -15,12 +15,13 @@ from .disturbances import without_disturbances
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import (
     POOR_CHI2,
+    Explanation,
+    compare,
     doubts,
     is_suspect,
     is_unexplained,
     refuse_unexplained,
     refuse_untrustworthy,
-    refuse_wrong_variant,
 )
 from .knowledge import free_mask, held, knowledge_of, refuse_out_of_bounds, with_fixed
 from .leftover import leftover_of
@@ -121,20 +122,35 @@ def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixe
 
 
 def _fit(task: _Task, model: RingDownModel) -> FitResult:
-    """Fit, compare with richer models if the result is suspect, judge."""
+    """Fit, compare with rival models if the result is suspect, judge."""
     problem, best = _solve(task, model)
     residual = _residual(task, problem, best)
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
-    chi2 = best.normal.chi2 / _degrees(task, problem)
-    if is_suspect(chi2):
-        for other in rivals_of(model) if task.record.quantity != "angle" else ():
-            try:
-                other_problem, other_best = _solve(task, other)
-            except RefusedError:
-                continue
-            other_chi2 = other_best.normal.chi2 / _degrees(task, other_problem)
-            refuse_wrong_variant(model.name, chi2, other.name, other_chi2)
-    return _judged(task, problem, best, residual)
+    dof = _degrees(task, problem)
+    doubtful = _compared(task, problem, best) if is_suspect(best.normal.chi2 / dof, dof) else ()
+    result = _judged(task, problem, best, residual)
+    return replace(result, warnings=(*result.warnings, *doubtful))
+
+
+def _compared(task: _Task, problem: Problem, best: Fitted) -> tuple[str, ...]:
+    """Warnings from the rivals of a model, which may also refuse it."""
+    warnings: tuple[str, ...] = ()
+    for other in rivals_of(problem.model) if task.record.quantity != "angle" else ():
+        try:
+            other_problem, other_best = _solve(task, other)
+        except RefusedError:
+            continue
+        dof = _degrees(task, other_problem)
+        warnings += compare(_explanation(problem, best, dof), _explanation(other_problem, other_best, dof), dof)
+    return warnings
+
+
+def _explanation(problem: Problem, best: Fitted, dof: int) -> Explanation:
+    """A fit as its rivals see it."""
+    model = problem.model
+    names = [c.name for c in model.coefficients]
+    values = dict(zip(names, best.state.dynamics.values, strict=True))
+    return Explanation(model.name, best.normal.chi2 / dof, {name: values[name] for name in model.losses})
 
 
 def _undisturbed(
@@ -216,10 +232,11 @@ def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
 
 
 def _refuse_beat(task: _Task) -> None:
-    """Two resonators as the reason why a fit went wrong."""
-    if task.record.quantity == "angle":
+    """Two resonators as the reason why a fit went wrong; a window may end where they first cancel each other."""
+    record = task.record
+    if record.quantity == "angle":
         return
-    beat = find_beat(task.record, task.chosen.first, task.chosen.last, task.frequency_hz)
+    beat = find_beat(record, record.valid_from, record.end, task.frequency_hz)
     if beat is not None:
         one, other = beat.frequencies_hz
         seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"

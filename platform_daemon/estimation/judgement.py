@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
 from .losses import loss_warnings
@@ -11,7 +15,9 @@ from .refusal import Refusal, RefusedError
 
 POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
 _UNEXPLAINED_R2 = 0.9
-_SUSPECT_CHI2 = 2.0
+_MISFIT = 6.0  # standard deviations of chi^2
+_BETTER = 36.0  # fall of chi^2
+_MOST = 0.5  # of a loss
 _LARGEST_RELATIVE_STD = 0.05
 _LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
 _FEW_PERIODS = 12.0
@@ -31,22 +37,36 @@ def refuse_unexplained(model_name: str, r2: float, chi2_per_dof: float) -> None:
         )
 
 
-def is_suspect(chi2_per_dof: float) -> bool:
-    """Bad enough to ask whether another declared model does far better."""
-    return chi2_per_dof > _SUSPECT_CHI2
+def is_suspect(chi2_per_dof: float, dof: int) -> bool:
+    """Leaves significantly more than noise: reason to ask whether another declared model does better."""
+    return chi2_per_dof > 1.0 + _MISFIT * math.sqrt(2.0 / dof)
 
 
-def refuse_wrong_variant(model_name: str, chi2_per_dof: float, other_name: str, other: float) -> None:
-    """Refuse when a richer declared model explains what this one does not.
+@dataclass(frozen=True)
+class Explanation:
+    """What a model makes of a record: chi^2 over degrees of freedom, its losses by name, its own name."""
 
-    A record with an undeclared small effect must pass (diagnosis starts from it), so the other model has to remove
-    the misfit, or nine tenths of it.
+    name: str
+    chi2_per_dof: float
+    losses: Mapping[str, float]
+
+
+def compare(model: Explanation, other: Explanation, dof: int) -> tuple[str, ...]:
+    """Warn if another declared model explains a record better; refuse if it takes most of this model's losses over.
+
+    A record with a small undeclared effect must pass, since diagnosis starts from it: a little friction beside the
+    viscous loss of a thread does not make it a jewel.
+
+    Raises:
+        RefusedError: the other model is the right one.
     """
-    if other < 0.1 * chi2_per_dof or (other < POOR_CHI2 and other < 0.5 * chi2_per_dof):
-        raise RefusedError(
-            Refusal.MODEL_DOES_NOT_EXPLAIN,
-            f"{model_name}: chi2/dof = {chi2_per_dof:.3g}, while {other_name} reaches {other:.3g}",
-        )
+    if (model.chi2_per_dof - other.chi2_per_dof) * dof < _BETTER:
+        return ()
+    seen = f"{model.name}: chi2/dof = {model.chi2_per_dof:.4g}, while {other.name} reaches {other.chi2_per_dof:.4g}"
+    shared = [name for name in model.losses if name in other.losses]
+    if any(abs(other.losses[name]) < _MOST * abs(model.losses[name]) for name in shared):
+        raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, seen)
+    return (f"other_variant: {seen}",)
 
 
 def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:

@@ -5,6 +5,8 @@ A small undeclared effect must pass, since diagnosis starts from it; what would 
 
 from __future__ import annotations
 
+import numpy as np
+
 from .companion import Companion
 from .refusal import Refusal, RefusedError
 from .residual import Residual
@@ -20,6 +22,10 @@ _STEADY = 0.02  # decay over the window below which a tone is steady
 _BURST_SHARE = 0.15  # of the residual's power, in a sixteenth of the window
 _BURST_SIGMA = 20.0
 _LARGE_CHI2 = 1.1
+_TOPS = 12  # block means
+_BEYOND = 1.005
+_CLEAR = 4.0  # standard deviations of a block mean
+_FLAT = 0.2
 
 
 def is_worth_a_search(residual: Residual) -> bool:
@@ -28,11 +34,14 @@ def is_worth_a_search(residual: Residual) -> bool:
 
 
 def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, second: Companion | None) -> None:
-    """Refuse two resonators, and a residual of more than 2 % of the signal's power that no steady tone explains.
+    """Refuse flat tops, two resonators, and a residual above 2 % of the signal's power that no steady tone explains.
 
-    A second oscillation below 3 % of the fitted one is an undeclared effect (a side mode) and passes: it cannot move
-    m_r or the angle by more than about its own size, and 5 % is the error that a result may have at all.
+    A second oscillation below 3 % of the fitted one is an undeclared effect (a side mode) and passes with a warning:
+    it cannot move m_r or the angle by more than about its own size, and 5 % is the error that a result may have at
+    all. Losses are less robust: they can move by many of their standard deviations.
     """
+    if residual.coloured:
+        _refuse_clipped(residual)
     if second is not None and _is_resonator(second) and second.relative > _SMALLEST_COMPANION:
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
     explained = second.share if second is not None and _is_tone(second) else 0.0
@@ -41,6 +50,24 @@ def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, seco
         raise RefusedError(
             Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {100.0 * misfit:.2g} % of the signal's power is left over"
         )
+
+
+def _refuse_clipped(residual: Residual) -> None:
+    """Refuse channels that stay at a level wherever the fitted motion goes beyond it.
+
+    Noise that was added after an amplifier has clipped hides the flat tops from a look at single samples. Where a
+    receiver merely compresses, its output still rises with the motion.
+    """
+    for channel, (data, model, sd) in enumerate(zip(residual.data, residual.model, residual.sd, strict=True)):
+        size = np.abs(data)
+        level = float(np.median(np.sort(size)[-_TOPS:]))
+        beyond = np.abs(model) > _BEYOND * level + _CLEAR * sd
+        excess = np.abs(model[beyond]) - level
+        if np.count_nonzero(beyond) < _TOPS or np.ptp(excess) < _CLEAR * sd:
+            continue
+        rise = float(np.polyfit(excess, np.sign(model[beyond]) * data[beyond], 1)[0])
+        if rise < _FLAT:
+            raise RefusedError(Refusal.SATURATED, f"channel {channel} stays at {level:.3g} while the motion goes on")
 
 
 def _is_resonator(second: Companion) -> bool:

@@ -16,6 +16,8 @@ _SMALLEST_SEGMENT = 512
 _USUAL_SEGMENT = 8192
 _CERTAIN = 1e4
 _ENOUGH_PERIODS = 20.0
+_SHORT_POINTS = 600
+_EXPLAINED = 0.6  # of a record's power, by one sinusoid
 _QUICK_RATE_HZ = 7000.0
 _KEPT = 0.5  # of the power of a beginning that the averaging of samples must leave
 
@@ -48,8 +50,29 @@ def find_fundamental(samples: Array, sampling_rate_hz: float) -> Line | None:
             best = line
         certain = line is not None and _is_certain(line, length / sampling_rate_hz)
         if certain or length == samples.shape[1]:
-            return line if certain else best
+            break
         length = min(2 * length, samples.shape[1])
+    best = line if certain else best
+    seconds = samples.shape[1] / sampling_rate_hz
+    if best is None or not certain or best.frequency_hz * seconds < _ENOUGH_PERIODS:
+        return _few_periods(samples, seconds) or best
+    return best
+
+
+def _few_periods(samples: Array, seconds: float) -> Line | None:
+    """The sinusoid that explains most of a record of a few periods, which a windowed spectrum cannot resolve."""
+    block = max(1, samples.shape[1] // _SHORT_POINTS)
+    means = samples[:, : samples.shape[1] // block * block].reshape(samples.shape[0], -1, block).mean(axis=2)
+    means -= means.mean(axis=1, keepdims=True)
+    total = float(np.sum(means**2))
+    phase = 2.0 * np.pi * (np.arange(means.shape[1]) + 0.5) / means.shape[1]
+    trials = np.arange(0.5, _ENOUGH_PERIODS, 0.05)
+    waves = [np.stack([np.ones(phase.size), np.cos(p * phase), np.sin(p * phase)]) for p in trials]
+    explained = [float(np.sum((np.linalg.qr(w.T)[0].T @ means.T) ** 2)) for w in waves]
+    best = int(np.argmax(explained))
+    if not explained[best] > _EXPLAINED * total:
+        return None
+    return Line(float(trials[best]) / seconds, np.inf)
 
 
 def _quick_look(samples: Array, sampling_rate_hz: float) -> Line | None:
