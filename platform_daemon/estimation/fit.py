@@ -12,6 +12,7 @@ import numpy as np
 from .beat import find_beat
 from .companion import Companion, find_companion
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
+from .hints import hint_notes, hinted, needed_hints
 from .judgement import (
     POOR_CHI2,
     doubts,
@@ -23,6 +24,7 @@ from .judgement import (
 )
 from .knowledge import free_mask, held, knowledge_of, refuse_out_of_bounds, with_fixed
 from .leftover import leftover_of
+from .losses import tangled_losses
 from .misfit import is_worth_a_search, misfit_warnings, refuse_misfit
 from .models import RingDownModel, model_named, rivals_of
 from .noise import NoiseModel, estimate_noise
@@ -49,6 +51,7 @@ def fit_ring_down(
     *,
     noise: NoiseModel | None = None,
     fixed: Mapping[str, float] | None = None,
+    hints: Mapping[str, float] | None = None,
 ) -> FitResult:
     """Fit a declared model to a ring-down; start values come from the data.
 
@@ -58,6 +61,7 @@ def fit_ring_down(
         window: "n50" (0.24 s), "d30" (until 30 % of the maximum is left) or seconds.
         noise: measured elsewhere; None: from the record itself.
         fixed: values of f_nat_hz, m_r_am2 or loss coefficients that are not to be fitted.
+        hints: values at which losses are held only if the window cannot tell them from others (hints.py).
 
     Returns:
         A FitResult; unusable data give verdict "refused" with a reason, never an exception.
@@ -69,14 +73,20 @@ def fit_ring_down(
     began = time.perf_counter()
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)
-    values = held(model, fixed, dipole=observes_dipole(record, model))
+    dipole = observes_dipole(record, model)
+    values = held(model, fixed, dipole=dipole)
+    known = hinted(model, hints, values, dipole=dipole)
     noise_seconds = 0.0
     try:
         task = _task(record, window, noise, values)
         noise_seconds = task.noise_seconds
-        result = _fit(task, model)
+        result = _fit_or_refuse(task, model)
+        needed = needed_hints(result, known)
+        if needed:
+            result = _fit_or_refuse(replace(task, fixed={**values, **needed}), model)
+            result = replace(result, notes=(*result.notes, *hint_notes(needed)))
     except RefusedError as refused:
-        result = FitResult("refused", reason=str(refused))
+        result = _refused(refused)
     seconds = time.perf_counter() - began - noise_seconds
     return replace(result, seconds=seconds, noise_seconds=noise_seconds)
 
@@ -117,6 +127,19 @@ def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixe
     task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
     refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
     return task
+
+
+def _refused(refused: RefusedError) -> FitResult:
+    """The result that says why there is none."""
+    return FitResult("refused", reason=str(refused), code=refused.code)
+
+
+def _fit_or_refuse(task: _Task, model: RingDownModel) -> FitResult:
+    """The fit of a task, good or refused."""
+    try:
+        return _fit(task, model)
+    except RefusedError as refused:
+        return _refused(refused)
 
 
 def _fit(task: _Task, model: RingDownModel) -> FitResult:
@@ -243,11 +266,12 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
     refuse_untrustworthy(model, public)
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
+    tangle = tangled_losses(model, public)
     return FitResult(
         verdict="good",
         warnings=(
             *misfit_warnings(residual, chi2, second),
-            *doubts(model, public, task.samples * record.dt_s, task.periods),
+            *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,
@@ -259,6 +283,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         chi2_per_dof_by_channel=by_channel,
         whiteness_by_channel=tuple(residual.flatness.tolist()),
         condition=public.condition,
+        inseparable=() if tangle is None else tangle.names,
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,

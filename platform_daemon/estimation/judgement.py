@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .losses import loss_warnings
+from .losses import Tangle, loss_warnings
 from .models import RingDownModel
 from .publish import Published
 from .refusal import Refusal, RefusedError
@@ -65,9 +65,11 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
         raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
 
 
-def doubts(model: RingDownModel, public: Published, window_s: float, periods: float) -> tuple[str, ...]:
+def doubts(
+    model: RingDownModel, public: Published, tangle: Tangle | None, window_s: float, periods: float
+) -> tuple[str, ...]:
     """Named warnings about the parameters of a good result of a window of so many seconds and periods."""
-    warnings = [*loss_warnings(model, public, window_s)]
+    warnings = [*loss_warnings(model, public, tangle, window_s)]
     if periods < _FEW_PERIODS:
         warnings.append(f"window_too_short: {periods:.1f} periods; the errors hold only if the model is exact")
     return tuple(warnings)
