@@ -11,6 +11,7 @@ import numpy as np
 
 from .beat import find_beat
 from .companion import Companion, find_companion
+from .gauss_newton import FitState
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .hints import hint_notes, hinted, needed_hints
 from .judgement import (
@@ -18,6 +19,7 @@ from .judgement import (
     doubts,
     is_suspect,
     is_unexplained,
+    refuse_faint,
     refuse_unexplained,
     refuse_untrustworthy,
     refuse_wrong_variant,
@@ -212,9 +214,20 @@ def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
         if best.normal.chi2 < POOR_CHI2 * dof:
             break
     if best is None:
+        _refuse_faint(task, problem, by_convention(with_fixed(start.state(start.amplitudes[0]), problem.model, task.fixed)))
         _refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
     return best
+
+
+def _refuse_faint(task: _Task, problem: Problem, state: FitState) -> None:
+    """A signal too weak for its size to be told, at these start values, as the reason why a fit went wrong."""
+    try:
+        normal = problem.evaluate(state, task.chosen.last).normal
+        public = publish(problem.model, state, normal, problem.free)
+    except _FAILURES:
+        return
+    refuse_faint(public)
 
 
 def _refuse_beat(task: _Task) -> None:

@@ -286,9 +286,11 @@ def _is_better(trial: Normal, normal: Normal) -> bool:
 
 def _shrink(state: FitState, step: Array, t_end_s: float) -> float:
     """Largest fraction of a step for which the linearisation can still hold."""
+    own = 3 + len(state.dynamics.values)
     excess = max(
         abs(step[0]) / 0.7,
         abs(step[1]) * t_end_s / 2.0,
         abs(step[2]) / (0.4 * abs(state.dynamics.amplitude)),
+        state.observation.bend(step[own : own + state.observation.size]),
     )
     return 1.0 if excess <= 1.0 else 1.0 / excess

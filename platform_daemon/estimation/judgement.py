@@ -53,6 +53,15 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     """Numbers that are not finite, or mean nothing beside their own error, are no result."""
     if not np.all(np.isfinite(public.covariance)) or np.any(np.diag(public.covariance) <= 0.0):
         raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
+    refuse_faint(public)
+    estimates = public.parameters
+    losses = [estimates[n] for n in model.losses]
+    if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
+        raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
+
+
+def refuse_faint(public: Published) -> None:
+    """Refuse a size of the motion that means nothing beside its own error."""
     estimates = public.parameters
     name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
     if name not in estimates or estimates[name].std is None:
@@ -60,9 +69,6 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     estimate = estimates[name]
     if estimate.std is not None and estimate.std > limit * abs(estimate.value):
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
-    losses = [estimates[n] for n in model.losses]
-    if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
-        raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
 
 
 def doubts(

@@ -9,6 +9,7 @@ depends on what is observed.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -111,8 +112,9 @@ class DipoleObservation:
         return out
 
     def moved(self, step: Array) -> DipoleObservation:
-        """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
-        return replace(self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+        """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
+        factor = math.exp(float(step[0]) / self.m_r)
+        return replace(self, m_r=self.m_r * factor, rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
 
     def bend(self, step: Array) -> float:
         """Relative change of the moment, or angle of rotation."""
