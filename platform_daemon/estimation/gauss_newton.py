@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, grown
 from .assemble import assemble, squares_after
 from .linear import solve_scaled
 from .models import RingDownModel
@@ -46,7 +46,7 @@ class FitState:
         dynamics = Dynamics(
             w=d.w + float(step[1]),
             theta=d.theta + float(step[0]),
-            amplitude=d.amplitude * math.exp(float(step[2]) / d.amplitude),
+            amplitude=grown(d.amplitude, float(step[2])),
             values=tuple(q + float(dq) for q, dq in zip(d.values, step[3:k], strict=True)),
         )
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])

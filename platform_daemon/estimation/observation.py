@@ -9,13 +9,12 @@ depends on what is observed.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, grown
 from .rotation import (
     HALF_TURN_ABOUT_U,
     rodrigues_from_rotation,
@@ -113,8 +112,8 @@ class DipoleObservation:
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
-        factor = math.exp(float(step[0]) / self.m_r)
-        return replace(self, m_r=self.m_r * factor, rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+        m_r = grown(self.m_r, float(step[0]))
+        return replace(self, m_r=m_r, rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
 
     def bend(self, step: Array) -> float:
         """Relative change of the moment, or angle of rotation."""
