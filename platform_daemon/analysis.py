@@ -19,9 +19,9 @@ from platform_daemon.estimation import (
     PARAMETER_NAMES,
     FitResult,
     SeriesNoise,
+    find_clipping,
     fit_ring_down,
     model_signal,
-    saturation,
 )
 from platform_daemon.plots import RingDownPicture
 from platform_daemon.recording_noise import recording_noise
@@ -115,14 +115,15 @@ def fit_frame(
 
     noise: of the series that the frame belongs to; None: the frame's own.
     """
-    clipped = saturation(rx_volts)
-    if clipped is not None:
+    clipped = find_clipping(rx_volts)
+    if clipped is not None and clipped.severe:
         return FitResult(verdict="refused", reason=f"saturated: {clipped}")
     record, assumed = ring_down(rx_volts, rate_hz, calibration)
     of_shot = (noise or SeriesNoise()).for_shot(record)
     fit = fit_ring_down(record, ask.variant, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
     notes = (*fit.notes, *assumed, *([of_shot.note] if of_shot.note else []))
-    return replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
+    few = (f"saturated: {clipped}, too few to spoil the result",) if clipped is not None and fit.parameters else ()
+    return replace(fit, warnings=(*fit.warnings, *few), notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
 
 
 def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:

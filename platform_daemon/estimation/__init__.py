@@ -23,7 +23,7 @@ from .fit import fit_ring_down
 from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
-from .saturation import saturation
+from .saturation import find_clipping, saturation
 from .series_noise import SeriesNoise
 from .warm import warm_up
 
@@ -38,6 +38,7 @@ __all__ = [
     "SeriesNoise",
     "calibrate",
     "estimate_noise",
+    "find_clipping",
     "fit_ring_down",
     "model_signal",
     "saturation",

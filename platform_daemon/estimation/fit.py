@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .ambiguity import ambiguity
 from .beat import find_beat
 from .companion import Companion, find_companion
 from .disturbances import without_disturbances
@@ -31,12 +32,13 @@ from .losses import tangled_losses
 from .misfit import is_worth_a_search, misfit_warnings, refuse_misfit
 from .models import RingDownModel, model_named, rivals_of
 from .noise import NoiseModel, estimate_noise
+from .periods import FEW_PERIODS, counted_periods
 from .publish import by_convention, publish
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .residual import Residual, residual_of
 from .result import FitResult, FittedModel
-from .screening import refuse_few_periods, screen
+from .screening import few_at_full_scale, refuse_few_periods, screen
 from .start import Start, find_start, observes_dipole
 from .start_label import NoLabelError
 from .trajectory import LostTrajectoryError
@@ -105,6 +107,7 @@ class _Task:
     frequency_hz: float
     fixed: Mapping[str, float]
     noise_seconds: float
+    doubts: tuple[str, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -128,7 +131,11 @@ def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixe
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
     task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
-    refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
+    if task.periods < FEW_PERIODS and record.quantity != "angle":
+        seen = record.samples[:, chosen.first : chosen.last]
+        counted = counted_periods(seen, record.dt_s, line.frequency_hz)
+        task = replace(task, frequency_hz=counted / (task.samples * record.dt_s))
+    refuse_few_periods(task.samples * record.dt_s, task.frequency_hz)
     return task
 
 
@@ -149,6 +156,7 @@ def _fit(task: _Task, model: RingDownModel) -> FitResult:
     """Fit, compare with richer models if the result is suspect, judge."""
     problem, best = _solve(task, model)
     residual = _residual(task, problem, best)
+    task = replace(task, doubts=(*problem.doubts, *few_at_full_scale(task.record)))
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
     chi2 = best.normal.chi2 / _degrees(task, problem)
     if is_suspect(chi2):
@@ -220,27 +228,25 @@ def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
 
 def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
     """Quickly from the most trusted start; carefully, and from the others, only if that explains the record badly."""
-    best: Fitted | None = None
+    found: list[Fitted] = []
     dof = _degrees(task, problem)
     failure = "no start value led anywhere"
     for amplitude, schedule in [(start.amplitudes[0], QUICK), *((a, CAREFUL) for a in start.amplitudes)]:
         state = by_convention(with_fixed(start.state(amplitude), problem.model, task.fixed))
         try:
-            fitted = fit_growing(problem, state, start.periods, task.chosen.last, schedule)
+            found.append(fit_growing(problem, state, start.periods, task.chosen.last, schedule))
         except _FAILURES as error:
             failure = str(error)
             continue
-        if best is None or fitted.normal.chi2 < best.normal.chi2:
-            best = fitted
-        if best.normal.chi2 < POOR_CHI2 * dof:
+        if found[-1].normal.chi2 < POOR_CHI2 * dof:
             break
-    if best is None:
-        _refuse_faint(
-            task, problem, by_convention(with_fixed(start.state(start.amplitudes[0]), problem.model, task.fixed))
-        )
+    if not found:
+        first = by_convention(with_fixed(start.state(start.amplitudes[0]), problem.model, task.fixed))
+        _refuse_faint(task, problem, first)
         _refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
-    return best
+    problem.doubts = ambiguity(found, problem.free, dof)
+    return min(found, key=lambda fitted: fitted.normal.chi2)
 
 
 def _refuse_faint(task: _Task, problem: Problem, state: FitState) -> None:
@@ -257,7 +263,7 @@ def _refuse_beat(task: _Task) -> None:
     """Two resonators as the reason why a fit went wrong."""
     if task.record.quantity == "angle":
         return
-    beat = find_beat(task.record, task.chosen.first, task.chosen.last, task.frequency_hz)
+    beat = find_beat(task.record, task.chosen.first, task.chosen.last, task.frequency_hz, task.noise_sd)
     if beat is not None:
         one, other = beat.frequencies_hz
         seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"
@@ -314,6 +320,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted, residual: Residual) -> 
         verdict="good",
         warnings=(
             *misfit_warnings(residual, chi2, second),
+            *task.doubts,
             *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes),

@@ -59,7 +59,10 @@ CAREFUL = Schedule(2.0, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
 
 @dataclass
 class Problem:
-    """A record, a model and its noise; counts the passes over the samples."""
+    """A record, a model and its noise; counts the passes over the samples.
+
+    doubts: warnings about the minimum that was found.
+    """
 
     record: RingDownRecord
     model: RingDownModel
@@ -68,6 +71,7 @@ class Problem:
     first: int
     knowledge: Knowledge = field(default_factory=Knowledge)
     passes: int = 0
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self.workspace = Workspace(self.model)

@@ -259,8 +259,8 @@ _TRUTHS = """## Random resonators
 
 100-1000 Hz, 2-75 degrees, any orientation and phase. Where the predicted error of m_r is above 5 %, the only right
 answer is `amplitude_below_floor`; from 3 to 8 % the estimated error may fall on either side. A failure is any
-other refusal, a missing one, or a joint χ² of all errors with a probability below 10⁻⁹. Mean χ²/k: of the good fits, 1 if the
-errors are honest.
+other refusal, a missing one, or a joint χ² of all errors with a probability below 10⁻⁹. Mean χ²/k: of the good fits,
+1 if the errors are honest.
 
 | variant | window | noise | truths | predicted above 5 % | good | failures | mean χ²/k |
 |---|---|---|---|---|---|---|---|
