@@ -19,9 +19,9 @@ from platform_daemon.estimation import (
     PARAMETER_NAMES,
     FitResult,
     SeriesNoise,
+    find_clipping,
     fit_ring_down,
     model_signal,
-    saturation,
 )
 from platform_daemon.plots import RingDownPicture
 from platform_daemon.recording_noise import recording_noise
@@ -35,15 +35,23 @@ NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
 
 @dataclass(frozen=True)
 class FitRequest:
-    """How to fit: variant ("thread" or "jewel"), window ("n50", "d30" or seconds), parameters held fixed."""
+    """How to fit.
+
+    Attributes:
+        variant: "thread" or "jewel".
+        window: "n50", "d30" or seconds.
+        fixed: parameters held, by name.
+        hints: losses held only in frames whose window cannot tell them apart.
+    """
 
     variant: str
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
+    hints: Mapping[str, float] | None = None
 
 
 def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
-    """Raises InputError for a parameter that cannot be held, or not at that value."""
+    """Raises InputError for a parameter that cannot be held or hinted at, or not at that value."""
     allowed = ["f_nat_hz", "lambda_per_s"]
     allowed += ["m_r_am2"] if calibrated else []
     allowed += ["tf_over_i_rad_per_s2"] if ask.variant == "jewel" else []
@@ -51,8 +59,22 @@ def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
         if name not in allowed:
             why = f"a {ask.variant} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
             raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
-        if not (math.isfinite(value) and value >= 0 and (value > 0 or name not in ("f_nat_hz", "m_r_am2"))):
-            raise InputError(f"{name} = {value} makes no sense", where="fixed", remedy="give a finite positive value")
+        _check_value(name, value, "fixed")
+    losses = [name for name in allowed if name in _LOSSES]
+    for name, value in (ask.hints or {}).items():
+        if name not in losses:
+            why = f"the losses of a {ask.variant} are {', '.join(losses)}"
+            raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")
+        _check_value(name, value, "hints")
+
+
+_LOSSES = ("lambda_per_s", "tf_over_i_rad_per_s2")
+
+
+def _check_value(name: str, value: float, where: str) -> None:
+    """Raises InputError for a value that no resonator can have."""
+    if not (math.isfinite(value) and value >= 0 and (value > 0 or name in _LOSSES)):
+        raise InputError(f"{name} = {value} makes no sense", where=where, remedy="give a finite positive value")
 
 
 def parse_window(text: str) -> Window:
@@ -93,14 +115,15 @@ def fit_frame(
 
     noise: of the series that the frame belongs to; None: the frame's own.
     """
-    clipped = saturation(rx_volts)
-    if clipped is not None:
+    clipped = find_clipping(rx_volts)
+    if clipped is not None and clipped.severe:
         return FitResult(verdict="refused", reason=f"saturated: {clipped}")
     record, assumed = ring_down(rx_volts, rate_hz, calibration)
     of_shot = (noise or SeriesNoise()).for_shot(record)
-    fit = fit_ring_down(record, ask.variant, ask.window, noise=of_shot.model, fixed=ask.fixed)
+    fit = fit_ring_down(record, ask.variant, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
     notes = (*fit.notes, *assumed, *([of_shot.note] if of_shot.note else []))
-    return replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
+    few = (f"saturated: {clipped}, too few to spoil the result",) if clipped is not None and fit.parameters else ()
+    return replace(fit, warnings=(*fit.warnings, *few), notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
 
 
 def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
@@ -296,19 +319,19 @@ def _table_row(fit: FitResult | str, names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def parse_fixed(texts: list[str]) -> dict[str, float] | None:
-    """`NAME=VALUE` texts as parameters held fixed; None if there are none.  Raises InputError."""
-    fixed: dict[str, float] = {}
+def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
+    """`NAME=VALUE` texts as parameters by name; None if there are none.  Raises InputError that names the option."""
+    values: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
         if name not in PARAMETER_NAMES:
             remedy = f"one of: {', '.join(PARAMETER_NAMES)}"
-            raise InputError(f"no parameter is called {name!r}", where="--fix", remedy=remedy)
+            raise InputError(f"no parameter is called {name!r}", where=option, remedy=remedy)
         try:
-            fixed[name] = float(value)
+            values[name] = float(value)
         except ValueError:
-            raise InputError(f"{text!r} holds no number", where="--fix", remedy="write NAME=VALUE") from None
-    return fixed or None
+            raise InputError(f"{text!r} holds no number", where=option, remedy="write NAME=VALUE") from None
+    return values or None
 
 
 def picture(recording: Recording, frame: int, variant: str | None, window: Window) -> RingDownPicture:

@@ -36,6 +36,9 @@ def fit(
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
     fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
+    hint: Annotated[
+        list[str] | None, typer.Option("--hint", help="Hold the loss NAME=VALUE where the window cannot tell it.")
+    ] = None,
     derived: Annotated[bool, typer.Option("--derived", help="Q, equivalent Q, orientation errors, Allan.")] = False,
     json_file: JsonOption = None,
     jsonl: Annotated[Path | None, typer.Option("--jsonl", help="Append each finished file as a line.")] = None,
@@ -45,12 +48,13 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit every frame of one or more recordings."""
-    from platform_daemon.analysis import parse_fixed, parse_window
+    from platform_daemon.analysis import parse_values, parse_window
     from platform_daemon.batch import Settings
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
-    settings = Settings(variant, parse_window(window), parse_fixed(fix or []), other, derived)
+    fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
+    settings = Settings(variant, parse_window(window), fixed, other, derived, hints)
     must_not_exist(json_file, force)
     _check_ledger(jsonl, resume, force)
     signal.signal(signal.SIGTERM, interrupt)

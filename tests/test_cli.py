@@ -91,6 +91,30 @@ def test_a_parameter_held_fixed_has_no_standard_deviation(measured):
     assert found == {"value": 0.0978, "std": None}
 
 
+def test_a_hint_holds_a_loss_only_where_the_window_cannot_tell_it(measured):
+    found = {}
+    for window in ("0.05", "0.5"):
+        path = measured / f"hint{window}.json"
+        done = run("fit", measured / "j.h5", "--window", window, "--hint", "lambda_per_s=0.24", "--json", path)
+        assert done.returncode == 0, done.stderr
+        found[window] = json.loads(path.read_text())["frames"][0]
+    assert found["0.05"]["parameters"]["lambda_per_s"] == {"value": 0.24, "std": None}
+    assert any(note.startswith("hint used: lambda_per_s") for note in found["0.05"]["notes"])
+    assert found["0.5"]["parameters"]["lambda_per_s"]["std"] > 0
+    assert not any("hint" in note for note in found["0.5"]["notes"])
+
+
+@pytest.mark.parametrize("sensitivity", [np.ones((3, 3)), np.eye(3)[:2]])
+def test_a_calibration_that_cannot_be_inverted_is_bad_input(measured, tmp_path, sensitivity):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "cal.h5", "w") as target:
+        source.copy("calibration", target)
+        del target["calibration/sensitivity"]
+        target["calibration/sensitivity"] = sensitivity
+    done = run("fit", measured / "j.h5", "--calibration", tmp_path / "cal.h5", "--json", tmp_path / "f.json")
+    assert_one_line_error(done, 2, "sensitivity")
+    assert not (tmp_path / "f.json").exists()
+
+
 def test_fit_with_another_calibration_scales_the_moment(measured):
     with h5py.File(measured / "j.h5") as source, h5py.File(measured / "cal.h5", "w") as target:
         source.copy("calibration", target)
@@ -151,6 +175,7 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
 )
 def test_what_cannot_be_held_fixed_is_said_in_one_line(measured, fixed, word):
     assert_one_line_error(run("fit", measured / "j.h5", "--fix", fixed), 2, word)
+    assert_one_line_error(run("fit", measured / "j.h5", "--hint", fixed), 2, word)
 
 
 def test_a_file_whose_only_frame_holds_nan_is_bad_input_naming_the_sample(tmp_path, measured):

@@ -26,7 +26,7 @@ def _body(job: Job) -> dict[str, Any]:
 def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
     """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
     recording = opened(body.recording, context)
-    ask = FitRequest(choose_variant(recording, body.variant), body.window, body.fixed or None)
+    ask = FitRequest(choose_variant(recording, body.variant), body.window, body.fixed or None, body.hints or None)
     check_fixed(ask, calibrated=recording.calibration is not None)
 
     def work(job: Job) -> None:

@@ -39,7 +39,10 @@ class AcquisitionBody(AcquisitionRequest):
 
 
 class FitBody(BaseModel):
-    """A fit of a stored recording; window: "n50", "d30" or seconds; variant only if the recording has none."""
+    """A fit of a stored recording; window: "n50", "d30" or seconds; variant only if the recording has none.
+
+    fixed: parameters held, by name; hints: losses held only in frames whose window cannot tell them apart.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -51,6 +54,7 @@ class FitBody(BaseModel):
     variant: Literal["thread", "jewel"] | None = None
     window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] = "d30"
     fixed: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
+    hints: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
 
 
 class PredictBody(BaseModel):

@@ -102,7 +102,8 @@ def _state(path: Path) -> dict[str, int] | None:
 
 def _digest(settings: Settings) -> str:
     """Of everything that a result depends on beside the file."""
-    text = [__version__, settings.variant, settings.window, sorted((settings.fixed or {}).items()), settings.derived]
+    fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hints))
+    text = [__version__, settings.variant, settings.window, fixed, settings.derived, hints]
     digest = hashlib.sha256(json.dumps(text).encode())
     if settings.calibration is not None:
         c = settings.calibration[0]

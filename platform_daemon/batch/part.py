@@ -28,7 +28,7 @@ class Settings:
     Attributes:
         variant: "thread" or "jewel"; None: what each file says.
         window: "n50", "d30" or seconds.
-        fixed: parameters held, by name.
+        fixed, hints: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
         derived: give derived quantities too.
     """
@@ -38,6 +38,7 @@ class Settings:
     fixed: dict[str, float] | None = None
     calibration: tuple[Calibration, str] | None = None
     derived: bool = False
+    hints: dict[str, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording, FitR
         recording = open_recording(path)
         if settings.calibration is not None:
             recording = recording.with_calibration(*settings.calibration)
-        ask = FitRequest(choose_variant(recording, settings.variant), settings.window, settings.fixed)
+        ask = FitRequest(choose_variant(recording, settings.variant), settings.window, settings.fixed, settings.hints)
         check_fixed(ask, calibrated=recording.calibration is not None)
         yield recording, ask
 

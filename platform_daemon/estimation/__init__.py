@@ -5,7 +5,7 @@ The way of one shot through the room:
     screening, noise, windows    is it usable, how noisy is it (welch, series_noise), which samples
     snapshot, start              start values from the first periods (spectrum, harmonics)
     swings, start_angle            those of an angle: passages through zero and turning points
-    models (terms), knowledge    what is fitted: torque terms, and what is known of the parameters beforehand
+    models (terms), knowledge    what is fitted: torque terms, and what is known of the parameters beforehand (hints)
     growing, gauss_newton        least squares on growing windows (assemble, linear), from
     workspace, moments, sums       what the samples say, half swing by half swing, with the help of
     swing_chain                      their order in time, looked up in
@@ -23,7 +23,7 @@ from .fit import fit_ring_down
 from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
-from .saturation import saturation
+from .saturation import find_clipping, saturation
 from .series_noise import SeriesNoise
 from .warm import warm_up
 
@@ -38,6 +38,7 @@ __all__ = [
     "SeriesNoise",
     "calibrate",
     "estimate_noise",
+    "find_clipping",
     "fit_ring_down",
     "model_signal",
     "saturation",

@@ -19,6 +19,7 @@ _HOP_PERIODS = 1.5
 _STRETCH_PERIODS = 60
 _SMALLEST = 0.05  # of the larger one
 _LEFT_BY_TWO = 0.25  # of the envelope's power
+_ABOVE_NOISE = 3.0  # neighbouring points share samples
 _BEATING = 0.005  # of what one rotation leaves
 _LEFT_BY_ONE = 0.05
 
@@ -31,13 +32,17 @@ class Beat:
     ratio: float
 
 
-def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float) -> Beat | None:
-    """Two oscillations near the fundamental in the first sixty periods of samples first .. last-1, or None."""
-    envelope, hop_s = _envelope(record, first, last, frequency_hz)
+def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float, noise_sd: Array) -> Beat | None:
+    """Two oscillations near the fundamental in the first sixty periods of samples first .. last-1, or None.
+
+    noise_sd: (channels,) of a sample.
+    """
+    envelope, hop_s, noise = _envelope(record, first, last, frequency_hz)
     if envelope.shape[1] < 12:
         return None
     sizes = np.linalg.svd(envelope, compute_uv=False)
-    two_directions = sizes.size > 1 and sizes[1] > _SMALLEST * sizes[0]
+    noise_size = _ABOVE_NOISE * noise * float(noise_sd.max()) * math.sqrt(envelope.shape[1])
+    two_directions = sizes.size > 1 and sizes[1] > max(_SMALLEST * sizes[0], noise_size)
     poles, amplitudes, left = _rotations(envelope, 1 if two_directions else envelope.shape[1] // 3, 2)
     _, _, left_by_one = _rotations(envelope, envelope.shape[1] // 3, 1)
     # One resonator spans one direction. It may change its frequency, but then two rotations do not follow it exactly.
@@ -50,8 +55,8 @@ def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float
     return Beat((float(found[0]), float(found[1])), ratio) if ratio > _SMALLEST else None
 
 
-def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float) -> tuple[ComplexArray, float]:
-    """Complex envelope (channels, points) of the fundamental, and the step between its points in s."""
+def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float) -> tuple[ComplexArray, float, float]:
+    """Complex envelope (channels, points) of the fundamental, step between points in s, noise of one in a sample's."""
     period = record.sampling_rate_hz / frequency_hz
     length = round(_PERIODS * period)
     hop = round(_HOP_PERIODS * period)
@@ -65,7 +70,11 @@ def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float
         piece = record.samples[:, begin : begin + length]
         turn = np.exp(-2j * np.pi * k * hop / period)
         rows.append((piece - piece.mean(axis=1, keepdims=True)) @ wave * turn)
-    return np.array(rows).T if rows else np.empty((record.channels, 0), dtype=complex), hop * record.dt_s
+    return (
+        np.array(rows).T if rows else np.empty((record.channels, 0), dtype=complex),
+        hop * record.dt_s,
+        float(np.linalg.norm(window)),
+    )
 
 
 def _rotations(envelope: ComplexArray, lags: int, count: int) -> tuple[ComplexArray, Array, float]:

@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .ambiguity import ambiguity
 from .beat import find_beat
 from .companion import Companion, find_companion
 from .disturbances import without_disturbances
+from .gauss_newton import FitState
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
+from .hints import hint_notes, hinted, needed_hints
 from .judgement import (
     POOR_CHI2,
     Explanation,
@@ -20,20 +23,23 @@ from .judgement import (
     doubts,
     is_suspect,
     is_unexplained,
+    refuse_faint,
     refuse_unexplained,
     refuse_untrustworthy,
 )
 from .knowledge import free_mask, held, knowledge_of, refuse_out_of_bounds, with_fixed
 from .leftover import leftover_of
+from .losses import tangled_losses
 from .misfit import is_worth_a_search, misfit_warnings, refuse_misfit
 from .models import RingDownModel, model_named, rivals_of
 from .noise import NoiseModel, estimate_noise
+from .periods import FEW_PERIODS, counted_periods
 from .publish import by_convention, publish
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .residual import Residual, residual_of
 from .result import FitResult, FittedModel
-from .screening import refuse_few_periods, screen
+from .screening import few_at_full_scale, refuse_few_periods, screen
 from .start import Start, find_start, observes_dipole
 from .start_label import NoLabelError
 from .trajectory import LostTrajectoryError
@@ -51,6 +57,7 @@ def fit_ring_down(
     *,
     noise: NoiseModel | None = None,
     fixed: Mapping[str, float] | None = None,
+    hints: Mapping[str, float] | None = None,
 ) -> FitResult:
     """Fit a declared model to a ring-down; start values come from the data.
 
@@ -60,6 +67,7 @@ def fit_ring_down(
         window: "n50" (0.24 s), "d30" (until 30 % of the maximum is left) or seconds.
         noise: measured elsewhere; None: from the record itself.
         fixed: values of f_nat_hz, m_r_am2 or loss coefficients that are not to be fitted.
+        hints: values at which losses are held only if the window cannot tell them from others (hints.py).
 
     Returns:
         A FitResult; unusable data give verdict "refused" with a reason, never an exception.
@@ -71,14 +79,20 @@ def fit_ring_down(
     began = time.perf_counter()
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)
-    values = held(model, fixed, dipole=observes_dipole(record, model))
+    dipole = observes_dipole(record, model)
+    values = held(model, fixed, dipole=dipole)
+    known = hinted(model, hints, values, dipole=dipole)
     noise_seconds = 0.0
     try:
         task = _task(record, window, noise, values)
         noise_seconds = task.noise_seconds
-        result = _fit(task, model)
+        result = _fit_or_refuse(task, model)
+        needed = needed_hints(result, known)
+        if needed:
+            result = _fit_or_refuse(replace(task, fixed={**values, **needed}), model)
+            result = replace(result, notes=(*result.notes, *hint_notes(needed)))
     except RefusedError as refused:
-        result = FitResult("refused", reason=str(refused))
+        result = _refused(refused)
     seconds = time.perf_counter() - began - noise_seconds
     return replace(result, seconds=seconds, noise_seconds=noise_seconds)
 
@@ -94,6 +108,7 @@ class _Task:
     frequency_hz: float
     fixed: Mapping[str, float]
     noise_seconds: float
+    doubts: tuple[str, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -117,14 +132,32 @@ def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixe
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
     task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
-    refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
+    if task.periods < FEW_PERIODS and record.quantity != "angle":
+        seen = record.samples[:, chosen.first : chosen.last]
+        counted = counted_periods(seen, record.dt_s, line.frequency_hz)
+        task = replace(task, frequency_hz=counted / (task.samples * record.dt_s))
+    refuse_few_periods(task.samples * record.dt_s, task.frequency_hz)
     return task
+
+
+def _refused(refused: RefusedError) -> FitResult:
+    """The result that says why there is none."""
+    return FitResult("refused", reason=str(refused), code=refused.code)
+
+
+def _fit_or_refuse(task: _Task, model: RingDownModel) -> FitResult:
+    """The fit of a task, good or refused."""
+    try:
+        return _fit(task, model)
+    except RefusedError as refused:
+        return _refused(refused)
 
 
 def _fit(task: _Task, model: RingDownModel) -> FitResult:
     """Fit, compare with rival models if the result is suspect, judge."""
     problem, best = _solve(task, model)
     residual = _residual(task, problem, best)
+    task = replace(task, doubts=(*problem.doubts, *few_at_full_scale(task.record)))
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
     dof = _degrees(task, problem)
     doubtful = _compared(task, problem, best) if is_suspect(best.normal.chi2 / dof, dof) else ()
@@ -211,24 +244,35 @@ def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
 
 def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
     """Quickly from the most trusted start; carefully, and from the others, only if that explains the record badly."""
-    best: Fitted | None = None
+    found: list[Fitted] = []
     dof = _degrees(task, problem)
     failure = "no start value led anywhere"
     for amplitude, schedule in [(start.amplitudes[0], QUICK), *((a, CAREFUL) for a in start.amplitudes)]:
         state = by_convention(with_fixed(start.state(amplitude), problem.model, task.fixed))
         try:
-            fitted = fit_growing(problem, state, start.periods, task.chosen.last, schedule)
+            found.append(fit_growing(problem, state, start.periods, task.chosen.last, schedule))
         except _FAILURES as error:
             failure = str(error)
             continue
-        if best is None or fitted.normal.chi2 < best.normal.chi2:
-            best = fitted
-        if best.normal.chi2 < POOR_CHI2 * dof:
+        if found[-1].normal.chi2 < POOR_CHI2 * dof:
             break
-    if best is None:
+    if not found:
+        first = by_convention(with_fixed(start.state(start.amplitudes[0]), problem.model, task.fixed))
+        _refuse_faint(task, problem, first)
         _refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
-    return best
+    problem.doubts = ambiguity(found, problem.free, dof)
+    return min(found, key=lambda fitted: fitted.normal.chi2)
+
+
+def _refuse_faint(task: _Task, problem: Problem, state: FitState) -> None:
+    """A signal too weak for its size to be told, at these start values, as the reason why a fit went wrong."""
+    try:
+        normal = problem.evaluate(state, task.chosen.last).normal
+        public = publish(problem.model, state, normal, problem.free)
+    except _FAILURES:
+        return
+    refuse_faint(public)
 
 
 def _refuse_beat(task: _Task) -> None:
@@ -236,7 +280,7 @@ def _refuse_beat(task: _Task) -> None:
     record = task.record
     if record.quantity == "angle":
         return
-    beat = find_beat(record, record.valid_from, record.end, task.frequency_hz)
+    beat = find_beat(record, record.valid_from, record.end, task.frequency_hz, task.noise_sd)
     if beat is not None:
         one, other = beat.frequencies_hz
         seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"
@@ -288,11 +332,13 @@ def _judged(task: _Task, problem: Problem, best: Fitted, residual: Residual) -> 
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
     refuse_untrustworthy(model, public)
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
+    tangle = tangled_losses(model, public)
     return FitResult(
         verdict="good",
         warnings=(
             *misfit_warnings(residual, chi2, second),
-            *doubts(model, public, task.samples * record.dt_s, task.periods),
+            *task.doubts,
+            *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,
@@ -304,6 +350,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted, residual: Residual) -> 
         chi2_per_dof_by_channel=by_channel,
         whiteness_by_channel=tuple(residual.flatness.tolist()),
         condition=public.condition,
+        inseparable=() if tangle is None else tangle.names,
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,

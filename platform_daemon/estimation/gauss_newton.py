@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, grown
 from .assemble import assemble, squares_after
 from .linear import solve_scaled
 from .models import RingDownModel
@@ -35,14 +35,18 @@ class FitState:
         return 3 + len(self.dynamics.values) + self.observation.size + self.offsets.size
 
     def moved(self, step: Array) -> FitState:
-        """The state after a step."""
+        """The state after a step; what is multiplied, amplitude and moment, grows by a factor.
+
+        A small oscillation tells little but their product: to first order, steps along a constant product would leave
+        it, and Gauss-Newton would zigzag along a curved valley.
+        """
         d = self.dynamics
         k = 3 + len(d.values)
         m = k + self.observation.size
         dynamics = Dynamics(
             w=d.w + float(step[1]),
             theta=d.theta + float(step[0]),
-            amplitude=d.amplitude + float(step[2]),
+            amplitude=grown(d.amplitude, float(step[2])),
             values=tuple(q + float(dq) for q, dq in zip(d.values, step[3:k], strict=True)),
         )
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])

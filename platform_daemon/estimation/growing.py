@@ -59,7 +59,10 @@ CAREFUL = Schedule(2.0, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
 
 @dataclass
 class Problem:
-    """A record, a model and its noise; counts the passes over the samples."""
+    """A record, a model and its noise; counts the passes over the samples.
+
+    doubts: warnings about the minimum that was found.
+    """
 
     record: RingDownRecord
     model: RingDownModel
@@ -68,6 +71,7 @@ class Problem:
     first: int
     knowledge: Knowledge = field(default_factory=Knowledge)
     passes: int = 0
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         self.workspace = Workspace(self.model)
@@ -286,9 +290,11 @@ def _is_better(trial: Normal, normal: Normal) -> bool:
 
 def _shrink(state: FitState, step: Array, t_end_s: float) -> float:
     """Largest fraction of a step for which the linearisation can still hold."""
+    own = 3 + len(state.dynamics.values)
     excess = max(
         abs(step[0]) / 0.7,
         abs(step[1]) * t_end_s / 2.0,
         abs(step[2]) / (0.4 * abs(state.dynamics.amplitude)),
+        state.observation.bend(step[own : own + state.observation.size]),
     )
     return 1.0 if excess <= 1.0 else 1.0 / excess

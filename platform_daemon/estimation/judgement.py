@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .losses import loss_warnings
+from .losses import Tangle, loss_warnings
 from .models import RingDownModel
 from .publish import Published
 from .refusal import Refusal, RefusedError
@@ -73,6 +73,15 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     """Numbers that are not finite, or mean nothing beside their own error, are no result."""
     if not np.all(np.isfinite(public.covariance)) or np.any(np.diag(public.covariance) <= 0.0):
         raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
+    refuse_faint(public)
+    estimates = public.parameters
+    losses = [estimates[n] for n in model.losses]
+    if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
+        raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
+
+
+def refuse_faint(public: Published) -> None:
+    """Refuse a size of the motion that means nothing beside its own error."""
     estimates = public.parameters
     name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
     if name not in estimates or estimates[name].std is None:
@@ -80,14 +89,13 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     estimate = estimates[name]
     if estimate.std is not None and estimate.std > limit * abs(estimate.value):
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
-    losses = [estimates[n] for n in model.losses]
-    if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
-        raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
 
 
-def doubts(model: RingDownModel, public: Published, window_s: float, periods: float) -> tuple[str, ...]:
+def doubts(
+    model: RingDownModel, public: Published, tangle: Tangle | None, window_s: float, periods: float
+) -> tuple[str, ...]:
     """Named warnings about the parameters of a good result of a window of so many seconds and periods."""
-    warnings = [*loss_warnings(model, public, window_s)]
+    warnings = [*loss_warnings(model, public, tangle, window_s)]
     if periods < _FEW_PERIODS:
         warnings.append(f"window_too_short: {periods:.1f} periods; the errors hold only if the model is exact")
     return tuple(warnings)

@@ -63,9 +63,8 @@ def separating_window_s(tangle: Tangle, window_s: float) -> float:
     return window_s * max(1.5, (tangle.relative_error / _SEPARATED) ** _SEPARATION_POWER)
 
 
-def loss_warnings(model: RingDownModel, public: Published, window_s: float) -> Iterator[str]:
+def loss_warnings(model: RingDownModel, public: Published, tangle: Tangle | None, window_s: float) -> Iterator[str]:
     """Losses that the window cannot tell apart, that feed energy in, or that are not there."""
-    tangle = tangled_losses(model, public)
     if tangle is not None:
         yield (
             f"lambda_tf_not_separable: the window determines only the sum of {' and '.join(tangle.names)} "

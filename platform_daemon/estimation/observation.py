@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .arrays import Array
+from .arrays import Array, grown
 from .rotation import (
     HALF_TURN_ABOUT_U,
     rodrigues_from_rotation,
@@ -111,8 +111,9 @@ class DipoleObservation:
         return out
 
     def moved(self, step: Array) -> DipoleObservation:
-        """Step in m_r and the rotation vector (re-orthogonalised by construction)."""
-        return replace(self, m_r=self.m_r + float(step[0]), rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+        """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
+        m_r = grown(self.m_r, float(step[0]))
+        return replace(self, m_r=m_r, rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
 
     def bend(self, step: Array) -> float:
         """Relative change of the moment, or angle of rotation."""

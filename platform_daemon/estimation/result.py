@@ -10,6 +10,7 @@ import numpy as np
 from .arrays import Array
 from .gauss_newton import FitState
 from .models import RingDownModel
+from .refusal import Refusal
 from .trajectory import Trajectory
 
 PARAMETER_NAMES: tuple[str, ...] = (
@@ -47,7 +48,7 @@ class FitResult:
 
     Attributes:
         verdict: "good" or "refused"; refused results carry no numbers.
-        reason: why it was refused, beginning with the code's name; None if good.
+        reason: why it was refused, beginning with the code's name; code: the code itself; both None if good.
         warnings: named doubts about a good result.
         notes: what was done differently from what was asked.
         parameters: estimates by public name (PARAMETER_NAMES); what the model lacks is absent.
@@ -57,6 +58,7 @@ class FitResult:
         whiteness_by_channel: spectral flatness of the residual up to ten times the fundamental, against the colour of
             the noise: 1 for noise alone, near 0 where something is left over.
         condition: number of the normal equations, scaled to unit diagonal.
+        inseparable: the two losses of which the window determines the sum only, if there are such.
         window_s: fitted time span from t = 0; samples: per channel; seconds: computing time; iterations: passes
             over samples.
         noise_source: where the noise was measured; noise_seconds: what that took, not in `seconds`.
@@ -64,6 +66,7 @@ class FitResult:
 
     verdict: Literal["good", "refused"]
     reason: str | None = None
+    code: Refusal | None = None
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     parameters: dict[str, Estimate] = field(default_factory=dict)
@@ -75,6 +78,7 @@ class FitResult:
     chi2_per_dof_by_channel: tuple[float, ...] | None = None
     whiteness_by_channel: tuple[float, ...] | None = None
     condition: float | None = None
+    inseparable: tuple[str, ...] = ()
     window_s: float | None = None
     samples: int = 0
     seconds: float = 0.0
@@ -82,6 +86,10 @@ class FitResult:
     noise_source: str | None = None
     noise_seconds: float = 0.0
     fitted: FittedModel | None = None
+
+    def is_fixed(self, name: str) -> bool:
+        """True for a parameter of a good result that was held, not estimated."""
+        return name in self.parameters and self.parameters[name].std is None
 
     def model_signal(self, n_samples: int, sampling_rate_hz: float) -> Array:
         """The fitted model at t = 0, 1/rate, ..., (channels, n_samples), also past the window.

@@ -56,6 +56,14 @@ def refuse_few_periods(seconds: float, frequency_hz: float) -> None:
         raise RefusedError(Refusal.TOO_SHORT, f"{periods:.1f} periods of {frequency_hz:.1f} Hz")
 
 
+def few_at_full_scale(record: RingDownRecord) -> tuple[str, ...]:
+    """A warning about samples at full scale that were too few to be refused."""
+    if record.full_scale is None:
+        return ()
+    clipped = int(np.count_nonzero(np.abs(record.valid) >= 0.9999 * record.full_scale))
+    return (f"saturated: {clipped} samples at full scale, too few to spoil the result",) if clipped else ()
+
+
 def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest: float) -> None:
     """Samples at full scale, or flat tops: runs of equal values at a channel's extreme, again and again."""
     y = record.valid[channel]

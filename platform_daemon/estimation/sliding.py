@@ -182,17 +182,9 @@ def _fit_window(
     )
     span = first * record.dt_s, last * record.dt_s
     seconds = (last - first) * record.dt_s
-    fit = fit_ring_down(cut, variant, seconds, noise=noise, fixed=held if mode == "fixed" else None)
-    if mode == "auto" and held and _needs_lambda(fit):
-        return WindowFit(*span, fit_ring_down(cut, variant, seconds, noise=noise, fixed=held), lambda_fixed=True)
-    return WindowFit(*span, fit, lambda_fixed=mode == "fixed" and bool(held))
-
-
-def _needs_lambda(fit: FitResult) -> bool:
-    """The losses cannot be told apart, or came out of bounds for that reason."""
-    return any(w.startswith("lambda_tf_not_separable") for w in fit.warnings) or (fit.reason or "").startswith(
-        "out_of_range"
-    )
+    fixed, hints = (held, None) if mode == "fixed" else (None, held)
+    fit = fit_ring_down(cut, variant, seconds, noise=noise, fixed=fixed, hints=hints)
+    return WindowFit(*span, fit, lambda_fixed=fit.is_fixed(_LAMBDA) or (mode == "fixed" and bool(held)))
 
 
 def _columns(windows: tuple[WindowFit, ...], name: str) -> tuple[Array, Array, Array]:

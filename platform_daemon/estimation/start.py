@@ -28,7 +28,8 @@ from .trajectory import Dynamics
 
 _FIRST_PERIODS = 10
 _TRUSTED_SNR = 8.0
-_AMPLITUDE_RANGE = (0.02, 1.4)
+_AMPLITUDE_RANGE = (2e-3, 1.4)
+_SMALL_AMPLITUDE = 0.02  # rad; below, noise makes up much of what is seen
 _BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
 
 
@@ -117,6 +118,7 @@ def _amplitudes(dipole: bool, waves: _Waves, snr: float) -> tuple[float, ...]:
         ratio = float(np.linalg.norm(waves.u) / np.linalg.norm(waves.v))
         best = amplitude_from_second_harmonic(ratio)
         found: tuple[float, ...] = (best, 0.75 * best, 1.3 * best)
+        found += (_SMALL_AMPLITUDE,) if best < _SMALL_AMPLITUDE else ()
     elif snr > _TRUSTED_SNR and waves.third > 0.0:
         best = amplitude_from_third_harmonic(waves.third)
         found = (best, 0.6 * best, 1.5 * best)

@@ -223,6 +223,8 @@ def test_a_fit_of_nothing_is_a_problem(client, body):
 def test_a_parameter_that_cannot_be_held_is_refused_before_the_job(client, recording):
     found = problem(client.post("/fits", json={"recording": recording, "fixed": {"rodrigues_x": 1.0}}), 422)
     assert "rodrigues_x" in found["detail"]
+    found = problem(client.post("/fits", json={"recording": recording, "hints": {"f_nat_hz": 213.0}}), 422)
+    assert "f_nat_hz" in found["detail"]
 
 
 def test_a_frame_that_does_not_exist_is_a_problem(client, recording):

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down, saturation
+from platform_daemon.estimation import RingDownRecord, find_clipping, fit_ring_down, saturation
+
+from .generator import RATE_HZ, Truth, dmdt
 
 T = np.arange(60_000) / 61_035.0
 DECAY = np.exp(-0.25 * T) * np.sin(2 * np.pi * 212.0 * T)
@@ -36,3 +38,22 @@ def test_a_coarsely_quantised_record_is_fitted(levels):
     samples = np.rint(levels * np.stack([DECAY, u, 0 * u]) + noise) * 6.0 / levels
     found = fit_ring_down(RingDownRecord(samples, 61_035.0, "dmdt"), "thread", 0.5)
     assert "saturated" not in (found.reason or "")
+
+
+@pytest.mark.parametrize("clipped", [0, 1, 5, 20])
+def test_a_few_samples_at_full_scale_are_a_warning_many_a_refusal(clipped):
+    signal = dmdt(Truth(), 0.24) + np.random.default_rng(0).normal(0, 0.02, (3, round(0.24 * RATE_HZ)))
+    signal = signal[:, : round(0.24 * RATE_HZ)]
+    limit = np.sort(np.abs(signal).ravel())[-clipped] if clipped else 2 * np.abs(signal).max()
+    found = fit_ring_down(RingDownRecord(np.clip(signal, -limit, limit), RATE_HZ, "dmdt", full_scale=limit), "thread")
+    told = [w for w in found.warnings if w.startswith(f"saturated: {clipped} samples")]
+    assert (found.verdict, len(told)) == (("good", 1 if clipped else 0) if clipped < 8 else ("refused", 0))
+    assert clipped < 8 or found.reason.startswith("saturated")
+
+
+def test_a_small_pile_is_clipping_but_not_severe():
+    y = np.sin(np.linspace(0.0, 60.0, 20_000))[None] * np.exp(-np.linspace(0.0, 3.0, 20_000))
+    limit = np.sort(y.ravel())[-10]
+    found = find_clipping(np.minimum(y, limit))
+    assert (found.samples, found.side, found.severe) == (10, "top", False)
+    assert saturation(np.minimum(y, limit)) is None

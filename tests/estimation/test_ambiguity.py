@@ -1,0 +1,51 @@
+"""Two minima of comparable chi2 are told; one minimum reached twice, or a clearly worse one, is not."""
+
+import numpy as np
+import pytest
+
+from platform_daemon.estimation import growing
+from platform_daemon.estimation.ambiguity import ambiguity
+from platform_daemon.estimation.gauss_newton import FitState, Normal
+from platform_daemon.estimation.observation import DipoleObservation
+from platform_daemon.estimation.trajectory import Dynamics
+
+DEGREES = 1000
+SIZE = 11
+FREE = np.ones(SIZE, dtype=bool)
+
+
+def minimum(amplitude, chi2, w=1300.0):
+    """With a standard deviation of 0.01 in everything."""
+    dynamics = Dynamics(w=w, theta=1.0, amplitude=amplitude, values=(0.25,))
+    observation = DipoleObservation(0.01, np.eye(3), np.eye(3))
+    state = FitState(dynamics, observation, np.zeros(3))
+    zero = np.zeros(3)
+    fields = {"chi2": chi2, "gradient": np.zeros(SIZE), "matrix": 1e4 * np.eye(SIZE)}
+    rest = {n: zero for n in Normal.__dataclass_fields__ if n not in fields}
+    return growing.Fitted(state, state, Normal(**fields, **rest), None)
+
+
+def test_distinct_minima_of_comparable_chi2_are_told():
+    (warning,) = ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1610.0)], FREE, DEGREES)
+    assert warning.startswith("start_ambiguous: chi2/dof = 1.6 at")
+    assert "51.6 deg" in warning
+    assert ambiguity([minimum(0.5, 1610.0, 1301.0), minimum(0.5, 1600.0)], FREE, DEGREES)
+
+
+@pytest.mark.parametrize(
+    "found",
+    [
+        [minimum(0.5, 1600.0)],
+        [minimum(0.5, 1600.0), minimum(0.51, 1601.0)],
+        [minimum(0.5, 1600.0), minimum(-0.5, 1600.0)],
+        [minimum(0.5, 1600.0), minimum(0.9, 1700.0)],
+    ],
+)
+def test_one_minimum_and_clearly_worse_ones_are_not(found):
+    assert ambiguity(found, FREE, DEGREES) == ()
+
+
+def test_what_was_held_tells_nothing():
+    free = FREE.copy()
+    free[2] = False
+    assert ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1600.0)], free, DEGREES) == ()
