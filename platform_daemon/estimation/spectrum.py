@@ -72,7 +72,7 @@ def _is_certain(line: Line, seconds: float) -> bool:
 
 @lru_cache(8)
 def _window(n: int) -> Array:
-    """The Blackman-Harris window, (n,); written out, because importing scipy.signal takes longer than a hundred fits."""
+    """The Blackman-Harris window, (n,); importing scipy.signal for it would take longer than a hundred fits."""
     turn = 2.0 * np.pi * np.arange(n) / (n - 1)
     return np.asarray(sum(a * np.cos(k * turn) for k, a in enumerate(_BLACKMAN_HARRIS)))
 
