@@ -12,6 +12,7 @@ The way of one shot through the room:
     swing_table, collocation         half swings solved once for all amplitudes (chebyshev, terms)
     trajectory                   the same motion sample by sample: trace (half_swing, terms), sampling (observation)
     weighting                    every harmonic by the noise that stands there (colour)
+    disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
     publish, judgement           published parameters, covariance, verdict -> result
 """
 

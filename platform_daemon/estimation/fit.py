@@ -11,6 +11,7 @@ import numpy as np
 
 from .beat import find_beat
 from .companion import Companion, find_companion
+from .disturbances import without_disturbances
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import (
     POOR_CHI2,
@@ -122,6 +123,8 @@ def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixe
 def _fit(task: _Task, model: RingDownModel) -> FitResult:
     """Fit, compare with richer models if the result is suspect, judge."""
     problem, best = _solve(task, model)
+    residual = _residual(task, problem, best)
+    task, problem, best, residual = _undisturbed(task, problem, best, residual)
     chi2 = best.normal.chi2 / _degrees(task, problem)
     if is_suspect(chi2):
         for other in rivals_of(model) if task.record.quantity != "angle" else ():
@@ -131,7 +134,25 @@ def _fit(task: _Task, model: RingDownModel) -> FitResult:
                 continue
             other_chi2 = other_best.normal.chi2 / _degrees(task, other_problem)
             refuse_wrong_variant(model.name, chi2, other.name, other_chi2)
-    return _judged(task, problem, best)
+    return _judged(task, problem, best, residual)
+
+
+def _undisturbed(
+    task: _Task, problem: Problem, best: Fitted, residual: Residual
+) -> tuple[_Task, Problem, Fitted, Residual]:
+    """The task freed from hum and drift that the residual shows, the fit that is joint with them, what it leaves."""
+    if task.record.quantity == "angle":
+        return task, problem, best, residual
+    try:
+        beside = without_disturbances(problem, best, residual, task.chosen, task.noise, task.frequency_hz)
+    except _FAILURES:
+        beside = None  # the verdict on the residual says what is wrong with it
+    if beside is None:
+        return task, problem, best, residual
+    chosen = replace(task.chosen, notes=(*task.chosen.notes, *beside.notes))
+    problem = beside.problem
+    task = replace(task, record=problem.record, noise=beside.noise, noise_sd=problem.noise_sd, chosen=chosen)
+    return task, problem, beside.fitted, _residual(task, problem, beside.fitted)
 
 
 def _degrees(task: _Task, problem: Problem) -> int:
@@ -205,19 +226,26 @@ def _refuse_beat(task: _Task) -> None:
         raise RefusedError(Refusal.TWO_RESONATORS, seen)
 
 
-def _examined(task: _Task, problem: Problem, best: Fitted) -> tuple[Residual, Companion | None]:
-    """The residual, and what else oscillates in the record if it is worth a search."""
-    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+def _residual(task: _Task, problem: Problem, best: Fitted) -> Residual:
+    """What the fit leaves over."""
     try:
-        residual = residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)
-        if task.record.quantity == "angle" or not is_worth_a_search(residual):
-            return residual, None
-        return residual, find_companion(leftover_of(residual, *args))
+        return residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)
     except _FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 
 
-def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
+def _second_oscillation(task: _Task, problem: Problem, best: Fitted, residual: Residual) -> Companion | None:
+    """What else oscillates in the record, if the residual is worth a search."""
+    if task.record.quantity == "angle" or not is_worth_a_search(residual):
+        return None
+    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+    try:
+        return find_companion(leftover_of(residual, *args))
+    except _FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
+
+
+def _judged(task: _Task, problem: Problem, best: Fitted, residual: Residual) -> FitResult:
     """Quality figures and the verdict."""
     record, model, chosen = task.record, problem.model, task.chosen
     squares = float(best.normal.squares_by_channel.sum())
@@ -231,7 +259,7 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
     if is_unexplained(r2, chi2):
         _refuse_beat(task)
     refuse_unexplained(model.name, r2, chi2)
-    residual, second = _examined(task, problem, best)
+    second = _second_oscillation(task, problem, best, residual)
     if record.quantity != "angle":
         refuse_misfit(model.name, task.frequency_hz, residual, second)
     state = by_convention(best.state)

@@ -21,6 +21,7 @@ _SEGMENT_WITHOUT_SIGNAL = 4096
 _BROADENING = 1.25
 _SWEEP_MARGIN = 0.01
 _LOWEST_BINS = 4
+_LINE_BINS = 6.5  # half width of a tone's line
 _TINY = 1e-300
 _T = TypeVar("_T")
 
@@ -36,6 +37,7 @@ class NoiseModel:
         degrees: (k,) independent complex values behind each bin, 0 where it was interpolated; None: known exactly.
         correlated_bins: so many neighbouring bins share one independent value.
         source: where it was measured.
+        tones_hz: frequencies of steady tones that stood in it, and that sd and psd are without.
     """
 
     sd: Array
@@ -44,6 +46,7 @@ class NoiseModel:
     degrees: Array | None = None
     correlated_bins: float = 1.0
     source: str = "given"
+    tones_hz: tuple[float, ...] = ()
     _results: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
@@ -60,14 +63,15 @@ class NoiseModel:
             self._results[key] = work(self, *args)
         return cast(_T, self._results[key])
 
-    def without(self, low_hz: Array, high_hz: Array) -> NoiseModel:
-        """The model with the spectrum from low to high (each (bands,)) replaced by what stands beside."""
+    def without_tones(self, tones_hz: Array) -> NoiseModel:
+        """The model with what stands beside in place of the lines of steady tones (tones,)."""
         grid = self.frequency_hz
-        if self.degrees is None:
+        if self.degrees is None or tones_hz.size == 0:
             return self
-        mask = np.any((grid >= low_hz[:, None]) & (grid <= high_hz[:, None]), axis=0) & (self.degrees > 0.0)
-        degrees = np.where(mask, 0.0, self.degrees)
-        psd = bridge(self.psd, mask, self.degrees)
+        lines = np.any(np.abs(grid - tones_hz[:, None]) < _LINE_BINS * grid[1], axis=0)
+        degrees = np.where(lines, 0.0, self.degrees)
+        # What was interpolated before may rest on a line: all gaps are bridged anew.
+        psd = bridge(self.psd, degrees == 0.0, degrees)
         return replace(self, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
 
 

@@ -15,8 +15,10 @@ import numpy as np
 from .arrays import Array
 from .noise import NoiseModel, bridge, estimate_noise, sd_of
 from .record import RingDownRecord
+from .steady import find_tones
 
 _ENOUGH_SHOTS = 12
+_TONE_RATE_HZ = 8000.0  # tones above half of it are far from any harmonic that matters
 _SHORTEST = 1024  # samples
 _STRETCH, _STRETCHES = 4096, 4
 _DIFFERENCES = 3  # so many take a resonance far below the sampling rate down to nothing
@@ -57,7 +59,7 @@ class SeriesNoise:
         began = time.perf_counter()
         if blank and not self._blank:
             self._models, self._levels, self._blank = [], [], True
-        self._models.append(estimate_noise(record, blank=blank))
+        self._models.append(_noise_of_blank(record) if blank else estimate_noise(record))
         self._levels.append(_level(record))
         self._pooled = self._pool()
         self.seconds += time.perf_counter() - began
@@ -88,7 +90,8 @@ class SeriesNoise:
         pairs = zip(self._models, self._levels, strict=True)
         alike = [m for m, level in pairs if not _is_unlike(level - self._usual, _SHORTEST)] or self._models[:1]
         shots = f"{len(alike)} {'blank ' if self._blank else ''}{'shot' if len(alike) == 1 else 'shots'}"
-        return replace(pooled(alike), source=shots if self._blank else f"{shots}, beside the signal")
+        source = shots if self._blank else f"{shots}, beside the signal"
+        return replace(pooled(alike), source=source, tones_hz=_shared_tones(alike))
 
 
 def pooled(models: list[NoiseModel]) -> NoiseModel:
@@ -104,6 +107,27 @@ def pooled(models: list[NoiseModel]) -> NoiseModel:
     total = np.sum([p for p, _ in weighted], axis=0)
     psd = bridge(total / np.maximum(degrees, 1e-300), degrees == 0.0, degrees)
     return replace(first, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
+
+
+def _noise_of_blank(record: RingDownRecord) -> NoiseModel:
+    """Noise of a shot without signal, and the steady tones in it."""
+    block = max(1, int(record.sampling_rate_hz / _TONE_RATE_HZ))
+    y = record.valid
+    means = y[:, : y.shape[1] // block * block].reshape(record.channels, -1, block).mean(axis=2)
+    tones = find_tones(means, record.sampling_rate_hz / block, None)
+    model = estimate_noise(record, blank=True).without_tones(tones)
+    return replace(model, tones_hz=tuple(tones.tolist()))
+
+
+def _shared_tones(models: list[NoiseModel]) -> tuple[float, ...]:
+    """Tones of the first blank shot that half of them have."""
+    others = [np.array(m.tones_hz) for m in models]
+    step_hz = models[0].frequency_hz[1]
+
+    def shared(tone: float) -> bool:
+        return 2 * sum(bool(np.any(np.abs(o - tone) < 0.5 * step_hz)) for o in others) >= len(models)
+
+    return tuple(t for t in models[0].tones_hz if shared(t))
 
 
 def _is_usable(record: RingDownRecord) -> bool:

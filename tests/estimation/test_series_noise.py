@@ -107,3 +107,22 @@ def test_fits_with_the_noise_of_the_series_scatter_as_predicted_and_name_it():
         pulls.append(errors(result, Truth()) / np.sqrt(np.diag(result.covariance)))
     assert np.all(np.abs(np.mean(pulls, axis=0)) < 4.0 / np.sqrt(120))
     assert np.sqrt(np.mean(np.square(pulls))) == pytest.approx(1.0, abs=0.1)
+
+
+def tone(frequency_hz, rng):
+    phase = 2 * np.pi * frequency_hz * np.arange(CLEAN.shape[1]) / RATE_HZ + rng.uniform(0, 2 * np.pi)
+    return np.array([[0.05], [0.03], [0.1]]) * np.sin(phase)
+
+
+def test_a_tone_too_near_to_the_signal_to_be_seen_there_is_known_from_blank_shots():
+    rng = np.random.default_rng(4)
+    noise = series([with_noise(tone(200.0, rng), rng) for _ in range(4)], blank=True)
+    assert noise.model.tones_hz == pytest.approx([200.0], abs=0.5)
+    assert noise.model.sd == pytest.approx(NOISE_SD, rel=0.02)
+    pulls = []
+    for _ in range(40):
+        result = fit_ring_down(record(with_noise(CLEAN + tone(200.0, rng), rng)), "thread", noise=noise.model)
+        assert result.verdict == "good", result.reason
+        assert any(note.startswith("steady tone at 200.") or "199.9" in note for note in result.notes)
+        pulls.append(errors(result, Truth()) / np.sqrt(np.diag(result.covariance)))
+    assert np.sqrt(np.mean(np.square(pulls))) == pytest.approx(1.0, abs=0.2)
