@@ -70,7 +70,8 @@ class Residual:
     @cached_property
     def _power(self) -> Array:
         n = self._length
-        return np.asarray(np.abs(rfft(self.scaled[:, :n], axis=1)[:, 1 : (n + 1) // 2]) ** 2 / n)
+        bins = rfft(self.scaled[:, :n], axis=1)[:, 1 : (n + 1) // 2]
+        return np.asarray((bins.real**2 + bins.imag**2) / n)
 
     @cached_property
     def _colour(self) -> Array:
