@@ -80,7 +80,7 @@ def demodulate(samples: Array, frequency_hz: float) -> ComplexArray:
     return np.asarray(np.einsum("cbk,bk->kc", amplitudes, phases)) * (2.0 / (blocks * _BLOCK))
 
 
-def _milliseconds(work: Callable[[], Any], repeats: int) -> float:
+def milliseconds(work: Callable[[], Any], repeats: int) -> float:
     """Median processor time of this thread."""
     times = []
     for _ in range(repeats):
@@ -114,15 +114,15 @@ def _one(dataset: Dataset, repeats: int, paper_seconds: float) -> dict[str, Any]
     record = make_record(dataset)
     noise = estimate_noise(record)
     result = fit_ring_down(record, dataset.variant, dataset.seconds, noise=noise)
-    fit_ms = _milliseconds(lambda: fit_ring_down(record, dataset.variant, dataset.seconds, noise=noise), repeats)
-    floor_ms = _milliseconds(lambda: demodulate(record.samples, dataset.dynamics.w / (2.0 * math.pi)), repeats)
+    fit_ms = milliseconds(lambda: fit_ring_down(record, dataset.variant, dataset.seconds, noise=noise), repeats)
+    floor_ms = milliseconds(lambda: demodulate(record.samples, dataset.dynamics.w / (2.0 * math.pi)), repeats)
     paper: PaperFit | None = None
     if paper_seconds > 0.0:
         paper = paper_method(record.samples, RATE_HZ, dataset.dynamics, dataset.m_r_am2, _RODRIGUES, paper_seconds)
     return {
         "samples": record.samples.shape[1],
         "fit_ms": fit_ms,
-        "noise_ms": _milliseconds(lambda: estimate_noise(record), 3),
+        "noise_ms": milliseconds(lambda: estimate_noise(record), 3),
         "demodulation_ms": floor_ms,
         "fit_over_demodulation": fit_ms / floor_ms,
         "iterations": result.iterations,

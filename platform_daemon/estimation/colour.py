@@ -7,6 +7,7 @@ significantly from the level of white noise, that level is used, so that white n
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,7 @@ _BELOW, _ABOVE = 3.0, 12.0  # the law is drawn from f / 3 to 12 f
 _BAND_RATIO = 1.2
 _SMALLEST_BAND = 6.0  # independent values
 _HIGHEST_POWER = 3
+_STEPS_PER_OCTAVE = 8.0
 _SIGNIFICANT = 3.5  # standard deviations
 _BESIDE = 1.5  # the bands within this factor of a frequency stand for it where no law holds
 
@@ -38,23 +40,32 @@ class _Bands:
     weight: Array
 
 
+_NO_BANDS = _Bands(np.empty(0), np.empty((0, 0)), np.empty(0))
+
+
 def sd_at(noise: NoiseModel, frequency_hz: Array, sampling_rate_hz: float) -> Array:
     """Standard deviation of white noise with the density that stands at each frequency (m,): (channels, m)."""
     frequency_hz = np.asarray(frequency_hz, dtype=np.float64)
     if noise.degrees is None:
         density = np.stack([np.interp(frequency_hz, noise.frequency_hz, row) for row in noise.psd])
         return np.asarray(np.sqrt(0.5 * sampling_rate_hz * density))
-    white = np.repeat(noise.sd[:, None], frequency_hz.size, axis=1)
-    bands = _bands(noise, float(frequency_hz.min()) / _BELOW, float(frequency_hz.min()) * _ABOVE)
-    if bands is None:
-        return white
-    level = np.log(2.0 * noise.sd**2 / sampling_rate_hz)
-    out = white.copy()
-    for channel, row in enumerate(bands.log_density):
-        if not _is_white(row - level[channel], bands.weight):
-            law = _law(bands, row, np.log(frequency_hz))
-            out[channel] = np.sqrt(0.5 * sampling_rate_hz * np.exp(law))
+    out = np.repeat(noise.sd[:, None], frequency_hz.size, axis=1)
+    # The shots of a series differ little in frequency: the same bands serve all of them.
+    near = 2.0 ** (round(_STEPS_PER_OCTAVE * math.log2(frequency_hz.min())) / _STEPS_PER_OCTAVE)
+    bands, coloured = noise.kept(_coloured, near, sampling_rate_hz)
+    for channel in coloured:
+        law = _law(bands, bands.log_density[channel], np.log(frequency_hz))
+        out[channel] = np.sqrt(0.5 * sampling_rate_hz * np.exp(law))
     return out
+
+
+def _coloured(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) -> tuple[_Bands, tuple[int, ...]]:
+    """Bands around a frequency and its harmonics, and the channels in which they are not white."""
+    bands = _bands(noise, frequency_hz / _BELOW, frequency_hz * _ABOVE)
+    if bands is None:
+        return _NO_BANDS, ()
+    excess = bands.log_density - np.log(2.0 * noise.sd**2 / sampling_rate_hz)[:, None]
+    return bands, tuple(k for k, row in enumerate(excess) if not _is_white(row, bands.weight))
 
 
 def _bands(noise: NoiseModel, low_hz: float, high_hz: float) -> _Bands | None:

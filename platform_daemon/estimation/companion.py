@@ -15,7 +15,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
-from scipy.signal import hilbert
 
 from .arrays import Array, ComplexArray
 from .leftover import Leftover
@@ -120,6 +119,8 @@ def _decay(left: Array, frequency_hz: float, rate_hz: float, noise: float) -> tu
 
 def _gains(motion: Array) -> Array:
     """The fitted motion of each channel and its quadrature, (2 channels, channels, n)."""
+    from scipy.signal import hilbert  # here, because hardly any fit gets this far
+
     channels = motion.shape[0]
     quadrature = np.imag(hilbert(motion, axis=1))
     return np.concatenate([np.eye(channels)[:, :, None] * part[:, None, :] for part in (motion, quadrature)])

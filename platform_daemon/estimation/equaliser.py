@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
-from scipy.signal import fftconvolve
 from scipy.special import erfc
 
 from .arrays import Array, ComplexArray
@@ -61,6 +59,8 @@ def design_equaliser(frequency_hz: Array, response: ComplexArray, sampling_rate_
 
 def equalise(volts: Array, equaliser: Equaliser) -> Array:
     """Filter every channel, (channels, n) in and out; the first and last `reach` samples are not meaningful."""
+    from scipy.signal import fftconvolve  # here, because a fit of calibrated records can start without it
+
     return np.stack([fftconvolve(row, taps, mode="same") for row, taps in zip(volts, equaliser.taps, strict=True)])
 
 
@@ -69,6 +69,8 @@ def _log_response(grid: Array, frequency_hz: Array, row: ComplexArray) -> Comple
 
     A real system has an odd phase: it goes through a multiple of pi at 0 Hz, so the table is continued to there.
     """
+    from scipy.interpolate import CubicSpline  # here, because a fit of calibrated records can start without it
+
     magnitude = np.log(np.abs(row))
     phase = np.unwrap(np.angle(row))
     anchor = np.pi * np.round(phase[0] / np.pi)

@@ -239,7 +239,7 @@ def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
         raise ValueError(f"noise.sd must be {record.channels} finite numbers >= 0, not {sd!r}")
     # A thousand samples, evenly spread, know the size of the signal well enough.
     some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)]
-    return np.maximum(sd, 1e-9 * float(np.sqrt(np.mean(some**2))))
+    return np.maximum(sd, 1e-9 * math.sqrt(float(np.einsum("ij,ij", some, some)) / some.size))
 
 
 def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:

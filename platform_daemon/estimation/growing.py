@@ -6,6 +6,7 @@ at all of them, on windows that double, and takes over where the quick one fails
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -24,7 +25,7 @@ _MOST_PASSES = 250
 _SURE_PHASE = 0.05  # rad
 _CAUTION = 4.0
 _ROUNDING = 1e-9  # of the data's own chi^2: the digits of the trajectory, and those lost in the difference
-_NEGLIGIBLE_FALL = 0.01  # of chi^2
+_NEGLIGIBLE_FALL = 0.2  # of chi^2, in its standard deviations
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 _PRIOR_AMPLITUDE = 0.5  # of the start value
 
@@ -39,7 +40,8 @@ class Schedule:
 
     Attributes:
         growth: of the window from stage to stage, at most.
-        early, final: predicted fall of chi^2 at which a stage ends.
+        early, late, final: fall of chi^2 still to come at which a stage ends: the growing windows, a last look at some
+            of the whole, all of it.
         half_swings: of so many the early passes take a sample, evenly spread over the window.
         last_half_swings: the same for the last of them.
         digits: of the trajectory in the early passes.
@@ -47,14 +49,15 @@ class Schedule:
 
     growth: float
     early: float
+    late: float
     final: float
     half_swings: int
     last_half_swings: int
     digits: float
 
 
-QUICK = Schedule(16.0, 30.0, 1e-3, 60, 180, COARSE)
-CAREFUL = Schedule(2.0, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
+QUICK = Schedule(16.0, 100.0, 6e3, 1e-3, 60, 180, COARSE)
+CAREFUL = Schedule(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
 
 
 @dataclass
@@ -99,10 +102,11 @@ class Problem:
         """A step relative to what the model bends over: phase at both ends in rad, amplitude, gains in themselves."""
         d = at.state.dynamics
         k = 3 + len(d.values)
-        inner = d.chain(self.model) @ step[:k]
-        end = inner[0] + inner[1] * last * self.record.dt_s - at.moments.slopes @ inner[2:]
+        begin, by_w, by_amplitude, *_ = step.tolist()
+        inner = d.chain(self.model)[2:] @ step[:k]
+        end = begin + by_w * last * self.record.dt_s - float(at.moments.slopes @ inner)
         own = at.state.observation.bend(step[k : k + at.state.observation.size])
-        return float(max(abs(inner[0]), abs(end), abs(step[2] / d.amplitude), own))
+        return max(abs(begin), abs(end), abs(by_amplitude / d.amplitude), own)
 
     def after(self, at: Evaluation, step: Array) -> Normal:
         """The normal equations with the residual that a small step leaves."""
@@ -190,10 +194,11 @@ def fit_growing(
         length = int(length * _growth(problem, found, length, schedule))
     if schedule.digits < EXACT:
         stride = _stride((last - problem.first) / period, schedule.last_half_swings)
-        state = _Stage(problem, last, stride, schedule.digits, None).minimise(state, schedule.early).state
+        state = _Stage(problem, last, stride, schedule.digits, None).minimise(state, schedule.late).state
     final = _Stage(problem, last, 1, EXACT, None).minimise(state, schedule.final)
     normal = problem.after(final.before, final.step)
-    negligible = final.before.normal.chi2 - normal.chi2 < _NEGLIGIBLE_FALL
+    chi2_sd = math.sqrt(2.0 * problem.record.channels * normal.samples)
+    negligible = final.before.normal.chi2 - normal.chi2 < _NEGLIGIBLE_FALL * chi2_sd
     return Fitted(final.state, final.before.state if negligible else final.state, normal, final.before.moments)
 
 

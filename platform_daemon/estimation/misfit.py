@@ -44,9 +44,11 @@ def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, seco
         _refuse_clipped(residual)
     if second is not None and _is_resonator(second) and second.relative > _SMALLEST_COMPANION:
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+    if not residual.coloured:
+        return
     explained = second.share if second is not None and _is_tone(second) else 0.0
     misfit = residual.unexplained * (1.0 - min(explained, 1.0))
-    if residual.coloured and misfit > _LARGEST_MISFIT:
+    if misfit > _LARGEST_MISFIT:
         raise RefusedError(
             Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {100.0 * misfit:.2g} % of the signal's power is left over"
         )

@@ -88,6 +88,11 @@ class RingDownModel:
         return tuple(c for term in self.terms for c in term.coefficients)
 
     @cached_property
+    def powers(self) -> tuple[int, ...]:
+        """c = q / w**power for every coefficient."""
+        return tuple(c.power for c in self.coefficients)
+
+    @cached_property
     def parameters(self) -> dict[str, Parameter]:
         """All public parameters by name; those of the observation apply where there are such."""
         return {p.name: p for p in (*self._declared, *self.known)}

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -21,6 +23,7 @@ _SWEEP_MARGIN = 0.01
 _LOWEST_BINS = 4
 _LINE_BINS = 6.5  # half width of a tone's line
 _TINY = 1e-300
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,7 @@ class NoiseModel:
     correlated_bins: float = 1.0
     source: str = "given"
     tones_hz: tuple[float, ...] = ()
+    _results: dict[Any, Any] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def white(cls, sd: Array, sampling_rate_hz: float) -> NoiseModel:
@@ -51,6 +55,13 @@ class NoiseModel:
         sd = np.asarray(sd, dtype=np.float64)
         grid = np.array([0.0, 0.5 * sampling_rate_hz])
         return cls(sd, grid, np.repeat((2.0 * sd**2 / sampling_rate_hz)[:, None], 2, axis=1))
+
+    def kept(self, work: Callable[..., _T], *args: float) -> _T:
+        """work(self, *args), done once for all shots of a series that share this noise."""
+        key = (work, *args)
+        if key not in self._results:
+            self._results[key] = work(self, *args)
+        return cast(_T, self._results[key])
 
     def without_tones(self, tones_hz: Array) -> NoiseModel:
         """The model with what stands beside in place of the lines of steady tones (tones,)."""

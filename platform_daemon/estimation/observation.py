@@ -10,6 +10,7 @@ depends on what is observed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -89,9 +90,14 @@ class DipoleObservation:
         """m_r and three local rotation angles."""
         return 4
 
+    @cached_property
+    def _mixed(self) -> Array:
+        """Channels by (u, v, w)."""
+        return np.asarray(self.mixing @ self.rotation)
+
     def gains(self, w: float) -> Array:
         """w m_r (mixing e_v, mixing e_u)."""
-        return np.ascontiguousarray((w * self.m_r) * (self.mixing @ self.rotation)[:, 1::-1])
+        return np.ascontiguousarray((w * self.m_r) * self._mixed[:, 1::-1])
 
     def gains_by_w(self, w: float) -> Array:
         """Proportional to w."""
@@ -100,7 +106,7 @@ class DipoleObservation:
     def gains_by_own(self, w: float) -> Array:
         """Derivatives by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
         out = np.zeros((4, self.mixing.shape[0], 2))
-        mixed = w * self.mixing @ self.rotation
+        mixed = w * self._mixed
         out[0] = mixed[:, 1::-1]
         # R [delta]x, column v and column u: (-d_w, 0, d_u) and (0, d_w, -d_v) along (e_u, e_v, e_w).
         turned = self.m_r * mixed
@@ -117,7 +123,8 @@ class DipoleObservation:
 
     def bend(self, step: Array) -> float:
         """Relative change of the moment, or angle of rotation."""
-        return float(np.max(np.abs(step / np.array([self.m_r, 1.0, 1.0, 1.0]))))
+        moment, *turn = step.tolist()
+        return max(abs(moment / self.m_r), *map(abs, turn))
 
     def with_gains(self, gains: Array, w: float) -> None:
         """Tied by m_r and R."""

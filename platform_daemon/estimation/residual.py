@@ -70,7 +70,8 @@ class Residual:
     @cached_property
     def _power(self) -> Array:
         n = self._length
-        return np.asarray(np.abs(rfft(self.scaled[:, :n], axis=1)[:, 1 : (n + 1) // 2]) ** 2 / n)
+        bins = rfft(self.scaled[:, :n], axis=1)[:, 1 : (n + 1) // 2]
+        return np.asarray((bins.real**2 + bins.imag**2) / n)
 
     @cached_property
     def _colour(self) -> Array:
@@ -96,7 +97,7 @@ class Residual:
         excess = np.maximum(self._power.mean(axis=1) - floor, 0.0) * self.sd**2
         return float(excess.sum() / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
 
-    @property
+    @cached_property
     def coloured(self) -> bool:
         """True if a channel's residual is beyond doubt not white, whatever its level."""
         return self.colour_sigma > _SURE_SIGMA and float(self.flatness.min()) < _FLAT
@@ -115,17 +116,22 @@ class Residual:
 
 def _colour(noise: NoiseModel, frequency_hz: Array) -> Array:
     """Density of the noise in wide bands, (channels, bins), up to a factor per channel: lines do not count."""
+    if noise.frequency_hz.size <= 2:
+        return np.ones((noise.psd.shape[0], 1))
+    centres, levels = noise.kept(_bands)
+    smooth = np.stack([np.interp(frequency_hz, centres, row) for row in levels])
+    return np.asarray(np.exp(smooth - smooth.mean(axis=1, keepdims=True)))
+
+
+def _bands(noise: NoiseModel) -> tuple[Array, Array]:
+    """Middles (m,) in Hz of wide bands and the mean logarithm of the density in them, (channels, m)."""
     grid, psd = noise.frequency_hz, noise.psd
-    if grid.size <= 2:
-        return np.ones((psd.shape[0], 1))
     octaves = max(1.0, math.log2(grid.size / 8.0))
     edges = np.unique(np.geomspace(8, grid.size, int(_OCTAVE_BANDS * octaves)).astype(int)[:-1])
     edges = np.concatenate([[0], edges[edges < grid.size]])
     counts = np.diff(np.append(edges, grid.size))
     levels = np.add.reduceat(np.log(np.maximum(psd, 1e-300)), edges, axis=1) / counts
-    centres = np.add.reduceat(grid, edges) / counts
-    smooth = np.stack([np.interp(frequency_hz, centres, row) for row in levels])
-    return np.asarray(np.exp(smooth - smooth.mean(axis=1, keepdims=True)))
+    return np.add.reduceat(grid, edges) / counts, levels
 
 
 def residual_of(

@@ -23,7 +23,7 @@ def cross_matrix(vector: Array) -> Array:
 
 def rotation_from_rodrigues(rodrigues: Array) -> Array:
     """Rotation matrix (3, 3) about the vector's direction by its length (rad), the paper's Rodrigues formula."""
-    x, y, z = (float(r) for r in rodrigues)
+    x, y, z = rodrigues.tolist()
     theta = math.sqrt(x * x + y * y + z * z)
     # Both coefficients stay exact down to theta = 0.
     half = 0.5 * theta

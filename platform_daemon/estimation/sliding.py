@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.stats import chi2 as chi2_distribution
+from scipy.special import chdtrc
 
 from .arrays import Array
 from .fit import fit_ring_down
@@ -95,7 +95,7 @@ class SlidingFit:
             mean=mean,
             mean_sd=float(weight.sum() ** -0.5),
             chi2_per_dof=scatter / (time.size - 1),
-            probability=float(chi2_distribution.sf(scatter, time.size - 1)),
+            probability=float(chdtrc(time.size - 1, scatter)),
             slope_per_s=float(np.sum(weight * centred * value)) / information,
             slope_sd=information**-0.5,
             windows=time.size,

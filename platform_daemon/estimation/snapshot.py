@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array, ComplexArray
-from .line_search import best_frequency, block_means, drifting_harmonics
+from .line_search import best_frequency, block_means
 from .refusal import Refusal, RefusedError
 
 _HARMONICS = 4
 _POINTS_PER_PERIOD = 24
 _SEARCH = 0.12
 _TRIALS_PER_PERIOD = 2.5
+_SETTLED = 1e-3  # rad, at the ends of the stretch
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,8 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
         z, slope, factor = _drifting_harmonics(data, block * dt_s, omega)
         overlap = np.sum(weights * np.conj(z[0]) * slope[0]) / np.sum(weights * np.abs(z[0]) ** 2)
         omega += float(overlap.imag) / half
+        if abs(overlap.imag) < _SETTLED:
+            break
     # Block averages attenuate harmonic k by a sinc.
     droop = np.sinc(0.5 * np.arange(1, _HARMONICS + 1) * omega * block * dt_s / np.pi)
     if block > 1:
@@ -72,10 +75,22 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
 
 def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[ComplexArray, ComplexArray, float]:
     """Amplitudes and their drifts per half stretch, both (4, channels), and the sd factor of an amplitude."""
-    n = _HARMONICS
-    solution = np.empty((4 * n + 1, data.shape[0]))
-    if not drifting_harmonics(data, step_s, omega, n, solution):
-        raise RefusedError(Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart")
+    n, blocks = _HARMONICS, data.shape[1]
+    middle = 0.5 * (blocks - 1)
+    place = np.arange(blocks) - middle
+    waves = np.empty((2, 2 * n, blocks))
+    wave = turn = np.exp(1j * omega * step_s * place)
+    for k in range(n):
+        waves[0, k], waves[0, n + k] = wave.real, -wave.imag
+        wave = wave * turn
+    np.multiply(waves[0], place / max(middle, 1.0), out=waves[1])
+    columns = np.concatenate([waves.reshape(4 * n, blocks), np.ones((1, blocks))])
+    try:
+        solution = np.linalg.solve(columns @ columns.T, columns @ data.T)
+    except np.linalg.LinAlgError as error:
+        raise RefusedError(
+            Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart"
+        ) from error
     z = solution[:n] + 1j * solution[n : 2 * n]
     slope = solution[2 * n : 3 * n] + 1j * solution[3 * n : 4 * n]
     return z, slope, math.sqrt(2.0 / data.shape[1])

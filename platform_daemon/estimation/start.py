@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -31,6 +31,7 @@ _TRUSTED_SNR = 8.0
 _AMPLITUDE_RANGE = (2e-3, 1.4)
 _SMALL_AMPLITUDE = 0.02  # rad; below, noise makes up much of what is seen
 _BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
+_WIDEST = 3.0  # rad
 
 
 def observes_dipole(record: RingDownRecord, model: RingDownModel) -> bool:
@@ -59,7 +60,7 @@ def find_start(
         periods *= 2
     amplitudes = _amplitudes(dipole, waves, snr)
     seen = (stop - first) * record.dt_s * snapshot.omega / (2.0 * math.pi)
-    return Start(amplitudes, seen, partial(_state, record, model, snapshot, waves))
+    return Start(amplitudes, seen, cache(partial(_state, record, model, snapshot, waves)))
 
 
 def _calibrated(snapshot: Snapshot, sensitivity: Array) -> Snapshot:
@@ -131,9 +132,12 @@ def _state(
     record: RingDownRecord, model: RingDownModel, snapshot: Snapshot, waves: _Waves, amplitude: float
 ) -> FitState:
     """A fit state from the snapshot with this amplitude in its middle."""
-    w = snapshot.omega / frequency_ratio(amplitude)
-    growth = math.exp(min(max(snapshot.decay_per_s, 0.0) * snapshot.time_s, 0.3))
-    phase = (waves.phase - snapshot.omega * snapshot.time_s) % (2.0 * math.pi)
+    ratio, time_s, decay = frequency_ratio(amplitude), snapshot.time_s, max(snapshot.decay_per_s, 0.0)
+    w = snapshot.omega / ratio
+    growth = math.exp(min(decay * time_s, 0.3))
+    # The frequency has risen to that of the middle as the amplitude fell.
+    rise = max(snapshot.omega - w * frequency_ratio(min(amplitude * growth, _WIDEST)), 0.0)
+    phase = (waves.phase - (snapshot.omega - 0.5 * rise) * time_s) % (2.0 * math.pi)
     # Anchor at the turning point a quarter to three quarters of a period before t = 0.
     start = amplitude * growth
     if phase < 0.5 * math.pi:
@@ -144,7 +148,7 @@ def _state(
         anchor = start
     dynamics = Dynamics(
         w=w,
-        theta=phase * w / snapshot.omega,
+        theta=phase * w / (snapshot.omega - rise),
         amplitude=anchor,
         values=_losses(model, snapshot.decay_per_s, w, amplitude),
     )

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import nnls
 
 from .arrays import Array
 from .gauss_newton import FitState
@@ -72,6 +71,8 @@ def _losses(model: RingDownModel, swings: Swings, w: float) -> tuple[float, ...]
         size = 0.5 * np.abs(swings.turning_rad[1:] + 0.0) + 0.5 * np.abs(swings.turning_rad[:-1])
         work = np.array([_work(model, min(a, _WIDEST), typical)[lossy] for a in size])
         scale = np.maximum(np.max(work, axis=0), 1e-300)
+        from scipy.optimize import nnls  # here, because only angles need it
+
         c[lossy] = nnls(work / scale, energy[:-1] - energy[1:])[0] / scale
     return tuple(float(x * w**q.power) for x, q in zip(c, model.coefficients, strict=True))
 

@@ -7,11 +7,11 @@ strong at the end as at the beginning: what decays is another oscillation, and n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.fft import next_fast_len, rfft
-from scipy.signal.windows import kaiser
 
 from .arrays import Array
 
@@ -63,7 +63,7 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
     """
     n = residual.shape[1]
     size = next_fast_len(_PADDING * n, real=True)
-    spectrum = rfft((residual - residual.mean(axis=1, keepdims=True)) * kaiser(n, _BETA), size, axis=1)
+    spectrum = rfft((residual - residual.mean(axis=1, keepdims=True)) * np.kaiser(n, _BETA), size, axis=1)
     power = spectrum.real**2 + spectrum.imag**2
     bin_hz = rate_hz / size
     # Each channel by its own level: a tone counts where it stands out, wherever that is.
@@ -128,7 +128,7 @@ def _keeps_pitch(residual: Array, frequency_hz: float, rate_hz: float, level: Ar
     sum(w (t^2 - mean)) ~ i k.
     """
     n = residual.shape[1]
-    window, time = kaiser(n, _BETA), np.linspace(-0.5, 0.5, n)
+    window, time = np.kaiser(n, _BETA), np.linspace(-0.5, 0.5, n)
     mean = float(window @ time**2 / window.sum())
     shapes = np.stack([window, window * time, window * (time**2 - mean)])
     spread = shapes @ np.stack([time**0, time, time**2]).T / window.sum()
@@ -149,6 +149,13 @@ def _is_mains(frequency_hz: float) -> bool:
     )
 
 
+@lru_cache(32)
+def _drifts(n: int) -> Array:
+    """Legendre polynomials at n points, each of unit norm, (n, degrees)."""
+    columns = legendre.legvander(np.linspace(-1.0, 1.0, n), _HIGHEST_DEGREE)
+    return np.asarray(columns / np.linalg.norm(columns, axis=0))
+
+
 def drift_degree(residual: Array) -> int:
     """Highest degree of a polynomial in time that stands out of a residual (channels, n) over its noise, or 0."""
     block = max(1, residual.shape[1] // _DRIFT_POINTS)
@@ -156,7 +163,5 @@ def drift_degree(residual: Array) -> int:
     if n < 4 * _HIGHEST_DEGREE:
         return 0
     means = residual[:, : n * block].reshape(-1, n, block).mean(axis=2) * np.sqrt(block)
-    columns = legendre.legvander(np.linspace(-1.0, 1.0, n), _HIGHEST_DEGREE)
-    columns /= np.linalg.norm(columns, axis=0)
-    sure = np.abs(means @ columns).max(axis=0)[1:] > _SURE_DRIFT
+    sure = np.abs(means @ _drifts(n)).max(axis=0)[1:] > _SURE_DRIFT
     return int(np.flatnonzero(sure).max(initial=-1)) + 1

@@ -21,6 +21,7 @@ STATUS_NO_TABLE = 3
 WALK_START, WALK_CARRY, WALK_ANGLE, WALK = 0, 1, 2, 3
 # A half swing passed, float64 (HEAD + 2 columns,): start S, duration, direction; d size/dq, d S/dq.
 HEAD_START, HEAD_DURATION, HEAD_SIDE, HEAD = 0, 1, 2, 3
+_SURE_PULL = 0.1  # far enough from sticking that between the sizes nothing can stick either
 _MARGIN = 1.15
 _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
@@ -53,8 +54,9 @@ def walk_swings(  # type: ignore[no-untyped-def]
 ):
     """Pass half swings from where `walk` stands, until s_end, rest or the end of the tables; `walk` moves along.
 
-    bands (2, 2), sizes (2, k), ends (2, k, 2 + 2 columns): tables by direction. Out, a row per half swing: heads
-    (n, HEAD + 2 columns), one more with the start of the next, and weights (n - 1, k) to look its values up with.
+    bands (2, 3): smallest size, largest, and the smallest pull back over the largest (build_table); sizes (2, k),
+    ends (2, k, 2 + 2 columns): tables by direction. Out, a row per half swing: heads (n, HEAD + 2 columns), one more
+    with the start of the next, and weights (n - 1, k) to look its values up with.
     Returns (count, status): STATUS_OK, STATUS_STUCK (it rests from here on), STATUS_LOST (no turning point),
     STATUS_NO_TABLE (the next half swing needs another table).
     """
@@ -66,14 +68,17 @@ def walk_swings(  # type: ignore[no-untyped-def]
         heads[count, HEAD_START] = walk[WALK_START]
         if walk[WALK_START] > s_end:
             return count, STATUS_OK
-        side, _ = direction_at_rest(angle, 0.0, codes, widths, c, grad)
-        if side == 0.0:
-            return count, STATUS_STUCK
         size = abs(angle)
+        side = -math.copysign(1.0, angle)
+        which = 0 if mirrored or side > 0.0 else 1
+        tabulated = bands[which, 0] <= size <= bands[which, 1]
+        if not (tabulated and bands[which, 2] > _SURE_PULL):
+            side, _ = direction_at_rest(angle, 0.0, codes, widths, c, grad)
+            if side == 0.0:
+                return count, STATUS_STUCK
         if side * angle >= 0.0 or not size < _WIDEST or count == weights.shape[0]:
             return count, STATUS_LOST
-        which = 0 if mirrored or side > 0.0 else 1
-        if not bands[which, 0] <= size <= bands[which, 1]:
+        if not tabulated:
             return count, STATUS_NO_TABLE
         look_up_end(size, sizes[which], barycentric, ends[which], weights[count], end)
         heads[count, HEAD_DURATION] = end[0]

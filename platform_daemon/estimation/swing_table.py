@@ -16,6 +16,7 @@ import numpy as np
 from .collocation import solve_half_swing
 from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
+from .terms.dispatch import acceleration
 
 
 @fast_part
@@ -80,10 +81,14 @@ def build_table(  # type: ignore[no-untyped-def]
 
     settled: how small Newton's last step has to be.
     sizes (k,), values (k, 4 + 2 columns, m), ends (k, 2 + 2 columns) are written. accelerations (k, m) and ends hold
-    an earlier solution or zeros when the call begins: solutions nearby are the best first guess.
+    an earlier solution or zeros when the call begins: solutions nearby are the best first guess. Returns the smallest
+    pull back from rest over the largest of all sizes (0 or less: somewhere it sticks), NaN if one has no solution.
     """
     count = sizes.size
     m = nodes.size
+    grad = np.zeros(c.size + 1)
+    weakest = np.inf
+    strongest = 0.0
     phi = np.empty(m)
     v = np.empty(m)
     slopes = np.empty((columns, 3, m))
@@ -109,9 +114,12 @@ def build_table(  # type: ignore[no-untyped-def]
                 size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
             ):
                 ends[k, 0] = 0.0
-                return False
+                return np.nan
         _write_values(a, phi, v, slopes, columns, observable, values[k])
-    return True
+        pull, _, _ = acceleration(-side * size, 0.0, side, codes, widths, c, grad)
+        weakest = min(weakest, side * pull)
+        strongest = max(strongest, side * pull)
+    return weakest / strongest if strongest > 0.0 else 0.0
 
 
 @fast_part
@@ -128,8 +136,9 @@ def _weights(size, sizes, barycentric, weights):  # type: ignore[no-untyped-def]
             return
         weights[k] = barycentric[k] / distance
         total += weights[k]
+    share = 1.0 / total
     for k in range(count):
-        weights[k] /= total
+        weights[k] *= share
 
 
 @fast_part

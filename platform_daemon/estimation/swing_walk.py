@@ -12,7 +12,7 @@ from .chebyshev import grid, size_weights
 from .models import RingDownModel
 from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
 from .swing_table import build_table
-from .trace import STATUS_LOST
+from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import Dynamics
 
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
@@ -27,7 +27,7 @@ class SwingTables:
         self.grid = grid(nodes)
         self.weights = size_weights(sizes)
         # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
-        self.bands = np.zeros((2, 2))
+        self.bands = np.zeros((2, 3))
         self.sizes = np.zeros((2, sizes))
         self.accelerations = np.zeros((2, sizes, nodes))
         self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
@@ -58,6 +58,10 @@ class Walk:
     def angle(self) -> float:
         """Where the next half swing begins."""
         return float(self.at[WALK_ANGLE])
+
+    def reaches(self, s_end: float) -> bool:
+        """True if it has ended, and not before s_end."""
+        return self.status == STATUS_STUCK or (self.status == STATUS_OK and float(self.at[WALK_START]) >= s_end)
 
     def band(self, ratio: float) -> Array:
         """Sizes (low, high) of the half swings that are left, no further apart than `ratio`; 1: the next only."""
@@ -92,12 +96,12 @@ class Walk:
         """Tables for the half swings that are left on this side; False if there is no turning point."""
         side = math.copysign(1.0, -self.angle)
         which = 0 if self._symmetric or side > 0.0 else 1
-        band = tables.bands[which] = self.band(ratio)
+        low, high = self.band(ratio).tolist()
         settled = 10.0 ** (-0.8 * digits)
         g = tables.grid
-        return bool(
-            build_table(
-                band[0], band[1], 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once,
-                g.twice, tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
-            )
+        pull = build_table(
+            low, high, 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once,
+            g.twice, tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
         )  # fmt: skip
+        tables.bands[which] = low, high, pull
+        return not math.isnan(pull)

@@ -34,15 +34,16 @@ class Dynamics:
 
     def dimensionless(self, model: RingDownModel) -> Array:
         """c = q / w**power for every coefficient, (coefficients,)."""
-        powers = [c.power for c in model.coefficients]
-        return np.array([q / self.w**p for q, p in zip(self.values, powers, strict=True)])
+        return np.array([q / self.w**p for q, p in zip(self.values, model.powers, strict=True)])
 
     def chain(self, model: RingDownModel) -> Array:
         """d(theta, w, A, c...)/d(theta, w, A, q...), square (3 + coefficients,): the powers of w in c."""
-        matrix = np.eye(3 + len(self.values))
-        for k, coefficient in enumerate(model.coefficients):
-            matrix[3 + k, 3 + k] = self.w**-coefficient.power
-            matrix[3 + k, 1] = -coefficient.power * self.values[k] / self.w ** (coefficient.power + 1)
+        size = 3 + len(self.values)
+        matrix = np.zeros((size, size))
+        matrix[0, 0] = matrix[1, 1] = matrix[2, 2] = 1.0
+        for k, (power, q) in enumerate(zip(model.powers, self.values, strict=True), 3):
+            matrix[k, k] = self.w**-power
+            matrix[k, 1] = -power * q / self.w ** (power + 1)
         return matrix
 
 

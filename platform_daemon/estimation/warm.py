@@ -20,6 +20,15 @@ def warm_up() -> float:
     It fits a made-up ring-down, so that nothing is left to compile for a real one.
     """
     began = time.perf_counter()
+    record, noise = made_up()
+    result = fit_ring_down(record, "thread", noise=noise)
+    if result.verdict == "good":
+        result.model_signal(4, _RATE_HZ)
+    return time.perf_counter() - began
+
+
+def made_up() -> tuple[RingDownRecord, NoiseModel]:
+    """A short record that can be fitted, and its noise."""
     time_s = np.arange(_SAMPLES) / _RATE_HZ
     # Not a ring-down, but near enough to one to be fitted; nor is the noise at random.
     sway = np.exp(-0.5 * time_s) * np.array(
@@ -28,7 +37,4 @@ def warm_up() -> float:
     signal = np.array([[1.0, 0.0], [0.0, 0.2], [0.3, 0.05]]) @ sway
     signal += 0.05 * np.sin(1e4 * np.arange(signal.size, dtype=np.float64) ** 2).reshape(signal.shape)
     record = RingDownRecord(signal, _RATE_HZ, "dmdt")
-    result = fit_ring_down(record, "thread", noise=NoiseModel.white(np.full(3, 0.05), _RATE_HZ))
-    if result.verdict == "good":
-        result.model_signal(4, _RATE_HZ)
-    return time.perf_counter() - began
+    return record, NoiseModel.white(np.full(3, 0.05), _RATE_HZ)

@@ -35,7 +35,8 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the steps lead nowhere.
     """
     sd = harmonic_sd(problem, noise, frequency_hz)
-    if np.allclose(sd, problem.noise_sd[:, None], rtol=_SAME):
+    level = problem.noise_sd[:, None]
+    if np.all(np.abs(sd - level) <= _SAME * level):
         return best
     state = by_convention(best.state)
     for _ in range(_STEPS):

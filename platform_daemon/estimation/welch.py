@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.fft import irfft, rfft
-from scipy.signal.windows import kaiser
 
 from .arrays import Array
 
@@ -58,7 +57,7 @@ def _quick_length(segment: int) -> int:
 @lru_cache(32)
 def _window(segment: int) -> tuple[Array, float]:
     """Window (segment,), and sum over lags of the squared correlation of its bins."""
-    window = np.asarray(kaiser(segment, _KAISER_BETA))
+    window = np.kaiser(segment, _KAISER_BETA)
     squares = window**2
     return window, float(segment * (squares @ squares) / np.sum(squares) ** 2)
 

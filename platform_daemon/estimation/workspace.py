@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,7 +63,7 @@ class _Pass:
         if self._observable != DIPOLE:
             constant[0] = self._walk.angle
             constant[6:-1:2] = math.copysign(1.0, self._walk.angle) * at[WALK : WALK + columns]
-        gram += y.shape[1] * np.outer(constant, constant)
+        gram += np.tril(y.shape[1] * np.outer(constant, constant))
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
         self.used += y.shape[1]
@@ -71,8 +72,19 @@ class _Pass:
         """What was collected."""
         gram, products, energy = self._sums
         # Only the lower triangle was filled.
-        gram = np.tril(gram) + np.tril(gram, -1).T
-        return Moments(gram, products, energy, self.used, self._walk.at[WALK + self._walk.columns :].copy())
+        whole = gram + gram.T
+        whole.ravel()[:: gram.shape[0] + 1] *= 0.5
+        return Moments(whole, products, energy, self.used, self._walk.at[WALK + self._walk.columns :].copy())
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A walk that needed one stretch only: `count` half swings, as they stand in its heads and weights."""
+
+    dynamics: Dynamics
+    walk: Walk
+    tables: SwingTables
+    count: int
 
 
 @dataclass
@@ -81,7 +93,7 @@ class Workspace:
 
     model: RingDownModel
     _tables: dict[tuple[int, int], SwingTables] = field(default_factory=dict)
-    _held: tuple[Dynamics, SwingTables, float] | None = None
+    _held: _Held | None = None
 
     def __post_init__(self) -> None:
         self.columns = 1 + len(self.model.coefficients)
@@ -111,13 +123,16 @@ class Workspace:
         walk = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta)
         pass_ = _Pass(walk, d, y, direct_to, last, float(dt_s), observable, stride)
         tables, ratio = self._fresh_tables(walk, digits, tabulated)
+        self._held, counts = None, []
         for count in walk.stretches(tables, ratio, observable, digits):
             pass_.collect(count, tables, self._symmetric)
+            counts.append(count)
         if walk.status == STATUS_STUCK:
             pass_.rest()
         if walk.status == STATUS_LOST or pass_.used == 0:
             raise LostTrajectoryError(_LOST)
-        self._held = (d, tables, ratio) if digits == EXACT and tabulated else None
+        if digits == EXACT and tabulated and sum(c > 0 for c in counts) == 1:
+            self._held = _Held(d, walk, tables, counts[-1])
         later = pass_.result()
         if direct_to == first:
             return later
@@ -128,18 +143,13 @@ class Workspace:
     ) -> Array:
         """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks): two Gauss points in each.
 
-        Uses the tables that `moments` has left, if it was called for this motion last.
+        Goes the way that `moments` has gone, if it was called for this motion last.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
         """
         d, points, done = dynamics, np.empty((2, 2 * blocks)), 0
-        walk = Walk(self.model, d, d.w * (begin + blocks * block) * dt_s + d.theta)
-        if self._held is not None and self._held[0] == d:
-            _, tables, ratio = self._held
-        else:
-            tables, ratio = self._fresh_tables(walk, EXACT, True)
-        for count in walk.stretches(tables, ratio, observable, EXACT):
+        for walk, tables, count in self._ways(d, d.w * (begin + blocks * block) * dt_s + d.theta, observable):
             done = fill_model(
                 int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
                 self._symmetric, observable, tables.grid.to_nodes, tables.values, points,
@@ -149,6 +159,17 @@ class Workspace:
         elif walk.status != STATUS_OK:
             raise LostTrajectoryError(_LOST)
         return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
+
+    def _ways(self, d: Dynamics, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
+        """Stretches of a walk until s_end, walked already or anew."""
+        held = self._held
+        if held is not None and held.dynamics == d and held.walk.reaches(s_end):
+            yield held.walk, held.tables, held.count
+            return
+        walk = Walk(self.model, d, s_end)
+        tables, ratio = self._fresh_tables(walk, EXACT, True)
+        for count in walk.stretches(tables, ratio, observable, EXACT):
+            yield walk, tables, count
 
     def _fresh_tables(self, walk: Walk, digits: float, tabulated: bool) -> tuple[SwingTables, float]:
         """Empty tables for a walk, and how wide a band each of them covers; the first sets the width of all."""

@@ -1,9 +1,14 @@
 """The benchmark runs, and says what it says it says."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from platform_daemon.estimation.bench import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
 from platform_daemon.estimation.bench_campaign import campaign_text, run_campaign
+from platform_daemon.estimation.bench_process import linearity, peak_memory, processes_text
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.warm import made_up
 
 
 def test_a_short_benchmark_gives_times_ratios_and_a_table():
@@ -42,3 +47,29 @@ def test_the_campaign_fits_every_shot_of_every_dataset_in_two_processes():
     assert report["wall_s"] > 0
     assert report["processor_s"] > 0
     assert "12 fits, 2 processes" in campaign_text(report)
+
+
+def test_memory_and_growth_are_measured_against_the_record():
+    short = replace(DATASETS[2], seconds=0.1)
+    memory = peak_memory(short)
+    assert memory["record_bytes"] == make_record(short).samples.nbytes
+    assert memory["peak_over_record"] == memory["peak_bytes"] / memory["record_bytes"] > 0.0
+    growth = linearity(short, repeats=1)
+    assert growth["samples"][2] == 4 * growth["samples"][0]
+    assert growth["relative"][0] == 1.0
+
+
+def test_the_first_fits_of_fresh_processes_are_reported():
+    fit = {"verdict": "good", "wall_s": 1.5, "processor_s": 1.25}
+    first = {"cold": {**fit, "wall_s": 12.5}, "warm": fit, "must_cold_s": 20.0, "must_warm_s": 2.0}
+    memory = {"record_bytes": 7_000_000, "peak_bytes": 3_500_000, "peak_over_record": 0.5, "must": 3.0}
+    growth = {"samples": [10, 20, 40], "fit_ms": [1.0, 2.0, 4.4], "relative": [1.0, 1.0, 1.1]}
+    text = processes_text({"first_fit": first, "memory": memory, "linearity": growth})
+    assert "12.5 s (must 20 s; processor time 1.2 s)" in text
+    assert "0.50 of the record's 7.0 MB" in text
+    assert "4.4 ms (1.10)" in text
+
+
+def test_the_record_of_the_first_fit_can_be_fitted():
+    record, noise = made_up()
+    assert fit_ring_down(record, "thread", noise=noise).verdict == "good"
