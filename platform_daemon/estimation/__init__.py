@@ -2,7 +2,7 @@
 
 The way of one shot through the room:
     calibration (equaliser)      volts -> dm/dt in world axes
-    screening, noise, windows    is it usable, how noisy is it (welch, series_noise), which samples
+    screening, noise, windows    is it usable, how noisy is it (welch, series_noise), which samples (periods)
     snapshot, start              start values from the first periods (spectrum, harmonics)
     swings, start_angle            those of an angle: passages through zero and turning points
     models (terms), knowledge    what is fitted: torque terms, and what is known of the parameters beforehand (hints)
@@ -13,6 +13,7 @@ The way of one shot through the room:
     trajectory                   the same motion sample by sample: trace (half_swing, terms), sampling (observation)
     weighting                    every harmonic by the noise that stands there (colour)
     disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
+    ambiguity                    did all starts lead to one minimum?
     publish, judgement           published parameters, covariance, verdict -> result
 """
 

@@ -56,7 +56,7 @@ def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float
 
 
 def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float) -> tuple[ComplexArray, float, float]:
-    """Complex envelope (channels, points) of the fundamental, step between points in s, noise of one in a sample's."""
+    """Complex envelope (channels, points) of the fundamental, its step in s, and its noise over that of a sample."""
     period = record.sampling_rate_hz / frequency_hz
     length = round(_PERIODS * period)
     hop = round(_HOP_PERIODS * period)
@@ -70,11 +70,8 @@ def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float
         piece = record.samples[:, begin : begin + length]
         turn = np.exp(-2j * np.pi * k * hop / period)
         rows.append((piece - piece.mean(axis=1, keepdims=True)) @ wave * turn)
-    return (
-        np.array(rows).T if rows else np.empty((record.channels, 0), dtype=complex),
-        hop * record.dt_s,
-        float(np.linalg.norm(window)),
-    )
+    envelope = np.array(rows).T if rows else np.empty((record.channels, 0), dtype=complex)
+    return envelope, hop * record.dt_s, float(np.linalg.norm(window))
 
 
 def _rotations(envelope: ComplexArray, lags: int, count: int) -> tuple[ComplexArray, Array, float]:
