@@ -55,8 +55,8 @@ def test_memory_and_growth_are_measured_against_the_record():
     assert memory["record_bytes"] == make_record(short).samples.nbytes
     assert memory["peak_over_record"] == memory["peak_bytes"] / memory["record_bytes"] > 0.0
     growth = linearity(short, repeats=1)
-    assert growth["samples"][2] == 4 * growth["samples"][0]
-    assert growth["relative"][0] == 1.0
+    assert abs(growth["samples"][2] - 4 * growth["samples"][0]) <= 2  # rounded to whole samples
+    assert abs(growth["relative"][0] - 1.0) < 1e-12
 
 
 def test_the_first_fits_of_fresh_processes_are_reported():
