@@ -76,7 +76,8 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
             break
         near = slice(max(0, k - lobe), k + lobe + 1)
         frequency = k * bin_hz
-        if k < 2 * lobe or standing[k] < standing[near].max() or any(abs(frequency - t) < lobe * bin_hz for t in tones):
+        inside = 2 * lobe <= k < standing.size - 1
+        if not inside or standing[k] < standing[near].max() or any(abs(frequency - t) < lobe * bin_hz for t in tones):
             continue
         if zones is not None and zones.holds(np.array([frequency]))[0]:
             continue
