@@ -63,6 +63,11 @@ class Residual:
         return np.asarray(self._power / self._colour)
 
     @property
+    def transformed(self) -> Array:
+        """As much of `scaled` as the spectrum was made from, (channels, n)."""
+        return self.scaled[:, : self._length]
+
+    @property
     def _length(self) -> int:
         """Blocks that a fast transform takes."""
         return int(prev_fast_len(self.data.shape[1], real=True))
@@ -70,7 +75,7 @@ class Residual:
     @cached_property
     def _power(self) -> Array:
         n = self._length
-        bins = rfft(self.scaled[:, :n], axis=1)[:, 1 : (n + 1) // 2]
+        bins = rfft(self.transformed, axis=1)[:, 1 : (n + 1) // 2]
         return np.asarray((bins.real**2 + bins.imag**2) / n)
 
     @cached_property

@@ -22,6 +22,7 @@ _NEIGHBOURHOOD = 40.0  # bins on either side, from which the level beside a line
 _SURE = 25.0  # power over the level beside: exceeded by noise once in 1e7 records
 _WORTH_A_SEARCH = 18.0  # over the median; a line of _SURE is above it wherever it falls between the bins
 _MOST_TONES = 16
+_MANY_PEAKS = 24
 _STRETCHES = 8
 _CHANGE_SIGMA = 4.0
 _CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; mains is less steady
@@ -51,9 +52,34 @@ class Zones:
         return inside
 
 
-def may_hold_tones(spectrum: Array) -> bool:
-    """A look at a residual's plain spectrum (channels, bins), in units of any level: is a search worth its time?"""
-    return bool(np.any(spectrum.max(axis=1) > _WORTH_A_SEARCH * np.median(spectrum, axis=1)))
+def may_hold_tones(residual: Array, spectrum: Array) -> bool:
+    """A cheap look: is a search for tones worth its time?
+
+    residual: (channels, n); spectrum: (channels, bins) its plain power, in units of any level, from bin 1 on.
+    """
+    standing = spectrum / np.median(spectrum, axis=1, keepdims=True)
+    channels, bins = np.nonzero(standing > _WORTH_A_SEARCH)
+    if bins.size > _MANY_PEAKS:
+        return True
+    # A tone between two bins is stronger than either; noise hardly is.
+    return any(
+        standing[c, k] * _gain_between_bins(residual[c], int(k) + 1) > _SURE / np.log(2.0)
+        for c, k in zip(channels, bins, strict=True)
+    )
+
+
+def _gain_between_bins(signal: Array, k: int) -> float:
+    """Largest power within half a bin of bin k, over the power at it."""
+    place = k + np.linspace(-0.5, 0.5, 9)
+    waves = np.exp(-2j * np.pi / signal.size * np.outer(place, np.arange(signal.size)))
+    power = np.abs(waves @ signal) ** 2
+    return float(power.max() / max(power[4], 1e-300))
+
+
+@lru_cache(4)
+def _window(n: int) -> Array:
+    """Kaiser window, drawn once."""
+    return np.asarray(np.kaiser(n, _BETA))
 
 
 def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
@@ -63,7 +89,7 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
     """
     n = residual.shape[1]
     size = next_fast_len(_PADDING * n, real=True)
-    spectrum = rfft((residual - residual.mean(axis=1, keepdims=True)) * np.kaiser(n, _BETA), size, axis=1)
+    spectrum = rfft((residual - residual.mean(axis=1, keepdims=True)) * _window(n), size, axis=1)
     power = spectrum.real**2 + spectrum.imag**2
     bin_hz = rate_hz / size
     # Each channel by its own level: a tone counts where it stands out, wherever that is.
