@@ -23,7 +23,7 @@ from .trajectory import Dynamics, Trajectory
 from .windows import SampleRange
 from .workspace import Workspace
 
-_POINTS_PER_PERIOD = 20.0  # the band reaches to ten times the fundamental: all harmonics that matter
+_POINTS_PER_PERIOD = 12.0  # the band reaches to six times the fundamental: all harmonics that matter
 _CHUNK_BLOCKS = 1 << 10
 _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distributed power
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
