@@ -35,6 +35,7 @@ from sim_backend.undeclared.signals import (
 
 LINES = 15
 RINGING = 10.0  # times 1/width: how long a band filter rings
+SHORTEST_TAIL_S = 0.02
 
 Effects = Sequence[Effect]
 
@@ -72,8 +73,13 @@ def with_gaps(effects: Effects, numbers: NDArray[np.int64], rx_start: int) -> ND
 def listening_tail_s(effects: Effects, rate_hz: float) -> float:
     """How far beyond its end a shot must be known."""
     gaps = sum(e.strength for e in effects if isinstance(e, ClockGap))
+    return gaps / rate_hz + _fade_s(effects)
+
+
+def _fade_s(effects: Effects) -> float:
+    """How long the narrowest band rings; 0 without bands."""
     widths = [e.width_hz for e in effects if isinstance(e, ChannelGain) and e.width_hz is not None]
-    return float(gaps / rate_hz + (RINGING / min(widths) if widths else 0.0))
+    return max(RINGING / min(widths), SHORTEST_TAIL_S) if widths else 0.0
 
 
 def add_band_gains(
@@ -98,7 +104,7 @@ def add_band_gains(
     whole = receive_v(pieces, np.ones(len(pieces), dtype=np.bool_), np.arange(n) / rate_hz, per_g_v, chain)
     beyond = n - 1 - round(times_s[-1] * rate_hz)
     whole[:, n - beyond :] *= np.cos(np.linspace(0, np.pi / 2, beyond)) ** 2
-    size = next_fast_len(n + int(RINGING / min(e.width_hz for e in gains if e.width_hz) * rate_hz), real=True)
+    size = next_fast_len(n + int(_fade_s(effects) * rate_hz), real=True)
     f = rfftfreq(size, 1 / rate_hz)
     heard = connected[np.searchsorted(pieces[:, START], times_s, side="right") - 1]
     places = np.rint(times_s * rate_hz).astype(np.int64)

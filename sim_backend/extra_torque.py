@@ -7,6 +7,7 @@ from math import exp, pi
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.errors import ConfigError
 from sim_backend.kernel import kernel
 from sim_backend.undeclared.hidden_states import (
     BreathingGap,
@@ -47,12 +48,14 @@ def fill(q: NDArray[np.float64], effects: Undeclared, drift_from_s: float | None
     """Enter all effects into a parameter array (SLOTS,) that holds the declared ones already.
 
     drift_from_s: when f_nat begins to drift, on the time axis of the field; None: not at all.
+    Raises ConfigError for Stribeck's law without dry friction.
     """
     q[HERTZ] += strength(effects, HertzFriction)
     q[COULOMB] = strength(effects, CoulombFriction)
     q[DRAG] = strength(effects, QuadraticDrag)
     if stribeck := first(effects, StribeckFriction):
         q[STRIBECK], q[STRIBECK_SPEED] = stribeck.strength, stribeck.v_s_rad_per_s
+        _check_friction(q)
     q[ANGLE_DAMPING] = 2 * strength(effects, AngleDependentDamping)
     q[ANHARMONICITY] = strength(effects, RestoringAnharmonicity)
     q[TORSION] = strength(effects, TorsionStiffness)
@@ -62,6 +65,15 @@ def fill(q: NDArray[np.float64], effects: Undeclared, drift_from_s: float | None
     q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT]]))
     _fill_hidden(q, effects)
     q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE]]))
+
+
+def _check_friction(q: NDArray[np.float64]) -> None:
+    if q[HERTZ] == 0.0 and q[COULOMB] == 0.0:
+        raise ConfigError(
+            "there is no dry friction for Stribeck's law to change",
+            where="backends.simulated.undeclared, stribeck_friction",
+            remedy="mount a jewel, or add coulomb_friction or hertz_friction",
+        )
 
 
 def _fill_hidden(q: NDArray[np.float64], effects: Undeclared) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from drivers.errors import DeviceError
 from sim_backend.collocation import HIDDEN_NOW, HIDDEN_ROWS, HIDDEN_START, NODES, solve_step, to_powers
+from sim_backend.extra_torque import DRIFT, DRIFT_FROM
 from sim_backend.hidden import relaxed
 from sim_backend.kernel import kernel
 from sim_backend.rest import NOISE, release_s
@@ -211,8 +212,13 @@ def move(
     pieces = np.empty((rows, PIECE_SLOTS))
     z = _room_for(relaxed(q) if hidden is None or not hidden.size else hidden)
     t, phi, speed, count, stuck = start_s, phi_rad, phi_dot_rad_per_s, 0, False
+    kink_s = start_s + q[DRIFT_FROM]
+    ends = [kink_s, stop_s] if q[DRIFT] != 0.0 and start_s < kink_s < stop_s else [stop_s]
     while True:
-        reason, t, phi, speed, count, stuck = march(t, stop_s, start_s, phi, speed, q, terms, pieces, count, z)
+        reason, t, phi, speed, count, stuck = march(t, ends[0], start_s, phi, speed, q, terms, pieces, count, z)
+        if reason == FINISHED and len(ends) > 1:
+            del ends[0]
+            continue
         if reason == FINISHED:
             return Motion(pieces[:count], phi, speed, stuck, z[HIDDEN_START].copy())
         if reason == NO_CONVERGENCE or len(pieces) > MOST_STEPS * rows:
