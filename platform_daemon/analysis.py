@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from statistics import fmean, median, stdev
+from statistics import fmean, median, mode, stdev
 from typing import Any, Literal
 
 import numpy as np
@@ -16,15 +17,15 @@ from drivers.errors import InputError, PlatformError, RecordingError
 from platform_daemon import __version__
 from platform_daemon.estimation import (
     PARAMETER_NAMES,
-    CalibrationError,
     FitResult,
-    RingDownRecord,
-    calibrate,
+    SeriesNoise,
     fit_ring_down,
     model_signal,
     saturation,
 )
 from platform_daemon.plots import RingDownPicture
+from platform_daemon.recording_noise import recording_noise
+from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Calibration, FitTable, Recording
 
 Window = Literal["n50", "d30"] | float
@@ -81,48 +82,29 @@ def choose_variant(recording: Recording, variant: str | None) -> str:
     return chosen
 
 
-def ring_down(
-    rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None
-) -> tuple[RingDownRecord, tuple[str, ...]]:
-    """The record that a fit takes: calibrated dm/dt (3, n) A m^2/s, or volts (c, n) if there is no calibration.
-
-    With it, what the calibration had to assume.
-
-    Raises RecordingError if the calibration does not fit the data.
-    """
-    if calibration is None:
-        return RingDownRecord(samples=rx_volts, sampling_rate_hz=rate_hz, quantity="voltage"), ()
-    try:
-        done = calibrate(
-            rx_volts, rate_hz, calibration.sensitivity, calibration.frequency_hz, calibration.frequency_response
-        )
-    except CalibrationError as error:
-        where = f"calibration {calibration.identifier or 'of the file'}"
-        raise RecordingError(str(error), where=where, remedy="give another with --calibration") from None
-    record = RingDownRecord(
-        samples=done.dmdt,
-        sampling_rate_hz=rate_hz,
-        quantity="dmdt",
-        valid_from=done.valid_from,
-        valid_to=done.valid_to,
-    )
-    return record, tuple(done.notes)
-
-
 def fit_frame(
-    rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None, ask: FitRequest
+    rx_volts: NDArray[np.float64],
+    rate_hz: float,
+    calibration: Calibration | None,
+    ask: FitRequest,
+    noise: SeriesNoise | None = None,
 ) -> FitResult:
-    """Calibrate and fit one RX window, (c, n) V; refused if the volts are clipped, whatever the calibration mixes."""
+    """Calibrate and fit one RX window, (c, n) V; refused if the volts are clipped, whatever the calibration mixes.
+
+    noise: of the series that the frame belongs to; None: the frame's own.
+    """
     clipped = saturation(rx_volts)
     if clipped is not None:
         return FitResult(verdict="refused", reason=f"saturated: {clipped}")
     record, assumed = ring_down(rx_volts, rate_hz, calibration)
-    fit = fit_ring_down(record, ask.variant, ask.window, fixed=ask.fixed)
-    return replace(fit, notes=(*fit.notes, *assumed))
+    of_shot = (noise or SeriesNoise()).for_shot(record)
+    fit = fit_ring_down(record, ask.variant, ask.window, noise=of_shot.model, fixed=ask.fixed)
+    notes = (*fit.notes, *assumed, *([of_shot.note] if of_shot.note else []))
+    return replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
 
 
 def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
-    """One frame in the fixed JSON form, plus notes, warnings and chi2 by channel."""
+    """One frame in the fixed JSON form, plus notes, warnings, chi2 by channel and where the noise came from."""
     return {
         "frame": frame,
         "verdict": fit.verdict,
@@ -137,6 +119,7 @@ def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),
         "seconds": fit.seconds,
+        "noise": {"source": fit.noise_source, "seconds": fit.noise_seconds},
     }
 
 
@@ -144,7 +127,8 @@ def refused_report(frame: int, reason: str) -> dict[str, Any]:
     """A frame that could not even be offered to the fit."""
     empty = dict.fromkeys(("r2", "nrmse", "chi2_per_dof", "chi2_per_dof_by_channel", "window_s"), None)
     base = {"frame": frame, "verdict": "refused", "reason": reason, "parameters": {}, "samples": 0}
-    return {**base, **empty, "warnings": [], "notes": [], "seconds": 0.0}
+    noise = {"source": None, "seconds": 0.0}
+    return {**base, **empty, "warnings": [], "notes": [], "seconds": 0.0, "noise": noise}
 
 
 def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float | None]]:
@@ -189,32 +173,23 @@ def _mean_and_scatter(values: list[float], *, circular: bool) -> dict[str, float
 
 
 def fit_recording(
-    recording: Recording,
-    ask: FitRequest,
-    *,
-    calibration: Calibration | None = None,
-    progress: Callable[[int], None] = lambda frames: None,
+    recording: Recording, ask: FitRequest, *, progress: Callable[[int], None] = lambda frames: None
 ) -> dict[str, Any]:
     """Fit every excited frame of a recording; the fixed JSON form for one file.
 
-    `calibration` replaces the file's own.  Frames that the daemon refused, blank shots and frames with bad samples are
-    refused with their reason; one bad frame does not stop the others.  Raises RecordingError if no frame can be read.
+    Frames that the daemon refused, blank shots and frames with bad samples are refused with their reason; one bad
+    frame does not stop the others.  Raises InputError if the fit makes no sense or no frame can be read.
     """
-    used = calibration or recording.calibration
-    check_fixed(ask, calibrated=used is not None)
+    check_fixed(ask, calibrated=recording.calibration is not None)
     frames = []
     for k in range(recording.frames):
-        frames.append(_fit_or_refuse(recording, k, used, ask))
+        frames.append(fit_stored_frame(recording, k, ask))
         progress(k + 1)
-    unreadable = [f["error"] for f in frames if "error" in f]
-    if len(unreadable) == recording.frames:
-        raise unreadable[0]
-    for frame in frames:
-        frame.pop("error", None)
-    return file_report(str(recording.path), ask, frames, used)
+    return recording_report(recording, ask, frames)
 
 
-def _fit_or_refuse(recording: Recording, k: int, calibration: Calibration | None, ask: FitRequest) -> dict[str, Any]:
+def fit_stored_frame(recording: Recording, k: int, ask: FitRequest) -> dict[str, Any]:
+    """One frame of a recording, fitted or refused; one that cannot be read carries its error for recording_report."""
     info = recording.frame_info[k]
     if info.verdict != "good" or info.blank:
         return refused_report(k, "a blank shot, without excitation" if info.blank else info.reason)
@@ -222,7 +197,20 @@ def _fit_or_refuse(recording: Recording, k: int, calibration: Calibration | None
         volts = recording.rx_volts(k)
     except PlatformError as error:
         return {**refused_report(k, str(error)), "error": error}
-    return frame_report(k, fit_frame(volts, recording.sequence.rate_hz, calibration, ask))
+    began = time.perf_counter()
+    noise = recording_noise(recording)
+    found_s = time.perf_counter() - began
+    fit = fit_frame(volts, recording.sequence.rate_hz, recording.calibration, ask, noise)
+    return frame_report(k, replace(fit, noise_seconds=fit.noise_seconds + found_s))
+
+
+def recording_report(recording: Recording, ask: FitRequest, frames: list[dict[str, Any]]) -> dict[str, Any]:
+    """The fixed JSON form for one file from all its frames, in order.  Raises RecordingError if none can be read."""
+    unreadable = [f["error"] for f in frames if "error" in f]
+    if len(unreadable) == recording.frames:
+        raise unreadable[0]
+    said = [{k: v for k, v in f.items() if k != "error"} for f in frames]
+    return file_report(str(recording.path), ask, said, recording.calibration)
 
 
 def file_report(
@@ -242,9 +230,16 @@ def file_report(
         "window_s": median(windows) if windows else None,
         "calibration": None if calibration is None else calibration.identifier,
         "notes": notes,
+        "noise": _noise_report(frames),
         "frames": frames,
         "summary": summary(frames),
     }
+
+
+def _noise_report(frames: list[dict[str, Any]]) -> dict[str, Any]:
+    """Where the noise of most frames came from, and the time spent on it, which is not in that of the fits."""
+    sources = [f["noise"]["source"] for f in frames if f["noise"]["source"] is not None]
+    return {"source": mode(sources) if sources else None, "seconds": sum(f["noise"]["seconds"] for f in frames)}
 
 
 def fit_table(name: str, variant: str, fits: list[FitResult | str]) -> FitTable:
@@ -314,7 +309,8 @@ def picture(recording: Recording, frame: int, variant: str | None, window: Windo
     rate = recording.sequence.rate_hz
     volts = recording.rx_volts(frame)
     record, _ = ring_down(volts, rate, recording.calibration)
-    fit = fit_frame(volts, rate, recording.calibration, FitRequest(choose_variant(recording, variant), window))
+    ask = FitRequest(choose_variant(recording, variant), window)
+    fit = fit_frame(volts, rate, recording.calibration, ask, recording_noise(recording))
     good = fit.verdict == "good"
     n = record.samples.shape[1]
     calibrated = record.quantity == "dmdt"

@@ -9,21 +9,29 @@ import logging
 import signal
 import socket
 import sys
-from functools import partial
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import structlog
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_fit import fit
+from platform_daemon.cli_options import (
+    CalibrationOption,
+    ForceOption,
+    JsonOption,
+    PlatformOption,
+    SetOption,
+    VariantOption,
+    WindowOption,
+    interrupt,
+    progress_bar,
+)
 from platform_daemon.cli_planning import predict
 from platform_daemon.cli_tables import fit_table_text, print_info
 
@@ -31,15 +39,8 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__d
 config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
+app.command()(fit)
 app.command()(predict)
-
-PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
-SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
-JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
-ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
-WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
-VariantOption = Annotated[str | None, typer.Option("--variant", help="thread or jewel; default: what the file says.")]
-CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
 
 
 def main() -> None:
@@ -113,7 +114,7 @@ def serve(
     folder = open_data_folder(data)
     engine = start_engine(file, Journal(folder.jobs))
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
-    signal.signal(signal.SIGTERM, _interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)
@@ -176,7 +177,7 @@ def measure(
     request = validated(AcquisitionRequest, asked, "measure")
     must_not_exist(json_file, force)
     must_not_exist(out, force)
-    signal.signal(signal.SIGTERM, _interrupt)
+    signal.signal(signal.SIGTERM, interrupt)
     engine, interrupted = start_engine(load_platform(platform, overrides or ())), False
     try:
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
@@ -207,71 +208,13 @@ def _report_series(job: Any, out: Path, json_file: Path | None) -> None:
         write_json(json_file, {"file": str(out), **job.result})
 
 
-def _interrupt(number: int, frame: FrameType | None) -> None:
-    raise KeyboardInterrupt
-
-
 def _watch(job: Any) -> None:
     """A progress bar until the job has ended."""
-    with _progress() as bar:
+    with progress_bar() as bar:
         task = bar.add_task("waiting", total=job.total, unit=job.unit)
         while not job.ended.wait(timeout=0.1):
             now = job.progress()
             bar.update(task, completed=now.done, description=now.phase)
-
-
-def _progress() -> Progress:
-    """A bar with count and time left, on stderr, so that standard output holds results only."""
-    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
-    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, TimeRemainingColumn())
-    return Progress(*columns, console=Console(stderr=True), transient=True)
-
-
-@app.command()
-def fit(
-    files: Annotated[list[Path], typer.Argument(help="Recordings.")],
-    variant: VariantOption = None,
-    window: WindowOption = "d30",
-    calibration: CalibrationOption = None,
-    fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
-    json_file: JsonOption = None,
-    force: ForceOption = False,
-) -> None:
-    """Fit every frame of one or more recordings."""
-    from platform_daemon.analysis import (
-        FitRequest,
-        check_fixed,
-        choose_variant,
-        fit_recording,
-        parse_fixed,
-        parse_window,
-    )
-    from platform_daemon.store import open_recording, read_calibration
-
-    span, fixed = parse_window(window), parse_fixed(fix or [])
-    other = None if calibration is None else read_calibration(calibration)
-    recordings = [open_recording(path) for path in files]
-    if other is not None:
-        recordings = [r.with_calibration(other, str(calibration)) for r in recordings]
-    asks = [FitRequest(choose_variant(r, variant), span, fixed) for r in recordings]
-    for recording, ask in zip(recordings, asks, strict=True):
-        check_fixed(ask, calibrated=recording.calibration is not None)
-    must_not_exist(json_file, force)
-    reports = []
-    with _progress() as bar:
-        for recording, ask in zip(recordings, asks, strict=True):
-            task = bar.add_task(recording.path.name, total=recording.frames, unit="frames")
-            reports.append(fit_recording(recording, ask, progress=partial(_tell, bar, task)))
-    for report in reports:
-        print(fit_table_text(report))
-    write_json(json_file, reports[0] if len(reports) == 1 else {"files": reports})
-    if not any(f["verdict"] == "good" for r in reports for f in r["frames"]):
-        print("every frame was refused", file=sys.stderr)
-        raise typer.Exit(3)
-
-
-def _tell(bar: Progress, task: TaskID, done: int) -> None:
-    bar.update(task, completed=done)
 
 
 @app.command()

@@ -50,6 +50,18 @@ def fit_table_text(report: Mapping[str, Any]) -> str:
     return capture.get().rstrip()
 
 
+def fit_line(report: Mapping[str, Any]) -> str:
+    """One file's fits in one line: how many, and the mean with the scatter of the parameters."""
+    good = sum(frame["verdict"] == "good" for frame in report["frames"])
+    parts = [f"{good} of {len(report['frames'])} frames good"]
+    for name, heading, factor in COLUMNS[:4]:
+        if name in report["summary"]:
+            symbol, _, unit = heading.partition(" / ")
+            found = report["summary"][name]
+            parts.append(f"{symbol} {number(found['mean'], found['std'], factor)} {unit}")
+    return ", ".join(parts)
+
+
 def _row(frame: Mapping[str, Any]) -> list[str]:
     p = frame["parameters"]
     if frame["verdict"] != "good":
@@ -66,7 +78,10 @@ def _notes(report: Mapping[str, Any]) -> list[str]:
         texts = [*frame["notes"], *frame["warnings"]]
         for text in [*texts, f"refused: {frame['reason']}"] if frame["verdict"] != "good" else texts:
             said.setdefault(text, []).append(frame["frame"])
+    noise = report["noise"]
     lines = [f"note: {n}" for n in report["notes"]]
+    if noise["source"] is not None:
+        lines.append(f"noise from {noise['source']}, found in {noise['seconds']:.3f} s beside the fits")
     for text, frames in said.items():
         shown = ", ".join(map(str, frames[:6])) + (" ..." if len(frames) > 6 else "")
         lines.append(f"frame {shown}: {text}")

@@ -19,7 +19,8 @@ from platform_daemon.analysis import FitRequest, file_report, fit_frame, fit_tab
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.engine.request import AcquisitionPlan
 from platform_daemon.engine.shot import RawShot, run_shot
-from platform_daemon.estimation import FitResult
+from platform_daemon.estimation import FitResult, SeriesNoise
+from platform_daemon.recording_noise import hear
 from platform_daemon.store import Calibration, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
@@ -46,6 +47,7 @@ class Acquisition:
         self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
         self._calibration = store_calibration(platform)
         self._fits: list[Future[FitResult] | str] = []
+        self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
         self._after_shot = after_shot
         self._refused_in_a_row = 0
 
@@ -108,12 +110,17 @@ class Acquisition:
             return
         self._refused_in_a_row = 0
         window = self._plan.request.window
-        if shot.blank or window is None:
-            self._fits.append("a blank shot, without excitation" if shot.blank else "no on-line fit was asked for")
+        if window is None:
+            self._fits.append("no on-line fit was asked for")
             return
-        rx = raw.volts[:, shot.timeline.rx_start :].astype(np.float64)
+        rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
+        heard = self._executor.submit(hear, self._noise, rx, rate_hz, self._calibration, blank=shot.blank)
+        heard.add_done_callback(_complain)
+        if shot.blank:
+            self._fits.append("a blank shot, without excitation")
+            return
         ask = FitRequest(self._plan.specimen.variant, window)
-        self._fits.append(self._executor.submit(fit_frame, rx, shot.timeline.clock.rate_hz, self._calibration, ask))
+        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._calibration, ask, self._noise))
 
     def _finish(self, job: Job, series: SeriesWriter) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
@@ -165,6 +172,12 @@ class Acquisition:
             channel_names=tuple(c.axis for c in self._platform.transmit),
             devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
         )
+
+
+def _complain(heard: Future[None]) -> None:
+    """A noise estimate that failed costs the series nothing but that shot's share in it."""
+    if not heard.cancelled() and heard.exception() is not None:
+        log.error("noise_estimate_failed", exc_info=heard.exception())
 
 
 def _outcome(fit: Future[FitResult]) -> FitResult | str:

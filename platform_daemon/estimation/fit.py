@@ -30,6 +30,7 @@ from .screening import refuse_few_periods, screen
 from .start import Start, find_start
 from .start_label import NoLabelError
 from .trajectory import LostTrajectoryError
+from .weighting import weighted_by_harmonic
 from .windows import SampleRange, Window, check_window, select_window
 
 _SHORT_PERIODS = 12.0
@@ -64,11 +65,15 @@ def fit_ring_down(
     check_window(window)
     fixed = dict(fixed or {})
     _check_fixed(fixed, model, record)
+    noise_seconds = 0.0
     try:
-        result = _fit(_task(record, window, noise, fixed), model)
+        task = _task(record, window, noise, fixed)
+        noise_seconds = task.noise_seconds
+        result = _fit(task, model)
     except RefusedError as refused:
         result = FitResult("refused", reason=str(refused))
-    return replace(result, seconds=time.perf_counter() - began)
+    seconds = time.perf_counter() - began - noise_seconds
+    return replace(result, seconds=seconds, noise_seconds=noise_seconds)
 
 
 def _check_fixed(fixed: Mapping[str, float], model: RingDownModel, record: RingDownRecord) -> None:
@@ -88,10 +93,12 @@ class _Task:
     """What is to be fitted, whichever model does it."""
 
     record: RingDownRecord
+    noise: NoiseModel
     noise_sd: np.ndarray
     chosen: SampleRange
     frequency_hz: float
     fixed: Mapping[str, float]
+    noise_seconds: float
 
     @property
     def samples(self) -> int:
@@ -107,11 +114,14 @@ class _Task:
 def _task(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> _Task:
     """Screen the record, measure its noise, choose the samples."""
     line = screen(record)
-    sd = _usable_sd(estimate_noise(record) if noise is None else noise, record)
+    began = time.perf_counter()
+    noise = estimate_noise(record) if noise is None else noise
+    noise_seconds = time.perf_counter() - began
+    sd = _usable_sd(noise, record)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
-    task = _Task(record, sd, chosen, line.frequency_hz, fixed)
+    task = _Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
     refuse_few_periods(task.samples * record.dt_s, line.frequency_hz)
     return task
 
@@ -144,11 +154,19 @@ def _solve(task: _Task, model: RingDownModel) -> tuple[Problem, Fitted]:
         record, model, task.noise_sd, _free_mask(model, start.state(start.amplitudes[0]).size, task.fixed), chosen.first
     )
     try:
-        return problem, _best_fit(problem, start, task)
+        return problem, _weighted(problem, _best_fit(problem, start, task), task)
     except RefusedError as refused:
         if refused.code is Refusal.NO_CONVERGENCE and task.periods < _SHORT_PERIODS:
             raise RefusedError(Refusal.TOO_SHORT, f"no minimum found in {task.periods:.1f} periods") from refused
         raise
+
+
+def _weighted(problem: Problem, best: Fitted, task: _Task) -> Fitted:
+    """The minimum with every harmonic weighted by the noise that stands there."""
+    try:
+        return weighted_by_harmonic(problem, best, task.chosen.last, task.noise, task.frequency_hz)
+    except _FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 
 
 def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
@@ -238,5 +256,6 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         window_s=chosen.last * record.dt_s,
         samples=task.samples,
         iterations=problem.passes,
+        noise_source=task.noise.source,
         fitted=FittedModel(model, state),
     )

@@ -90,7 +90,9 @@ def normal_equations(model: RingDownModel, state: FitState, moments: Moments, no
     weights = noise_sd**-2.0
     size, squares = state.size, np.empty(weights.size)
     gradient, matrix = np.empty(size), np.empty((size, size))
-    assemble(*_linear(model, state), moments.gram, moments.products, moments.energy, weights, gradient, matrix, squares)
+    assemble(
+        *linearised(model, state), moments.gram, moments.products, moments.energy, weights, gradient, matrix, squares
+    )
     chi2 = weights * squares
     data_chi2 = float(weights @ moments.energy)
     return Normal(float(chi2.sum()), chi2, squares, gradient, matrix, moments.samples, data_chi2)
@@ -98,12 +100,12 @@ def normal_equations(model: RingDownModel, state: FitState, moments: Moments, no
 
 def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:
     """The normal equations with the residual that a small step leaves, by the linear model itself."""
-    squares = squares_after(*_linear(model, state), moments.gram, moments.products, moments.energy, step)
+    squares = squares_after(*linearised(model, state), moments.gram, moments.products, moments.energy, step)
     by_channel = normal.chi2_by_channel * (squares / np.maximum(normal.squares_by_channel, 1e-300))
     return replace(normal, chi2=float(by_channel.sum()), chi2_by_channel=by_channel, squares_by_channel=squares)
 
 
-def _linear(model: RingDownModel, state: FitState) -> tuple[Array, Array, Array, Array, Array]:
+def linearised(model: RingDownModel, state: FitState) -> tuple[Array, Array, Array, Array, Array]:
     """How basis coefficients follow from the parameters: chain, gains, their derivatives, offsets."""
     d, obs = state.dynamics, state.observation
     return d.chain(model), obs.gains(d.w), obs.gains_by_w(d.w), obs.gains_by_own(d.w), state.offsets
@@ -124,7 +126,16 @@ def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[
 
 def covariance(normal: Normal, free: np.ndarray) -> tuple[Array, float]:
     """Covariance of the free parameters (k, k) and the condition number of the scaled normal matrix."""
-    matrix = normal.matrix[np.ix_(free, free)]
-    scale = 1.0 / np.sqrt(np.diag(matrix))
-    scaled = matrix * np.outer(scale, scale)
-    return np.linalg.inv(scaled) * np.outer(scale, scale), float(np.linalg.cond(scaled))
+    which = np.flatnonzero(free)
+    matrix = normal.matrix[which[:, None], which]
+    scale = 1.0 / np.sqrt(matrix.diagonal())
+    values, vectors = np.linalg.eigh(matrix * scale * scale[:, None])
+    spread = (vectors / values) @ vectors.T * scale * scale[:, None]
+    return spread, float(values[-1] / abs(values[0]))
+
+
+def variance_of(direction: Array, normal: Normal, free: np.ndarray) -> float:
+    """Variance of a linear combination (size,) of the parameters; not finite if the equations are singular."""
+    step = np.empty(free.size)
+    fall = float(solve_scaled(normal.matrix, direction, free, 0.0, step))
+    return float(direction @ step) if math.isfinite(fall) else math.inf

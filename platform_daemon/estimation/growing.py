@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arrays import Array
-from .gauss_newton import FitState, Normal, after_step, covariance, normal_equations, solve_step, with_best_gains
+from .gauss_newton import FitState, Normal, after_step, normal_equations, solve_step, variance_of, with_best_gains
 from .models import RingDownModel
 from .record import RingDownRecord
 from .trajectory import LostTrajectoryError
@@ -184,20 +184,14 @@ def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) 
 
     An error of w adds to the phase in proportion to time, one of the amplitude as well, one of a loss with its square.
     """
-    d = found.state.dynamics
-    k = 3 + len(d.values)
-    try:
-        spread, _ = covariance(found.before.normal, problem.free)
-    except np.linalg.LinAlgError:
-        return 2.0
-    full = np.zeros((problem.free.size, problem.free.size))
-    full[np.ix_(problem.free, problem.free)] = spread
+    d, slopes = found.state.dynamics, found.before.moments.slopes
+    chain = d.chain(problem.model)
+    direction = np.zeros(problem.free.size)
     growth = schedule.growth
     while growth > 2.0:
         end = (problem.first + growth * length) * problem.record.dt_s
-        losses = -(growth**2) * found.before.moments.slopes[1:]
-        phase = np.concatenate([[1.0, end, -growth * found.before.moments.slopes[0]], losses]) @ d.chain(problem.model)
-        if phase @ full[:k, :k] @ phase < _SURE_PHASE**2:
+        direction[: chain.shape[0]] = np.array([1.0, end, -growth * slopes[0], *(-(growth**2) * slopes[1:])]) @ chain
+        if variance_of(direction, found.before.normal, problem.free) < _SURE_PHASE**2:
             return growth
         growth *= 0.5
     return 2.0

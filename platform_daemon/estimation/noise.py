@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .arrays import Array
 from .record import RingDownRecord
-from .spectrum import SegmentSpectra, find_fundamental, segment_spectra
+from .spectrum import find_fundamental
+from .welch import SegmentSpectra, segment_spectra
 
 _SIGNIFICANT = 60.0
 _MOST_HARMONICS = 24
@@ -17,6 +18,7 @@ _SEGMENT_PERIODS = 28.0
 _SEGMENT_WITHOUT_SIGNAL = 4096
 _BROADENING = 1.25
 _SWEEP_MARGIN = 0.01
+_LOWEST_BINS = 4
 _TINY = 1e-300
 
 
@@ -28,11 +30,17 @@ class NoiseModel:
         sd: (channels,) standard deviation of one sample, in the record's unit.
         frequency_hz: (k,) grid of the spectrum.
         psd: (channels, k) one-sided power density, unit^2/Hz, interpolated across the harmonics of the signal.
+        degrees: (k,) independent complex values behind each bin, 0 where it was interpolated; None: known exactly.
+        correlated_bins: so many neighbouring bins share one independent value.
+        source: where it was measured.
     """
 
     sd: Array
     frequency_hz: Array
     psd: Array
+    degrees: Array | None = None
+    correlated_bins: float = 1.0
+    source: str = "given"
 
     @classmethod
     def white(cls, sd: Array, sampling_rate_hz: float) -> NoiseModel:
@@ -41,28 +49,42 @@ class NoiseModel:
         grid = np.array([0.0, 0.5 * sampling_rate_hz])
         return cls(sd, grid, np.repeat((2.0 * sd**2 / sampling_rate_hz)[:, None], 2, axis=1))
 
+    def without(self, low_hz: Array, high_hz: Array) -> NoiseModel:
+        """The model with the spectrum from low to high (each (bands,)) replaced by what stands beside."""
+        grid = self.frequency_hz
+        if self.degrees is None:
+            return self
+        mask = np.any((grid >= low_hz[:, None]) & (grid <= high_hz[:, None]), axis=0) & (self.degrees > 0.0)
+        degrees = np.where(mask, 0.0, self.degrees)
+        psd = bridge(self.psd, mask, self.degrees)
+        return replace(self, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
 
-def estimate_noise(record: RingDownRecord) -> NoiseModel:
-    """Noise of a record, from all its valid samples.
+
+def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel:
+    """Noise of a record, from all its valid samples; blank: it is known to hold no signal.
 
     The averaged spectrum is read where the signal is not: harmonics are masked over the range their frequency
     sweeps through, as far up as they stand out, and the gaps are bridged. The variance is the integral.
     """
     samples, rate = record.valid, record.sampling_rate_hz
-    line = find_fundamental(samples, rate)
+    line = None if blank else find_fundamental(samples, rate)
     if line is None or line.significance < _SIGNIFICANT:
-        spectra = segment_spectra(samples, rate, _SEGMENT_WITHOUT_SIGNAL)
+        spectra = segment_spectra(samples, rate, max(_SEGMENT_WITHOUT_SIGNAL, samples.shape[1] // 8))
         mask = np.zeros(spectra.frequency_hz.size, dtype=bool)
     else:
         spectra = segment_spectra(samples, rate, int(_SEGMENT_PERIODS * rate / line.frequency_hz))
         mask = _harmonic_mask(spectra, line.frequency_hz)
-    density = spectra.density.mean(axis=0)
     # The lowest bins lack what the removal of the offset took from them.
-    mask[:4] = True
-    psd = np.stack([_bridge(spectra.frequency_hz, row, mask, spectra.density.shape[0]) for row in density])
-    step = spectra.frequency_hz[1] - spectra.frequency_hz[0]
-    sd = np.sqrt(np.sum(psd, axis=1) * step)
-    return NoiseModel(np.asarray(sd), spectra.frequency_hz, psd)
+    mask[:_LOWEST_BINS] = True
+    each = np.full(mask.size, spectra.degrees)
+    psd = bridge(spectra.density.mean(axis=0), mask, each)
+    grid, degrees = spectra.frequency_hz, np.where(mask, 0.0, each)
+    return NoiseModel(sd_of(grid, psd), grid, psd, degrees, spectra.correlated_bins, "the record itself")
+
+
+def sd_of(grid: Array, psd: Array) -> Array:
+    """Standard deviations (channels,) of noise with this density."""
+    return np.asarray(np.sqrt(np.sum(psd, axis=1) * (grid[1] - grid[0])))
 
 
 def _harmonic_mask(spectra: SegmentSpectra, frequency_hz: float) -> np.ndarray:
@@ -102,7 +124,7 @@ def _sweep_range(spectra: SegmentSpectra, frequency_hz: float) -> tuple[float, f
     grid = spectra.frequency_hz
     window = (grid > 0.85 * frequency_hz) & (grid < 1.25 * frequency_hz)
     power = spectra.density.sum(axis=1)
-    floor = np.median(power, axis=1)
+    floor = np.median(power.mean(axis=0))
     peaks = np.max(power[:, window], axis=1)
     where = grid[window][np.argmax(power[:, window], axis=1)]
     seen = where[peaks > 30.0 * floor]
@@ -112,24 +134,30 @@ def _sweep_range(spectra: SegmentSpectra, frequency_hz: float) -> tuple[float, f
     return low * (1.0 - _SWEEP_MARGIN), high * (1.0 + _SWEEP_MARGIN)
 
 
-def _bridge(grid: Array, density: Array, mask: np.ndarray, segments: int) -> Array:
-    """Density with the masked bins replaced by the line between the levels of their neighbours.
+def bridge(psd: Array, mask: np.ndarray, degrees: Array) -> Array:
+    """Densities (channels, k) with the masked bins replaced by the line between the levels of their neighbours.
 
-    Levels are medians, so that a mains line beside the gap does not fill it; `segments` (overlapping) were averaged.
+    Levels are medians, so that a mains line beside the gap does not fill it; `degrees` (k,) as in NoiseModel.
     """
-    # Ratio of median to mean of an average of k exponentially distributed powers.
-    k = 0.5 * (segments + 1)
-    median_over_mean = 1.0 - 1.0 / (3.0 * k) + 0.0247 / k**2
     keep = ~mask
+    out = psd.copy()
     if not keep.any():
-        return np.full(grid.size, float(np.median(density)) / median_over_mean)
-    out = density.copy()
+        out[:] = np.median(psd, axis=1, keepdims=True)
+        return out
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
         width = min(max(12, end - begin), _BRIDGEHEAD)
-        sides = slice(max(0, begin - width), begin), slice(end, end + width)
-        medians = [float(np.median(density[side][keep[side]])) for side in sides if keep[side].any()]
-        levels = [m / median_over_mean for m in medians] or [float(np.median(density[keep])) / median_over_mean]
+        sides = [slice(max(0, begin - width), begin), slice(end, end + width)]
+        seen = [side for side in sides if keep[side].any()] or [slice(0, mask.size)]
+        left, right = (_levels(psd[:, s][:, keep[s]], degrees[s][keep[s]]) for s in (seen[0], seen[-1]))
         # Noise falls off like a power of frequency, if at all: bridge in the logarithm.
-        out[begin:end] = np.geomspace(max(levels[0], _TINY), max(levels[-1], _TINY), end - begin)
+        slope = np.log(right / left) / max(end - begin - 1, 1)
+        out[:, begin:end] = left[:, None] * np.exp(np.outer(slope, np.arange(end - begin)))
     return out
+
+
+def _levels(density: Array, degrees: Array) -> Array:
+    """Mean density per channel from the medians of some bins, (channels,)."""
+    # Ratio of median to mean of an average of k exponentially distributed powers.
+    k = max(float(degrees[0]), 1.0)
+    return np.asarray(np.maximum(np.median(density, axis=1) / (1.0 - 1.0 / (3.0 * k) + 0.0247 / k**2), _TINY))

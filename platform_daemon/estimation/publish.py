@@ -37,14 +37,14 @@ def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndar
     names, values, jacobian = _public_jacobian(model, state)
     internal, condition = covariance(normal, free)
     spread = jacobian[:, free]
-    estimated = np.any(spread != 0.0, axis=1)
+    estimated: list[bool] = np.any(spread != 0.0, axis=1).tolist()
     matrix = spread[estimated] @ internal @ spread[estimated].T
-    stds = iter(np.sqrt(np.diag(matrix)))
+    stds = iter(np.sqrt(matrix.diagonal()).tolist())
     parameters = {
-        name: Estimate(float(value), float(next(stds)) if is_free else None)
-        for name, value, is_free in zip(names, values, estimated, strict=True)
+        name: Estimate(value, next(stds) if is_free else None)
+        for name, value, is_free in zip(names, values.tolist(), estimated, strict=True)
     }
-    kept = tuple(n for n, is_free in zip(names, estimated, strict=True) if is_free)
+    kept = tuple(name for name in names if parameters[name].std is not None)
     return Published(parameters, kept, matrix, condition)
 
 
@@ -54,29 +54,20 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     coefficients = len(d.values)
     dynamic = 3 + coefficients
     # The products of the basis with one sample that is 1, at t = 0, are the basis there.
-    basis = Workspace(model).moments(d, np.ones((1, 1)), 0, 1, 1.0, STATE).products[0]
+    basis = Workspace(model).moments(d, np.ones((1, 1)), 0, 1, 1.0, STATE, tabulated=False).products[0]
     by_dynamics = basis[2 : 2 + 2 * dynamic].reshape(dynamic, 2).T @ d.chain(model)
     phi_max, psi, by_state = label_of_state(float(basis[0]), float(basis[1]))
     obs_names, obs_values, obs_jacobian = state.observation.public()
 
-    rows: dict[str, tuple[float, Array]] = {}
-    row = np.zeros(state.size)
-    row[1] = 0.5 / math.pi
-    rows["f_nat_hz"] = (d.w / (2.0 * math.pi), row)
-    for k, coefficient in enumerate(model.coefficients):
-        row = np.zeros(state.size)
-        row[3 + k] = 1.0
-        rows[coefficient.name] = (d.values[k], row)
-    for k, (name, value) in enumerate((("phi_max_rad", phi_max), ("psi_start_rad", psi))):
-        row = np.zeros(state.size)
-        row[:dynamic] = by_state[k] @ by_dynamics
-        rows[name] = (value, row)
-    for k, name in enumerate(obs_names):
-        row = np.zeros(state.size)
-        row[dynamic : dynamic + state.observation.size] = obs_jacobian[k]
-        rows[name] = (float(obs_values[k]), row)
-    names = sorted(rows, key=_public_order)
-    return names, np.array([rows[n][0] for n in names]), np.vstack([rows[n][1] for n in names])
+    names = ["f_nat_hz", *(c.name for c in model.coefficients), "phi_max_rad", "psi_start_rad", *obs_names]
+    values = np.array([d.w / (2.0 * math.pi), *d.values, phi_max, psi, *obs_values])
+    jacobian = np.zeros((len(names), state.size))
+    jacobian[0, 1] = 0.5 / math.pi
+    jacobian[range(1, 1 + coefficients), range(3, dynamic)] = 1.0
+    jacobian[1 + coefficients : 3 + coefficients, :dynamic] = by_state @ by_dynamics
+    jacobian[dynamic:, dynamic : dynamic + state.observation.size] = obs_jacobian
+    order = sorted(range(len(names)), key=lambda k: _public_order(names[k]))
+    return [names[k] for k in order], values[order], jacobian[order]
 
 
 def _public_order(name: str) -> tuple[int, str]:

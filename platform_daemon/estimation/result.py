@@ -56,6 +56,7 @@ class FitResult:
         chi2_per_dof, chi2_per_dof_by_channel: against the independently measured noise.
         window_s: fitted time span from t = 0; samples: per channel; seconds: computing time; iterations: passes
             over samples.
+        noise_source: where the noise was measured; noise_seconds: what that took, not in `seconds`.
     """
 
     verdict: Literal["good", "refused"]
@@ -73,6 +74,8 @@ class FitResult:
     samples: int = 0
     seconds: float = 0.0
     iterations: int = 0
+    noise_source: str | None = None
+    noise_seconds: float = 0.0
     fitted: FittedModel | None = None
 
     def model_signal(self, n_samples: int, sampling_rate_hz: float) -> Array:

@@ -40,25 +40,21 @@ def rotation_from_rodrigues(rodrigues: Array) -> Array:
 
 def rodrigues_from_rotation(rotation: Array) -> Array:
     """Rodrigues vector (3,) of length <= pi; goes through the unit quaternion, well conditioned everywhere."""
-    r = rotation
-    # Four times the outer product of the quaternion (w, x, y, z) with itself.
-    outer = np.array(
-        [
-            [1 + r[0, 0] + r[1, 1] + r[2, 2], r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]],
-            [r[2, 1] - r[1, 2], 1 + r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0]],
-            [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], 1 - r[0, 0] + r[1, 1] - r[2, 2], r[1, 2] + r[2, 1]],
-            [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], 1 - r[0, 0] - r[1, 1] + r[2, 2]],
-        ]
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    # Four times the outer product of the quaternion (w, x, y, z) with itself: its row of the largest member.
+    rows = (
+        (1.0 + a + e + i, h - f, c - g, d - b),
+        (h - f, 1.0 + a - e - i, b + d, c + g),
+        (c - g, b + d, 1.0 - a + e - i, f + h),
+        (d - b, c + g, f + h, 1.0 - a - e + i),
     )
-    quaternion = outer[int(np.argmax(np.diag(outer)))]
-    quaternion = quaternion / np.linalg.norm(quaternion)
-    if quaternion[0] < 0.0:
-        quaternion = -quaternion
-    axis = quaternion[1:]
-    sine = float(np.linalg.norm(axis))
+    row = max(enumerate(rows), key=lambda entry: entry[1][entry[0]])[1]
+    norm = math.sqrt(sum(q * q for q in row))
+    w, x, y, z = (q / (norm if row[0] >= 0.0 else -norm) for q in row)
+    sine = math.sqrt(x * x + y * y + z * z)
     if sine == 0.0:
         return np.zeros(3)
-    return np.asarray(axis * (2.0 * np.arctan2(sine, quaternion[0]) / sine))
+    return np.array([x, y, z]) * (2.0 * math.atan2(sine, w) / sine)
 
 
 def rodrigues_jacobian(rodrigues: Array) -> Array:

@@ -1,34 +1,31 @@
-"""One look at every sample: not a number, extremes, flat tops."""
+"""Flat tops: runs of samples at a channel's extreme."""
 
 from __future__ import annotations
 
+import numpy as np
+
+from .arrays import Array
 from .jit import fast_kernel
 
 _FLAT = 4  # samples in a run
 
 
-@fast_kernel
-def scan_channel(y, limit):  # type: ignore[no-untyped-def]
-    """(bad, lowest, highest, sum of squares) of the samples y (n,); bad counts those that are not within +-limit."""
-    bad = 0
-    lowest = y[0]
-    highest = y[0]
-    squares = 0.0
-    for i in range(y.size):
-        value = y[i]
-        if not abs(value) < limit:
-            bad += 1
-        lowest = min(lowest, value)
-        highest = max(highest, value)
-        squares += value * value
-    return bad, lowest, highest, squares
+def flat_runs(y: Array, lowest: float, highest: float, fewest: int) -> tuple[int, int]:
+    """(runs at the highest value, at the lowest) of at least four samples of y (n,); (0, 0) if surely below `fewest`.
+
+    Every run has a member among every fourth sample, so those few tell nearly always.
+    """
+    top, bottom = highest - 1e-9 * abs(highest), lowest + 1e-9 * abs(lowest)
+    some = y[::_FLAT]
+    if max(np.count_nonzero(some >= top), np.count_nonzero(some <= bottom)) < fewest:
+        return 0, 0
+    tops, bottoms = _count_runs(y, top, bottom)
+    return int(tops), int(bottoms)
 
 
 @fast_kernel
-def count_flat_runs(y, lowest, highest):  # type: ignore[no-untyped-def]
-    """(runs at the highest value, at the lowest): how many runs of at least four samples sit at an extreme."""
-    top = highest - 1e-9 * abs(highest)
-    bottom = lowest + 1e-9 * abs(lowest)
+def _count_runs(y, top, bottom):  # type: ignore[no-untyped-def]
+    """How many runs reach `top`, how many `bottom`."""
     tops = 0
     bottoms = 0
     high = 0

@@ -7,7 +7,7 @@ import numpy as np
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .saturation import saturation
-from .scan import count_flat_runs, scan_channel
+from .scan import flat_runs
 from .spectrum import Line, find_fundamental
 
 FEWEST_PERIODS = 5.0
@@ -27,15 +27,15 @@ def screen(record: RingDownRecord) -> Line:
     y = record.valid
     if y.shape[1] < _FEWEST_SAMPLES:
         raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
-    scans = [scan_channel(channel, _LARGEST) for channel in y]
-    if any(bad for bad, _, _, _ in scans):
-        # Squares of larger numbers overflow; no unit makes them plausible.
+    lowest, highest = y.min(axis=1), y.max(axis=1)
+    # Squares of larger numbers overflow; no unit makes them plausible. Comparisons with NaN are false.
+    if not (np.all(lowest > -_LARGEST) and np.all(highest < _LARGEST)):
         where = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
         raise RefusedError(
             Refusal.NOT_FINITE, f"{where.size} samples, the first at {record.valid_from + int(where[0])}"
         )
-    for channel, (_, lowest, highest, _) in enumerate(scans):
-        _refuse_clipped(record, channel, lowest, highest)
+    for channel in range(record.channels):
+        _refuse_clipped(record, channel, float(lowest[channel]), float(highest[channel]))
     line = find_fundamental(y, record.sampling_rate_hz)
     if line is None or line.significance < _SIGNIFICANT:
         strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
@@ -62,7 +62,7 @@ def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest
         clipped = int(np.count_nonzero(np.abs(y) >= 0.9999 * record.full_scale))
         if clipped >= _CLIPPED_SAMPLES:
             raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
-    tops, bottoms = count_flat_runs(y, lowest, highest)
+    tops, bottoms = flat_runs(y, lowest, highest, _FLAT_RUNS)
     for runs, extreme in ((tops, highest), (bottoms, lowest)):
         # Coarse quantisation holds the top level too, but the next one as often.
         if runs >= _FLAT_RUNS and extreme != 0.0 and saturation(y[None]) is not None:

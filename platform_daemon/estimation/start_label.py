@@ -23,25 +23,21 @@ def state_of_label(phi_max_rad: float, psi_rad: float) -> tuple[float, float]:
     return phi_max_rad * math.cos(psi_rad), -2.0 * math.sin(0.5 * phi_max_rad) * math.sin(psi_rad)
 
 
-def _excess(phi_max: float, phi: float, v: float) -> float:
-    """cos^2 + sin^2 - 1 for a trial phi_max; falls with phi_max."""
-    return (phi / phi_max) ** 2 + (v / (2.0 * math.sin(0.5 * phi_max))) ** 2 - 1.0
-
-
 def _solve_phi_max(phi: float, v: float) -> float:
-    """Root of _excess by bisection: certain, and 60 steps are cheap for one call per fit."""
-    low, high = 0.5 * max(abs(phi), abs(v)), math.pi
-    if low == 0.0 or _excess(high, phi, v) > 0.0:
+    """Root of (phi / x)^2 + (v / (2 sin(x / 2)))^2 = 1, by Newton's method from below.
+
+    The left side falls with x and is convex up to pi, so the steps reach the root from one side.
+    """
+    x = max(abs(phi), 2.0 * math.asin(min(1.0, 0.5 * abs(v))))
+    if x == 0.0 or not (phi / math.pi) ** 2 + 0.25 * v * v <= 1.0:
         raise NoLabelError(f"no phi_max <= 180 degrees labels the state phi = {phi:.4g} rad, phi'/w = {v:.4g}")
-    for _ in range(200):
-        middle = 0.5 * (low + high)
-        if middle in (low, high):
+    for _ in range(60):
+        along, across = (phi / x) ** 2, (0.5 * v / math.sin(0.5 * x)) ** 2
+        step = (along + across - 1.0) / (2.0 * along / x + across / math.tan(0.5 * x))
+        x += step
+        if step <= 3e-16 * x:
             break
-        if _excess(middle, phi, v) > 0.0:
-            low = middle
-        else:
-            high = middle
-    return 0.5 * (low + high)
+    return min(x, math.pi)
 
 
 def label_of_state(phi: float, v: float) -> tuple[float, float, Array]:

@@ -114,13 +114,15 @@ def look_up_end(size, sizes, barycentric, ends, weights, end):  # type: ignore[n
 
 @fast_kernel
 def look_up_values(weights, values, out):  # type: ignore[no-untyped-def]
-    """Values (4 + 2 columns, m), flat, with the weights of look_up_end; values (k, size of out)."""
-    for i in range(out.size):
-        out[i] = weights[0] * values[0, i] + weights[1] * values[1, i]
-    for k in range(2, weights.size - 1, 2):
-        for i in range(out.size):
-            out[i] += weights[k] * values[k, i] + weights[k + 1] * values[k + 1, i]
-    if weights.size % 2 == 1:
-        last = weights.size - 1
-        for i in range(out.size):
-            out[i] += weights[last] * values[last, i]
+    """Values out (4 + 2 columns, m) with the weights of look_up_end; values (k, 4 + 2 columns, m)."""
+    count = weights.size
+    to = out.reshape(out.size)
+    table = values.reshape(count, out.size)
+    for i in range(to.size):
+        to[i] = weights[0] * table[0, i]
+    for k in range(1, count - 1, 2):
+        for i in range(to.size):
+            to[i] += weights[k] * table[k, i] + weights[k + 1] * table[k + 1, i]
+    if count % 2 == 0:
+        for i in range(to.size):
+            to[i] += weights[count - 1] * table[count - 1, i]

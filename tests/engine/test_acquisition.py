@@ -6,6 +6,7 @@ import pytest
 
 from drivers.errors import DeviceError, InterlockError, SequenceRejected
 from drivers.tx_rx_switch import SwitchPosition
+from platform_daemon.analysis import FitRequest, fit_recording
 from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.request import AcquisitionRequest
 from platform_daemon.store import open_recording, read_fits, read_truth
@@ -63,6 +64,24 @@ def test_blank_shots_come_first_and_hold_noise_only(engine_with, tmp_path):
     assert [f["verdict"] for f in job.result["fit"]["frames"]] == ["refused", "good"]
     blank, shot = (recording.rx_volts(k) for k in (0, 1))
     assert np.std(blank[0]) < 0.05 * np.std(shot[0])
+
+
+def test_fits_of_a_series_use_the_noise_of_its_blank_shots(engine_with, tmp_path):
+    job = acquire(engine_with(), tmp_path / "a.h5", shots=2, blank_shots=2)
+    on_line = job.result["fit"]
+    assert [f["noise"]["source"] for f in on_line["frames"]] == [None, None, "2 blank shots", "2 blank shots"]
+    recording = open_recording(tmp_path / "a.h5")
+    stored = fit_recording(recording, FitRequest("jewel", "d30"))
+    assert stored["noise"]["source"] == "2 blank shots"
+    assert stored["noise"]["seconds"] > 0.0
+    for first, again in zip(on_line["frames"][2:], stored["frames"][2:], strict=True):
+        assert first["parameters"]["f_nat_hz"] == pytest.approx(again["parameters"]["f_nat_hz"], rel=1e-9)
+
+
+def test_fits_of_a_series_without_blank_shots_share_what_stands_beside_the_signals(engine_with, tmp_path):
+    acquire(engine_with(), tmp_path / "a.h5", shots=3)
+    stored = fit_recording(open_recording(tmp_path / "a.h5"), FitRequest("jewel", "n50"))
+    assert {f["noise"]["source"] for f in stored["frames"]} == {"3 shots, beside the signal"}
 
 
 def test_cancel_ends_a_running_series_with_outputs_off_and_keeps_its_shots(engine_with, tmp_path):

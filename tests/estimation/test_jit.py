@@ -5,7 +5,7 @@ import sys
 
 from platform_daemon.estimation import jit, warm_up
 from platform_daemon.estimation.half_swing import integrate_half_swing
-from platform_daemon.estimation.moments import collect_moments
+from platform_daemon.estimation.moments import collect_swings
 from platform_daemon.estimation.sampling import fill_basis
 from platform_daemon.estimation.terms import TERMS
 from platform_daemon.estimation.trace import trace_half_swings
@@ -27,4 +27,4 @@ def test_importing_the_room_compiles_nothing():
 def test_each_entry_kernel_is_compiled_for_one_signature_only():
     warm_up()
     # Inner kernels have none at all when the outer ones came from the cache.
-    assert [len(k.signatures) for k in (trace_half_swings, fill_basis, collect_moments)] == [1, 1, 1]
+    assert [len(k.signatures) for k in (trace_half_swings, fill_basis, collect_swings)] == [1, 1, 1]

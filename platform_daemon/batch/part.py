@@ -1,0 +1,103 @@
+"""What a worker does: open a recording, fit some of its frames, say it in the fixed JSON form."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from platform_daemon.analysis import (
+    FitRequest,
+    Window,
+    check_fixed,
+    choose_variant,
+    fit_stored_frame,
+    recording_report,
+)
+from platform_daemon.derived import frame_quantities, frame_times_s, series_quantities
+from platform_daemon.store import Calibration, Recording, open_recording
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """How to fit every file of a batch.
+
+    Attributes:
+        variant: "thread" or "jewel"; None: what each file says.
+        window: "n50", "d30" or seconds.
+        fixed: parameters held, by name.
+        calibration: replaces the files' own; with where it came from.  None: the files' own.
+        derived: give derived quantities too.
+    """
+
+    variant: str | None = None
+    window: Window = "d30"
+    fixed: dict[str, float] | None = None
+    calibration: tuple[Calibration, str] | None = None
+    derived: bool = False
+
+
+@dataclass(frozen=True)
+class Source:
+    """A recording: its path, and its content where workers cannot read that path."""
+
+    path: Path
+    content: bytes | None = None
+
+
+@contextmanager
+def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording, FitRequest]]:
+    """The recording under the batch's calibration, and what to ask of it.  Raises InputError."""
+    with _readable(source) as path:
+        recording = open_recording(path)
+        if settings.calibration is not None:
+            recording = recording.with_calibration(*settings.calibration)
+        ask = FitRequest(choose_variant(recording, settings.variant), settings.window, settings.fixed)
+        check_fixed(ask, calibrated=recording.calibration is not None)
+        yield recording, ask
+
+
+@contextmanager
+def _readable(source: Source) -> Iterator[Path]:
+    """A path that this machine can read."""
+    if source.content is None:
+        yield source.path
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder, source.path.name)
+        copy.write_bytes(source.content)
+        yield copy
+
+
+def count_frames(source: Source, settings: Settings) -> int:
+    """Frames of a recording that can be fitted as asked.  Raises InputError."""
+    with opened(source, settings) as (recording, _):
+        return recording.frames
+
+
+def fit_part(source: Source, settings: Settings, first: int, last: int) -> list[dict[str, Any]]:
+    """Reports of frames first .. last-1.  Raises InputError."""
+    with opened(source, settings) as (recording, ask):
+        return [_fit_frame(recording, k, ask, settings.derived) for k in range(first, last)]
+
+
+def _fit_frame(recording: Recording, k: int, ask: FitRequest, derived: bool) -> dict[str, Any]:
+    frame = fit_stored_frame(recording, k, ask)
+    return {**frame, "derived": frame_quantities(ask.variant, frame)} if derived else frame
+
+
+def put_together(source: Source, settings: Settings, frames: list[dict[str, Any]]) -> dict[str, Any]:
+    """The report of a file from those of all its frames.  Raises InputError if no frame could be read."""
+    with opened(source, settings) as (recording, ask):
+        report = {**recording_report(recording, ask, frames), "file": str(source.path)}
+        if settings.derived:
+            report["derived"] = series_quantities(report, frame_times_s(recording))
+        return report
+
+
+def fit_whole(source: Source, settings: Settings) -> dict[str, Any]:
+    """The report of a whole file.  Raises InputError."""
+    return put_together(source, settings, fit_part(source, settings, 0, count_frames(source, settings)))

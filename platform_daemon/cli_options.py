@@ -1,0 +1,34 @@
+"""Options and small parts that several commands share."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import FrameType
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
+SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
+VariantOption = Annotated[str | None, typer.Option("--variant", help="thread or jewel; default: what the file says.")]
+CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
+
+
+def interrupt(number: int, frame: FrameType | None) -> None:
+    """Signal handler: like Ctrl-C."""
+    raise KeyboardInterrupt
+
+
+def progress_bar() -> Progress:
+    """A bar with count and time left, on stderr, so that standard output holds results only."""
+    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
+    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, TimeRemainingColumn())
+    # What is printed meanwhile goes above the bar, unless it goes somewhere else.
+    shown = sys.stdout.isatty()
+    return Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown)

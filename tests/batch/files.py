@@ -1,0 +1,26 @@
+"""Small recordings for batches: the example files, copied."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+DATA = Path(__file__).parents[1] / "data"
+WINDOW_S = 0.1
+
+
+def copies(folder: Path, count: int) -> list[Path]:
+    """Jewel and thread in turn."""
+    made = [folder / f"{k:02d}-{('jewel', 'thread')[k % 2]}.h5" for k in range(count)]
+    for k, path in enumerate(made):
+        shutil.copy(DATA / f"example_{('jewel', 'thread')[k % 2]}.mmr.h5", path)
+    return made
+
+
+def same(one, other):
+    """Equal but for rounding (libraries add up in another order in each process) and for times."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(k == "seconds" or same(one[k], other[k]) for k in one)
+    if isinstance(one, list):
+        return len(one) == len(other) and all(map(same, one, other))
+    return other == (pytest.approx(one, rel=1e-7, abs=1e-12) if isinstance(one, float) else one)
