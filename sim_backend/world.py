@@ -89,8 +89,15 @@ class World:
         with self.lock:
             self._settle()
             if specimen != self._specimen:
-                self._resting = at_rest(self.clock.monotonic_s(), parameters(rotor, undeclared=self.options.undeclared))
+                self._resting = self._at_rest(rotor)
                 self._specimen, self._rotor = specimen, rotor
+
+    def hold_still(self) -> None:
+        """Let the rotor hang at rest now, as if a finger had stopped it."""
+        with self.lock:
+            self._settle()
+            if self._rotor is not None:
+                self._resting = self._at_rest(self._rotor)
 
     def specimen(self) -> Specimen | None:
         """What is mounted."""
@@ -227,6 +234,9 @@ class World:
         return record(setup, result, self.temperature.celsius(setup.start_s), happened)
 
     # --- inside the lock
+
+    def _at_rest(self, rotor: Rotor) -> Resting:
+        return at_rest(self.clock.monotonic_s(), parameters(rotor, undeclared=self.options.undeclared))
 
     def _rotor_for_shot(self, now_s: float) -> Rotor | None:
         if self._rotor is None or self._specimen is None:
