@@ -38,9 +38,9 @@ def play(
     """Play a timeline again and again on a rotor that is stopped before every shot.
 
     between_s: world time from the end of a shot to the next, in which temperature and mains run on and the contacts go
-    home (their dead time at least); it costs no
-    computing with the clock in mode "fast".  Raises ConfigError for a gain the LNA does not have or a specimen that the
-    undeclared effects do not fit, DeviceError if the motion cannot be followed.
+    home (their dead time at least); it costs no computing with the clock in mode "fast".
+    Raises ConfigError for a gain the LNA does not have or a specimen that the undeclared effects do not fit,
+    DeviceError if the motion cannot be followed.
     """
     world = backend.world
     backend.lna({"gain": lna_gain})

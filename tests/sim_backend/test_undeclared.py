@@ -2,6 +2,7 @@
 
 import json
 import tomllib
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -9,7 +10,8 @@ import pytest
 from drivers.errors import ConfigError
 from drivers.validation import validated
 from sim_backend.options import SimulatedOptions
-from tests.sim_backend.bench import QUIET, Bench, options
+from sim_backend.undeclared.listing import AnyEffect
+from tests.sim_backend.bench import QUIET, ROOT, Bench, options
 
 ALL = tomllib.loads("""
 [[undeclared]]
@@ -114,6 +116,13 @@ id = "clock_gap"
 strength = 3
 sample = 4000
 """)["undeclared"]
+
+
+def test_the_configuration_guide_and_this_test_have_every_id():
+    known = {get_args(kind.model_fields["id"].annotation)[0] for kind in get_args(AnyEffect)}
+    assert {table["id"] for table in ALL} == known
+    guide = (ROOT / "docs/configuration.md").read_text()
+    assert all(f"| `{name}` |" in guide for name in known)
 
 
 def read(*tables):
