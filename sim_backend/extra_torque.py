@@ -48,7 +48,7 @@ def fill(q: NDArray[np.float64], effects: Undeclared, drift_from_s: float | None
     """Enter all effects into a parameter array (SLOTS,) that holds the declared ones already.
 
     drift_from_s: when f_nat begins to drift, on the time axis of the field; None: not at all.
-    Raises ConfigError for Stribeck's law without dry friction.
+    Raises ConfigError for Stribeck's law without dry friction, and for a second mode that runs away.
     """
     q[HERTZ] += strength(effects, HertzFriction)
     q[COULOMB] = strength(effects, CoulombFriction)
@@ -76,6 +76,17 @@ def _check_friction(q: NDArray[np.float64]) -> None:
         )
 
 
+def _check_mode(q: NDArray[np.float64], coupling: float) -> None:
+    lowest_hz = abs(coupling) * q[OMEGA_SQUARED] ** 0.5 / pi
+    if q[MODE_OMEGA] <= 2 * pi * lowest_hz:
+        raise ConfigError(
+            f"a second mode of strength {coupling} runs away",
+            where="backends.simulated.undeclared, second_mode",
+            why=f"it must be faster than {lowest_hz:.4g} Hz on this specimen",
+            remedy="couple it less, or raise its frequency_hz",
+        )
+
+
 def _fill_hidden(q: NDArray[np.float64], effects: Undeclared) -> None:
     stiffness = q[OMEGA_SQUARED]
     if relaxation := first(effects, MemoryRelaxation):
@@ -89,6 +100,7 @@ def _fill_hidden(q: NDArray[np.float64], effects: Undeclared) -> None:
     if mode := first(effects, SecondMode):
         q[MODE], q[MODE_OMEGA] = mode.strength * stiffness, 2 * pi * mode.frequency_hz
         q[MODE_DAMPING], q[MODE_ORDER] = 2 * mode.decay_per_s, mode.order
+        _check_mode(q, mode.strength)
 
 
 @kernel

@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from sim_backend.section import NonNegative
-from sim_backend.undeclared.base import Effect, Time
+from sim_backend.undeclared.base import Effect
 
+MemoryTime = Annotated[float, Field(ge=1e-4, allow_inf_nan=False)]  # shorter ones are stiff, and mere damping
 ModeFrequency = Annotated[float, Field(gt=1, le=5e3, allow_inf_nan=False)]
 
 
@@ -18,7 +19,7 @@ class MemoryRelaxation(Effect):
     UNIT = "1"
     id: Literal["memory_relaxation"]
     strength: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-    tau_s: Time
+    tau_s: MemoryTime
 
 
 class MemoryBristle(Effect):
@@ -36,7 +37,7 @@ class MemoryAmplitude(Effect):
     UNIT = "1/rad^2"
     id: Literal["memory_amplitude"]
     strength: Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-    tau_s: Time
+    tau_s: MemoryTime
 
 
 class BreathingGap(Effect):
@@ -56,7 +57,7 @@ class BreathingGap(Effect):
 class SecondMode(Effect):
     """A second oscillator y'' = -W^2 y - 2 g y' + c w^2 phi^order / order, with the torque c w^2 y phi^(order - 1).
 
-    order 1: exchanges energy near f; order 2: near 2 f.
+    order 1: exchanges energy near f; order 2: near 2 f.  W > 2 |c| w, or the two would pull each other over.
     """
 
     UNIT = "1"

@@ -203,6 +203,15 @@ def test_stribecks_law_without_any_dry_friction_is_refused_when_the_specimen_is_
     Bench("thread", undeclared=[stribeck, {"id": "coulomb_friction", "strength": 1.0}])
 
 
+def test_a_second_mode_that_runs_away_is_refused_when_the_specimen_is_mounted():
+    mode = {"id": "second_mode", "strength": 0.2, "frequency_hz": 80.0, "decay_per_s": 1.0, "order": 1}
+    with pytest.raises(ConfigError, match=r"faster than 86\.28 Hz"):
+        Bench("thread", undeclared=[mode])
+    for order in (1, 2):
+        bench = Bench("jewel", **QUIET, undeclared=[{**mode, "frequency_hz": 90.0, "order": order}])
+        assert np.all(np.isfinite(bench.shot(rx=6000)))
+
+
 def test_a_rotor_under_a_bias_torque_is_at_rest_before_the_first_shot_and_returns_there():
     bias = {"id": "bias_torque", "strength": 5e3}
     bench = Bench("thread", **QUIET, undeclared=[bias])
