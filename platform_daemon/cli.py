@@ -1,4 +1,4 @@
-"""The command line: `platform-daemon serve | measure | fit | info | plot | predict | bench fit | config check`.
+"""The command line: `platform-daemon serve | measure | fit | slide | info | plot | predict | bench fit | config check`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
 """
@@ -33,6 +33,7 @@ from platform_daemon.cli_options import (
     progress_bar,
 )
 from platform_daemon.cli_planning import predict
+from platform_daemon.cli_slide import slide
 from platform_daemon.cli_tables import fit_table_text, print_info
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
@@ -41,6 +42,7 @@ app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
 app.command()(fit)
 app.command()(predict)
+app.command()(slide)
 
 
 def main() -> None:

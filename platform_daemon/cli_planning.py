@@ -14,8 +14,6 @@ from drivers.errors import InputError
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_tables import COLUMNS
 
-DEFLECTION_DEG = {"thread": 22.8, "jewel": 53.0}  # paper tab:model_params_fit_result, D30
-
 
 def predict(
     resonator: Annotated[str, typer.Option(help="thread, jewel, or a resonator file.")],
@@ -28,11 +26,12 @@ def predict(
 ) -> None:
     """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
     from platform_daemon.analysis import parse_window
+    from platform_daemon.planning import PAPER_DEFLECTION_DEG
     from platform_daemon.planning import predict as bound
     from platform_daemon.settings import load_specimen
 
     specimen = load_specimen(resonator)[0]
-    degrees = DEFLECTION_DEG[specimen.variant] if deflection_deg is None else deflection_deg
+    degrees = PAPER_DEFLECTION_DEG[specimen.variant] if deflection_deg is None else deflection_deg
     if not 0 < degrees < 90:
         raise InputError(f"{degrees} deg is no deflection", where="--deflection-deg", remedy="give 0 to 90 deg")
     must_not_exist(json_file, force)

@@ -13,6 +13,7 @@ from platform_daemon.estimation.derived import Plan, planned_window_s, predict_p
 from sequences.settle import expected_moment, expected_omega
 
 PAPER_NOISE_AM2_PER_S = (0.014, 0.021, 0.055)  # footnote of the paper's "Primary Results": x, y, z
+PAPER_DEFLECTION_DEG = {"thread": 22.8, "jewel": 53.0}  # paper tab:model_params_fit_result, D30
 
 
 def expected_parameters(specimen: Specimen, phi_max_rad: float, psi_start_rad: float) -> dict[str, float]:

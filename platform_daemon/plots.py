@@ -48,8 +48,13 @@ def draw(picture: RingDownPicture) -> Figure:
 
 def save_png(picture: RingDownPicture, path: Path) -> None:
     """Write the picture as PNG; the file appears whole or not at all."""
+    save_figure(draw(picture), path)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG; the file appears whole or not at all."""
     partial = path.with_name(f".{path.name}.part")
-    draw(picture).savefig(partial, dpi=110, format="png")
+    figure.savefig(partial, dpi=110, format="png")
     partial.replace(path)
 
 

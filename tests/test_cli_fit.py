@@ -82,3 +82,17 @@ def test_derived_quantities_are_added_to_the_fixed_form(tmp_path):
     assert derived["equivalent_quality_factor_to_infinity"] == pytest.approx(458, rel=0.2)
     assert len(report["derived"]["orientation_error"]["against_best"]["angle_rad"]) == 2
     assert any("allan" in note for note in report["derived"]["notes"])
+
+
+def test_slide_draws_flat_lines_and_says_how_flat(tmp_path):
+    (path,) = copies(tmp_path, 1)
+    done = run("slide", path, "--window", "0.12", "--out", tmp_path / "s.png", "--json", tmp_path / "s.json")
+    assert done.returncode == 0, done.stderr
+    assert "f_nat_hz" in done.stdout
+    assert (tmp_path / "s.png").read_bytes().startswith(b"\x89PNG")
+    report = json.loads((tmp_path / "s.json").read_text())
+    assert [w["verdict"] for w in report["windows"]] == ["good"] * 8
+    assert report["flatness"]["m_r_am2"]["probability"] > 1e-4
+    assert_one_line_error(run("slide", path, "--window", "5"), 2, "window_s")
+    assert_one_line_error(run("slide", path, "--lambda", "loose"), 2, "--lambda")
+    assert_one_line_error(run("slide", path, "--frame", "9"), 2, "frame 9")

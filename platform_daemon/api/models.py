@@ -4,12 +4,23 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.planning import PAPER_NOISE_AM2_PER_S
 from platform_daemon.settings import shipped
 
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NAME = r"^[A-Za-z0-9][A-Za-z0-9_.-]*$"
+
+
+def _ships(name: str) -> str:
+    if name not in shipped("resonators"):
+        raise ValueError(f"no resonator is called {name!r}, there are: {', '.join(shipped('resonators'))}")
+    return name
+
+
+ShippedResonator = Annotated[str, Field(max_length=100, description="one of GET /resonators"), AfterValidator(_ships)]
 
 
 class AcquisitionBody(AcquisitionRequest):
@@ -24,14 +35,7 @@ class AcquisitionBody(AcquisitionRequest):
         }
     )
 
-    resonator: Annotated[str, Field(max_length=100, description="one of GET /resonators")]
-
-    @field_validator("resonator")
-    @classmethod
-    def _ships(cls, name: str) -> str:
-        if name not in shipped("resonators"):
-            raise ValueError(f"no resonator is called {name!r}, there are: {', '.join(shipped('resonators'))}")
-        return name
+    resonator: ShippedResonator
 
 
 class FitBody(BaseModel):
@@ -47,6 +51,24 @@ class FitBody(BaseModel):
     variant: Literal["thread", "jewel"] | None = None
     window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] = "d30"
     fixed: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
+
+
+class PredictBody(BaseModel):
+    """A planned measurement; phi_max_rad: default the paper's; noise of x, y, z per sample; fixed: names held."""
+
+    model_config = ConfigDict(
+        extra="forbid",
+        json_schema_extra={"examples": [{"resonator": "jewel", "windows": ["n50", 1.0], "phi_max_rad": 0.7}]},
+    )
+
+    resonator: ShippedResonator
+    windows: Annotated[
+        list[Literal["n50", "d30"] | Annotated[float, Field(gt=0, le=100)]], Field(min_length=1, max_length=20)
+    ] = ["n50", "d30"]
+    phi_max_rad: Annotated[float, Field(gt=0, lt=1.5)] | None = None
+    noise_am2_per_s: tuple[Positive, Positive, Positive] = PAPER_NOISE_AM2_PER_S
+    sampling_rate_hz: Positive = 125e6 / 2048
+    fixed: Annotated[list[str], Field(max_length=9)] = []
 
 
 class ProgressModel(BaseModel):

@@ -9,7 +9,14 @@ from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
-from platform_daemon.api import acquisition_routes, fit_routes, platform_routes, problems, recording_routes
+from platform_daemon.api import (
+    acquisition_routes,
+    derived_routes,
+    fit_routes,
+    platform_routes,
+    problems,
+    recording_routes,
+)
 from platform_daemon.api.context import Context
 from platform_daemon.engine.engine import Engine
 
@@ -24,7 +31,7 @@ def create_api(context: Context) -> FastAPI:
     app = FastAPIOffline(title="platform-daemon", version=__version__, description=DESCRIPTION)
     app.state.context = context
     problems.install(app)
-    for routes in (platform_routes, acquisition_routes, recording_routes, fit_routes):
+    for routes in (platform_routes, acquisition_routes, recording_routes, fit_routes, derived_routes):
         app.include_router(routes.router)
     return app
 

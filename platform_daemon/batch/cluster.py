@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.errors import InputError, PlatformError
+from platform_daemon import __version__
 from platform_daemon.batch.pool import Workers
 
 _CONNECT_S = 10.0
@@ -55,16 +56,15 @@ def _connected(address: str) -> Iterator[Any]:
 
 def _check_software(client: Any, address: str) -> None:
     """Raises InputError unless there are workers, all with this version."""
-    ours = version(_PACKAGE)
     # A function of the standard library, so that a worker without our package can still answer.
     found = client.run(version, _PACKAGE, on_error="return")
     if not found:
         remedy = f"start some: dask worker {address}"
         raise InputError("the cluster has no workers", where=address, remedy=remedy)
     for worker, theirs in found.items():
-        if theirs != ours:
+        if theirs != __version__:
             have = f"has version {theirs}" if isinstance(theirs, str) else "does not have it"
-            why = f"{_PACKAGE} {ours} is needed, {worker} {have}"
+            why = f"{_PACKAGE} {__version__} is needed, {worker} {have}"
             remedy = "install the same version on every worker"
             raise InputError("a worker cannot fit", where=address, why=why, remedy=remedy)
 

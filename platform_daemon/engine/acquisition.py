@@ -17,6 +17,7 @@ from drivers.platform import Platform
 from platform_daemon import __version__
 from platform_daemon.analysis import FitRequest, file_report, fit_frame, fit_table, frame_report, refused_report
 from platform_daemon.engine.jobs import Cancelled, Job
+from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.estimation import FitResult, SeriesNoise
@@ -39,6 +40,7 @@ class Acquisition:
         target: Path,
         config_text: str,
         fits: Executor,
+        live: LiveHarmonics,
         *,
         overwrite: bool,
         after_shot: Callable[[], None] = lambda: None,
@@ -46,6 +48,7 @@ class Acquisition:
         self._platform, self._plan, self._target = platform, plan, target
         self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
         self._calibration = store_calibration(platform)
+        self._live = live
         self._fits: list[Future[FitResult] | str] = []
         self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
         self._after_shot = after_shot
@@ -110,10 +113,15 @@ class Acquisition:
             return
         self._refused_in_a_row = 0
         window = self._plan.request.window
+        rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
+        if not shot.blank:
+            shown = self._executor.submit(
+                self._live.see, job.identifier, len(self._fits) + 1, rx, rate_hz, self._calibration
+            )
+            shown.add_done_callback(_complain)
         if window is None:
             self._fits.append("no on-line fit was asked for")
             return
-        rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
         heard = self._executor.submit(hear, self._noise, rx, rate_hz, self._calibration, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
@@ -174,10 +182,10 @@ class Acquisition:
         )
 
 
-def _complain(heard: Future[None]) -> None:
-    """A noise estimate that failed costs the series nothing but that shot's share in it."""
-    if not heard.cancelled() and heard.exception() is not None:
-        log.error("noise_estimate_failed", exc_info=heard.exception())
+def _complain(side_work: Future[None]) -> None:
+    """A live view or a noise estimate that failed costs the series nothing else."""
+    if not side_work.cancelled() and side_work.exception() is not None:
+        log.error("shot_side_work_failed", exc_info=side_work.exception())
 
 
 def _outcome(fit: Future[FitResult]) -> FitResult | str:

@@ -17,6 +17,7 @@ from drivers.platform import Platform
 from platform_daemon.engine.acquisition import Acquisition
 from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
+from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
 from platform_daemon.engine.status import platform_status
 from sequences.compiler import TransmitSide
@@ -44,6 +45,7 @@ class Engine:
     ) -> None:
         self.platform = platform
         self.config_text = config_text
+        self.live = LiveHarmonics()
         self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
         self._journal = journal or Journal(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
@@ -66,7 +68,14 @@ class Engine:
         job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
         path = target or folder / f"{job.identifier}.h5"
         work = Acquisition(
-            self.platform, plan, path, self.config_text, self._online, overwrite=overwrite, after_shot=self._refresh
+            self.platform,
+            plan,
+            path,
+            self.config_text,
+            self._online,
+            self.live,
+            overwrite=overwrite,
+            after_shot=self._refresh,
         )
         return self._submit(job, partial(self._behind_interlock, work))
 

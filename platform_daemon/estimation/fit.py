@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .gauss_newton import FitState
 from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import (
     POOR_CHI2,
@@ -19,15 +18,15 @@ from .judgement import (
     refuse_untrustworthy,
     refuse_wrong_variant,
 )
-from .models import RingDownModel, model_named, richer_models
+from .knowledge import free_mask, held, knowledge_of, refuse_out_of_bounds, with_fixed
+from .models import RingDownModel, model_named, rivals_of
 from .noise import NoiseModel, estimate_noise
-from .observation import DipoleObservation
 from .publish import by_convention, publish
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .result import FitResult, FittedModel
 from .screening import refuse_few_periods, screen
-from .start import Start, find_start
+from .start import Start, find_start, observes_dipole
 from .start_label import NoLabelError
 from .trajectory import LostTrajectoryError
 from .weighting import weighted_by_harmonic
@@ -39,7 +38,7 @@ _FAILURES = (NoConvergenceError, LostTrajectoryError, NoLabelError, np.linalg.Li
 
 def fit_ring_down(
     record: RingDownRecord,
-    variant: str,
+    variant: str | RingDownModel,
     window: Window = "d30",
     *,
     noise: NoiseModel | None = None,
@@ -48,8 +47,8 @@ def fit_ring_down(
     """Fit a declared model to a ring-down; start values come from the data.
 
     Args:
-        record: RX samples, dm/dt or volts.
-        variant: "thread" or "jewel".
+        record: RX samples: dm/dt, volts or angle.
+        variant: "thread", "jewel" or another declared model (models.py) by name, or any model itself.
         window: "n50" (0.24 s), "d30" (until 30 % of the maximum is left) or seconds.
         noise: measured elsewhere; None: from the record itself.
         fixed: values of f_nat_hz, m_r_am2 or loss coefficients that are not to be fitted.
@@ -58,34 +57,22 @@ def fit_ring_down(
         A FitResult; unusable data give verdict "refused" with a reason, never an exception.
 
     Raises:
-        ValueError: an unknown variant, window or fixed name (mistakes of the caller, not of the data).
+        ValueError: an unknown variant or window, or a parameter that cannot be fixed (mistakes of the
+            caller, not of the data).
     """
     began = time.perf_counter()
-    model = model_named(variant)
+    model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)
-    fixed = dict(fixed or {})
-    _check_fixed(fixed, model, record)
+    values = held(model, fixed, dipole=observes_dipole(record, model))
     noise_seconds = 0.0
     try:
-        task = _task(record, window, noise, fixed)
+        task = _task(record, window, noise, values)
         noise_seconds = task.noise_seconds
         result = _fit(task, model)
     except RefusedError as refused:
         result = FitResult("refused", reason=str(refused))
     seconds = time.perf_counter() - began - noise_seconds
     return replace(result, seconds=seconds, noise_seconds=noise_seconds)
-
-
-def _check_fixed(fixed: Mapping[str, float], model: RingDownModel, record: RingDownRecord) -> None:
-    """Only parameters that the model has can be fixed, and only to finite numbers."""
-    allowed = {"f_nat_hz", *(c.name for c in model.coefficients)}
-    if record.quantity == "dmdt":
-        allowed.add("m_r_am2")
-    for name, value in fixed.items():
-        if name not in allowed:
-            raise ValueError(f"{name} cannot be fixed for {model.name}: allowed are {', '.join(sorted(allowed))}")
-        if not math.isfinite(value):
-            raise ValueError(f"{name} is fixed to {value!r}, which is not a finite number")
 
 
 @dataclass(frozen=True)
@@ -131,7 +118,7 @@ def _fit(task: _Task, model: RingDownModel) -> FitResult:
     problem, best = _solve(task, model)
     chi2 = best.normal.chi2 / _degrees(task, problem)
     if is_suspect(chi2):
-        for other in richer_models(model):
+        for other in rivals_of(model) if task.record.quantity != "angle" else ():
             try:
                 other_problem, other_best = _solve(task, other)
             except RefusedError:
@@ -150,9 +137,9 @@ def _solve(task: _Task, model: RingDownModel) -> tuple[Problem, Fitted]:
     """Minimise chi^2 from start values found in the data."""
     record, chosen = task.record, task.chosen
     start = find_start(record, model, chosen.first, chosen.last, task.frequency_hz, task.noise_sd)
-    problem = Problem(
-        record, model, task.noise_sd, _free_mask(model, start.state(start.amplitudes[0]).size, task.fixed), chosen.first
-    )
+    free = free_mask(model, start.state(start.amplitudes[0]).size, task.fixed)
+    knowledge = knowledge_of(model, task.fixed, dipole=observes_dipole(record, model))
+    problem = Problem(record, model, task.noise_sd, free, chosen.first, knowledge)
     try:
         return problem, _weighted(problem, _best_fit(problem, start, task), task)
     except RefusedError as refused:
@@ -179,35 +166,13 @@ def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
     return np.maximum(sd, 1e-9 * float(np.sqrt(np.mean(some**2))))
 
 
-def _free_mask(model: RingDownModel, size: int, fixed: Mapping[str, float]) -> np.ndarray:
-    """True for the internal parameters that are fitted, bool (size,)."""
-    free = np.ones(size, dtype=bool)
-    free[1] = "f_nat_hz" not in fixed
-    for k, coefficient in enumerate(model.coefficients):
-        free[3 + k] = coefficient.name not in fixed
-    if "m_r_am2" in fixed:
-        free[3 + len(model.coefficients)] = False
-    return free
-
-
-def _with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float]) -> FitState:
-    """The state with fixed values put in."""
-    d = state.dynamics
-    w = 2.0 * math.pi * fixed["f_nat_hz"] if "f_nat_hz" in fixed else d.w
-    values = tuple(fixed.get(c.name, q) for c, q in zip(model.coefficients, d.values, strict=True))
-    observation = state.observation
-    if "m_r_am2" in fixed and isinstance(observation, DipoleObservation):
-        observation = replace(observation, m_r=fixed["m_r_am2"])
-    return FitState(replace(d, w=w, values=values), observation, state.offsets)
-
-
 def _best_fit(problem: Problem, start: Start, task: _Task) -> Fitted:
     """Quickly from the most trusted start; carefully, and from the others, only if that explains the record badly."""
     best: Fitted | None = None
     dof = _degrees(task, problem)
     failure = "no start value led anywhere"
     for amplitude, schedule in [(start.amplitudes[0], QUICK), *((a, CAREFUL) for a in start.amplitudes)]:
-        state = by_convention(_with_fixed(start.state(amplitude), problem.model, task.fixed))
+        state = by_convention(with_fixed(start.state(amplitude), problem.model, task.fixed))
         try:
             fitted = fit_growing(problem, state, start.periods, task.chosen.last, schedule)
         except _FAILURES as error:
@@ -241,11 +206,12 @@ def _judged(task: _Task, problem: Problem, best: Fitted) -> FitResult:
         public = publish(model, state, normal, problem.free)
     except _FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
-    refuse_untrustworthy(public)
+    refuse_untrustworthy(model, public)
+    refuse_out_of_bounds(model, public, state.dynamics.amplitude)
     return FitResult(
         verdict="good",
-        warnings=doubts(public, chi2, task.samples * record.dt_s, task.periods),
-        notes=chosen.notes,
+        warnings=doubts(model, public, chi2, task.samples * record.dt_s, task.periods),
+        notes=(*chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,
         covariance=public.covariance,
         covariance_names=public.names,

@@ -6,12 +6,13 @@ at all of them, on windows that double, and takes over where the quick one fails
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from .arrays import Array
 from .gauss_newton import FitState, Normal, after_step, normal_equations, solve_step, variance_of, with_best_gains
+from .knowledge import Knowledge
 from .models import RingDownModel
 from .record import RingDownRecord
 from .trajectory import LostTrajectoryError
@@ -63,6 +64,7 @@ class Problem:
     noise_sd: Array
     free: np.ndarray
     first: int
+    knowledge: Knowledge = field(default_factory=Knowledge)
     passes: int = 0
 
     def __post_init__(self) -> None:
@@ -84,7 +86,8 @@ class Problem:
             state.dynamics, record.samples, self.first, last, record.dt_s, state.observation.observable, stride, digits
         )
         state = with_best_gains(state, moments)
-        return Evaluation(state, moments, normal_equations(self.model, state, moments, self.noise_sd))
+        normal = self.knowledge.added(normal_equations(self.model, state, moments, self.noise_sd), state)
+        return Evaluation(state, moments, normal)
 
     def bend(self, at: Evaluation, step: Array, last: int) -> float:
         """A step relative to what the model bends over: phase at both ends in rad, amplitude, gains in themselves."""
@@ -132,14 +135,16 @@ class Prior:
 
 
 def weak_prior(model: RingDownModel, state: FitState) -> Prior:
-    """Typical losses give or take three times themselves; the last term, which took up the decay, is left free.
+    """Coefficients give or take three times their start or typical value; the loss that took up the decay is free.
 
     Where nothing but the small anharmonicity tells the amplitude, half of the start value is its standard deviation.
     """
     d = state.dynamics
-    widths = [_PRIOR_WIDTH * c.typical * d.w**c.power for c in model.coefficients]
-    if widths:
-        widths[-1] *= 30.0
+    names = [c.name for c in model.coefficients]
+    sizes = [max(c.typical * d.w**c.power, abs(q)) for c, q in zip(model.coefficients, d.values, strict=True)]
+    widths = [_PRIOR_WIDTH * size for size in sizes]
+    if model.losses:
+        widths[names.index(model.losses[-1])] *= 30.0
     amplitude = np.inf if state.observation.ties_amplitude else _PRIOR_AMPLITUDE * abs(d.amplitude)
     return Prior(np.array([d.amplitude, *d.values]), np.array([amplitude, *widths]) ** -2.0)
 

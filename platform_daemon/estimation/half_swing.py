@@ -5,7 +5,8 @@ the exact sign) is smooth: an order-8 Runge-Kutta method with a fixed number of 
 
 Layout of a node, float64 (fields,) with fields = 4 + 3 columns:
     phi, v, a, jerk (d phi, d2 phi, d3 phi / ds), then per column q: d phi/dq, d v/dq, d a/dq at fixed s.
-Column 0 is the amplitude A at the start of the half swing, column k >= 1 the coefficient c[k-1].
+Column 0 is the amplitude A at the first turning point of all, column k >= 1 the coefficient c[k-1]. Where the torque
+depends on u = s - theta, the time since the first sample, a last column is theta.
 """
 
 from __future__ import annotations
@@ -13,30 +14,39 @@ from __future__ import annotations
 import numpy as np
 
 from .jit import kernel
-from .tableau import STAGE_MATRIX, STAGES, WEIGHTS
-from .terms.dispatch import acceleration
+from .tableau import NODES, STAGE_MATRIX, STAGES, WEIGHTS
+from .terms.dispatch import acceleration, timed_acceleration
 
 STEPS = 32  # per half swing: the trajectory error stays below 1e-9 of the signal up to 75 degrees
 MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
 
 
 @kernel
-def direction_at_rest(phi, codes, widths, c, grad):  # type: ignore[no-untyped-def]
-    """Where a rotor at rest at `phi` goes: +1, -1, or 0 where friction of either sign can hold it (it sticks)."""
-    likely = -1.0 if phi > 0.0 else 1.0
-    pull, _, _ = acceleration(phi, 0.0, likely, codes, widths, c, grad)
-    if pull * likely > 0.0:
-        return likely
-    pull, _, _ = acceleration(phi, 0.0, -likely, codes, widths, c, grad)
-    if pull * likely < 0.0:
-        return -likely
-    return 0.0
+def _torque(phi, v, u, sigma, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+    """(tau, d tau/d phi, d tau/d v, d tau/d u) of all terms; grad (coefficients + 1,): d tau/d c, then by theta."""
+    f, f_phi, f_v = acceleration(phi, v, sigma, codes, widths, c, grad)
+    t, t_phi, t_v, t_u = timed_acceleration(phi, v, u, codes, widths, c, grad)
+    grad[c.size] = -t_u
+    return f + t, f_phi + t_phi, f_v + t_v, t_u
 
 
 @kernel
-def _rates(y, columns, sigma, codes, widths, c, grad, out):  # type: ignore[no-untyped-def]
-    """Right-hand side: state (phi, v) and the variational equations of the first `columns` columns."""
-    a, a_phi, a_v = acceleration(y[0], y[1], sigma, codes, widths, c, grad)
+def direction_at_rest(phi, u, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+    """Where a rotor at rest goes (+1, -1, or 0 where friction of either sign holds it), and its acceleration."""
+    likely = -1.0 if phi > 0.0 else 1.0
+    pull, _, _, _ = _torque(phi, 0.0, u, likely, codes, widths, c, grad)
+    if pull * likely > 0.0:
+        return likely, pull
+    pull, _, _, _ = _torque(phi, 0.0, u, -likely, codes, widths, c, grad)
+    if pull * likely < 0.0:
+        return -likely, pull
+    return 0.0, 0.0
+
+
+@kernel
+def _rates(y, u, columns, sigma, codes, widths, c, grad, out):  # type: ignore[no-untyped-def]
+    """Right-hand side: state (phi, v) and the variational equations of the columns."""
+    a, a_phi, a_v, _ = _torque(y[0], y[1], u, sigma, codes, widths, c, grad)
     out[0] = y[1]
     out[1] = a
     for q in range(columns):
@@ -47,8 +57,8 @@ def _rates(y, columns, sigma, codes, widths, c, grad, out):  # type: ignore[no-u
 
 
 @kernel
-def _step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
-    """One Runge-Kutta step of length h from y to out; stages (12, size) and work (size,) are scratch."""
+def _step(y, u, h, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
+    """One Runge-Kutta step of length h from y at u to out; stages (12, size) and work (size,) are scratch."""
     size = 2 + 2 * columns
     for i in range(STAGES):
         for m in range(size):
@@ -58,7 +68,7 @@ def _step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out):  # t
             if weight != 0.0:
                 for m in range(size):
                     work[m] += weight * stages[j, m]
-        _rates(work, columns, sigma, codes, widths, c, grad, stages[i])
+        _rates(work, u + h * NODES[i], columns, sigma, codes, widths, c, grad, stages[i])
     for m in range(size):
         work[m] = 0.0
     for j in range(STAGES):
@@ -70,13 +80,13 @@ def _step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out):  # t
 
 
 @kernel
-def _write_node(y, columns, sigma, codes, widths, c, grad, node):  # type: ignore[no-untyped-def]
-    """Fill a node (see module docstring) from the state y."""
-    a, a_phi, a_v = acceleration(y[0], y[1], sigma, codes, widths, c, grad)
+def _write_node(y, u, columns, sigma, codes, widths, c, grad, node):  # type: ignore[no-untyped-def]
+    """Fill a node (see module docstring) from the state y at u."""
+    a, a_phi, a_v, a_u = _torque(y[0], y[1], u, sigma, codes, widths, c, grad)
     node[0] = y[0]
     node[1] = y[1]
     node[2] = a
-    node[3] = a_phi * y[1] + a_v * a
+    node[3] = a_phi * y[1] + a_v * a + a_u
     for q in range(columns):
         node[4 + 3 * q] = y[2 + 2 * q]
         node[5 + 3 * q] = y[3 + 2 * q]
@@ -86,12 +96,12 @@ def _write_node(y, columns, sigma, codes, widths, c, grad, node):  # type: ignor
 
 
 @kernel
-def _last_step(y, guess, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
+def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work, out):  # type: ignore[no-untyped-def]
     """Step from y to the turning point v = 0, by Newton's method on its length, which is returned; -1 if none."""
     length = guess
     for _ in range(12):
-        _step(y, length, columns, sigma, codes, widths, c, grad, stages, work, out)
-        a, _, _ = acceleration(out[0], out[1], sigma, codes, widths, c, grad)
+        _step(y, u, length, columns, sigma, codes, widths, c, grad, stages, work, out)
+        a, _, _, _ = _torque(out[0], out[1], u + length, sigma, codes, widths, c, grad)
         if not sigma * a < 0.0:
             return -1.0
         correction = -out[1] / a
@@ -102,14 +112,14 @@ def _last_step(y, guess, columns, sigma, codes, widths, c, grad, stages, work, o
 
 
 @kernel
-def integrate_half_swing(amplitude, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
-    """Integrate from (amplitude, 0) in direction sigma; fill nodes (STEPS + 1, fields).
+def integrate_half_swing(begin, u, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
+    """Integrate from the turning point `begin`, (2 + 2 columns,) as in _rates, at u in direction sigma.
 
-    guess: expected duration. Steps 1 .. STEPS-1 have length guess/STEPS, the last one ends at the turning point.
-    Returns (h, duration), or (0, -1) if no turning point was found.
+    nodes: (STEPS + 1, fields) out. guess: expected duration. Steps 1 .. STEPS-1 have length guess/STEPS, the last one
+    ends at the turning point. Returns (h, duration), or (0, -1) if no turning point was found.
     """
-    size = 2 + 2 * columns
-    y = np.zeros(size)
+    size = begin.size
+    y = np.empty(size)
     grad = np.zeros(c.size + 1)
     stages = np.empty((STAGES, size))
     work = np.empty(size)
@@ -117,30 +127,49 @@ def integrate_half_swing(amplitude, sigma, columns, codes, widths, c, guess, nod
     for _ in range(60):
         h = guess / STEPS
         for m in range(size):
-            y[m] = 0.0
-        y[0] = amplitude
-        if columns > 0:
-            y[2] = 1.0
-        _write_node(y, columns, sigma, codes, widths, c, grad, nodes[0])
+            y[m] = begin[m]
+        _write_node(y, u, columns, sigma, codes, widths, c, grad, nodes[0])
         done = 0
         while done < STEPS - 1:
-            _step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out)
+            _step(y, u + done * h, h, columns, sigma, codes, widths, c, grad, stages, work, out)
             if not sigma * out[1] > 0.0:
                 break
             for m in range(size):
                 y[m] = out[m]
             done += 1
-            _write_node(y, columns, sigma, codes, widths, c, grad, nodes[done])
+            _write_node(y, u + done * h, columns, sigma, codes, widths, c, grad, nodes[done])
         if done < STEPS - 1:
             guess *= 0.9
             continue
-        last = _last_step(y, h, columns, sigma, codes, widths, c, grad, stages, work, out)
+        at = u + done * h
+        last = _last_step(y, at, h, columns, sigma, codes, widths, c, grad, stages, work, out)
         if last < 0.0 or last > 2.0 * h:
             guess *= 1.08
             continue
         if last < 0.3 * h:
             guess = (STEPS - 1) * h + last
             continue
-        _write_node(out, columns, sigma, codes, widths, c, grad, nodes[STEPS])
+        _write_node(out, at + last, columns, sigma, codes, widths, c, grad, nodes[STEPS])
         return h, (STEPS - 1) * h + last
     return 0.0, -1.0
+
+
+@kernel
+def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes):  # type: ignore[no-untyped-def]
+    """The last `length` of the half swing that ends at the turning point `end` at u, going back from there.
+
+    sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step.
+    """
+    y = end.copy()
+    grad = np.zeros(c.size + 1)
+    stages = np.empty((STAGES, end.size))
+    work = np.empty(end.size)
+    out = np.empty(end.size)
+    h = length / STEPS
+    _write_node(y, u, columns, sigma, codes, widths, c, grad, nodes[STEPS])
+    for k in range(STEPS):
+        _step(y, u - k * h, -h, columns, sigma, codes, widths, c, grad, stages, work, out)
+        for m in range(end.size):
+            y[m] = out[m]
+        _write_node(y, u - (k + 1) * h, columns, sigma, codes, widths, c, grad, nodes[STEPS - 1 - k])
+    return h

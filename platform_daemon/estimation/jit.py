@@ -24,7 +24,7 @@ def _sources_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(_ROOM.rglob("*.py")):
         text = path.read_bytes()
-        if b"kernel\ndef" in text or path.name == "tableau.py":
+        if b"kernel\ndef" in text or b"inlined\ndef" in text or path.name == "tableau.py":
             digest.update(path.name.encode() + text)
     return digest.hexdigest()
 
@@ -43,6 +43,11 @@ def fast_kernel(function: Callable[..., Any]) -> Any:
     )(function)
     _stamp(dispatcher)
     return dispatcher
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """For a few lines that many kernels share: pasted into each caller, which compiles three times faster."""
+    return numba.njit(nogil=True, error_model="numpy", inline="always")(function)
 
 
 def _stamp(dispatcher: Any) -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from .models import RingDownModel
 from .publish import Published
 from .refusal import Refusal, RefusedError
 
@@ -18,7 +17,6 @@ _UNSEPARATED = 0.2
 _SEPARATED = 0.1  # relative error of the friction that separates it from the viscous loss
 _SEPARATION_POWER = 1.0 / 2.7  # that error falls at least with the length of the window to the power of 2.7
 _FEW_PERIODS = 12.0
-_LOSSES = ("lambda_per_s", "tf_over_i_rad_per_s2")
 _SURE = 5.0  # standard deviations
 
 
@@ -48,7 +46,7 @@ def refuse_wrong_variant(model_name: str, chi2_per_dof: float, other_name: str, 
         )
 
 
-def refuse_untrustworthy(public: Published) -> None:
+def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     """Numbers that are not finite, or mean nothing beside their own error, are no result."""
     if not np.all(np.isfinite(public.covariance)) or np.any(np.diag(public.covariance) <= 0.0):
         raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
@@ -59,21 +57,21 @@ def refuse_untrustworthy(public: Published) -> None:
     estimate = estimates[name]
     if estimate.std is not None and estimate.std > limit * abs(estimate.value):
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
-    losses = [estimates[n] for n in _LOSSES if n in estimates]
-    if all(e.std is not None and e.value < -_SURE * e.std for e in losses):
+    losses = [estimates[n] for n in model.losses]
+    if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
         raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
-    if "tf_over_i_rad_per_s2" in estimates and estimates["phi_max_rad"].value > 0.5 * math.pi:
-        raise RefusedError(Refusal.OUT_OF_RANGE, "the Hertz contact holds below 90 degrees only")
 
 
-def doubts(public: Published, chi2_per_dof: float, window_s: float, periods: float) -> tuple[str, ...]:
+def doubts(
+    model: RingDownModel, public: Published, chi2_per_dof: float, window_s: float, periods: float
+) -> tuple[str, ...]:
     """Named warnings about a good result of a window of so many seconds and periods."""
     warnings = []
     if chi2_per_dof > 1.1:
         warnings.append("residual_not_white: the model leaves more than the noise")
-    for name in _LOSSES:
-        loss = public.parameters.get(name)
-        if loss is not None and loss.std is not None and loss.value < -_SURE * loss.std:
+    for name in model.losses:
+        loss = public.parameters[name]
+        if loss.std is not None and loss.value < -_SURE * loss.std:
             warnings.append(f"negative_loss: {name} = {loss.value:.4g} +- {loss.std:.2g} feeds energy in")
     friction = public.parameters.get("tf_over_i_rad_per_s2")
     viscous = public.parameters.get("lambda_per_s")

@@ -1,22 +1,86 @@
-"""Ring-down models as data: a name and the torque terms that act between two turning points."""
+"""Ring-down models as data: torque terms, what is observed, and what is known of the parameters beforehand."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
 from .arrays import IntArray
-from .terms import HERTZ_FRICTION, MAGNETIC_RESTORING, VISCOUS_DAMPING, Coefficient, TorqueTerm
+from .terms import (
+    COULOMB_FRICTION,
+    HERTZ_FRICTION,
+    LINEAR_RESTORING,
+    MAGNETIC_RESTORING,
+    VISCOUS_DAMPING,
+    Coefficient,
+    TorqueTerm,
+    code_of,
+)
+
+ObservationKind = Literal["by_quantity", "free_gains"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known of a public parameter before the fit.
+
+    Attributes:
+        name: public name, with its unit.
+        unit: SI unit as text.
+        lower, upper: the model holds strictly between them; a fit that ends surely outside is refused, never clamped.
+        prior: mean and standard deviation of independent knowledge, or None.
+        fixed: the value at which it is held unless the caller frees it, or None.
+    """
+
+    name: str
+    unit: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    prior: tuple[float, float] | None = None
+    fixed: float | None = None
+
+
+_COMMON = (
+    Parameter("f_nat_hz", "Hz", lower=0.0),
+    Parameter("m_r_am2", "A m^2", lower=0.0),
+    Parameter("phi_max_rad", "rad", lower=0.0, upper=math.pi),
+    Parameter("psi_start_rad", "rad", lower=0.0, upper=2.0 * math.pi),
+    *(Parameter(f"rodrigues_{axis}", "rad") for axis in "xyz"),
+)
 
 
 @dataclass(frozen=True)
 class RingDownModel:
-    """An equation of motion: the sum of its torque terms (in units of I w^2)."""
+    """An equation of motion, the sum of its torque terms (in units of I w^2), and how it is observed.
+
+    Attributes:
+        name: identifier.
+        terms: the torque terms.
+        observation: "by_quantity": through m_r and R for dm/dt and for volts with a sensitivity, through free gains
+            for volts without, as it is for an angle. "free_gains": of every channel, whatever is known.
+        known: parameters about which more is known than their default.
+        rivals: models of other bearings; one that explains a record far better speaks against this one.
+    """
 
     name: str
     terms: tuple[TorqueTerm, ...]
+    observation: ObservationKind = "by_quantity"
+    known: tuple[Parameter, ...] = ()
+    rivals: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [c.name for c in self.coefficients]
+        if len(set(self.terms)) < len(self.terms) or len(set(names)) < len(names):
+            raise ValueError(f"model {self.name!r} contains a torque term twice")
+        for term in self.terms:
+            code_of(term)
+        unknown = {p.name for p in self.known} - set(self.parameters)
+        if unknown:
+            raise ValueError(f"model {self.name!r} has no parameter {', '.join(sorted(unknown))}")
 
     @cached_property
     def coefficients(self) -> tuple[Coefficient, ...]:
@@ -24,9 +88,25 @@ class RingDownModel:
         return tuple(c for term in self.terms for c in term.coefficients)
 
     @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """All public parameters by name; those of the observation apply where there are such."""
+        declared = [*_COMMON, *(Parameter(c.name, c.unit, 0.0 if c.hidden else -math.inf) for c in self.coefficients)]
+        return {p.name: p for p in (*declared, *self.known)}
+
+    @cached_property
+    def losses(self) -> tuple[str, ...]:
+        """Names of the coefficients that take energy out of the motion where they are positive."""
+        return tuple(t.coefficients[0].name for t in self.terms if t.loses_energy)
+
+    @cached_property
+    def largest_angle_rad(self) -> float:
+        """The equation of motion holds for smaller deflections only."""
+        return min([math.pi, *(t.below_rad for t in self.terms if t.below_rad is not None)])
+
+    @cached_property
     def codes(self) -> IntArray:
         """Numbers of the terms for the kernel's dispatch, int64 (terms,)."""
-        return np.array([term.code for term in self.terms], dtype=np.int64)
+        return np.array([code_of(term) for term in self.terms], dtype=np.int64)
 
     @cached_property
     def widths(self) -> IntArray:
@@ -34,14 +114,35 @@ class RingDownModel:
         return np.array([len(term.coefficients) for term in self.terms], dtype=np.int64)
 
     @cached_property
+    def time_dependent(self) -> bool:
+        """True if a torque depends on time: only the direct path can follow it."""
+        return any(term.timed for term in self.terms)
+
+    @cached_property
     def symmetric(self) -> bool:
         """True if the motion to either side is the mirror image of the other."""
         return all(term.symmetric for term in self.terms)
 
+    def with_terms(self, name: str, *terms: TorqueTerm) -> RingDownModel:
+        """A model of this name with further terms."""
+        return replace(self, name=name, terms=(*self.terms, *terms))
 
-THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING))
+
+THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), rivals=("jewel",))
 JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION))
-MODELS = {model.name: model for model in (THREAD, JEWEL)}
+_MODELS = (
+    THREAD,
+    JEWEL,
+    # eq:Jewel_ODE_norm_simp, the approximation that the paper compares with.
+    RingDownModel("jewel_constant_friction", (MAGNETIC_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION)),
+    # equ:ODE_norm.
+    RingDownModel("undamped", (MAGNETIC_RESTORING,)),
+    # The regime sin(phi) ~ phi of equ:ODE_norm, with the losses of either bearing.
+    RingDownModel("undamped_small_angle", (LINEAR_RESTORING,)),
+    RingDownModel("thread_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING)),
+    RingDownModel("jewel_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION)),
+)
+MODELS = {model.name: model for model in _MODELS}
 
 
 def model_named(name: str) -> RingDownModel:
@@ -51,6 +152,6 @@ def model_named(name: str) -> RingDownModel:
     return MODELS[name]
 
 
-def richer_models(model: RingDownModel) -> tuple[RingDownModel, ...]:
-    """Declared models that contain all terms of this one, and more."""
-    return tuple(m for m in MODELS.values() if set(m.terms) > set(model.terms))
+def rivals_of(model: RingDownModel) -> tuple[RingDownModel, ...]:
+    """The declared models that speak against this one if they explain a record far better."""
+    return tuple(MODELS[name] for name in model.rivals)

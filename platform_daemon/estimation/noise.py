@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arrays import Array
+from .oscillation import find_oscillation
 from .record import RingDownRecord
-from .spectrum import find_fundamental
 from .welch import SegmentSpectra, segment_spectra
 
 _SIGNIFICANT = 60.0
@@ -67,7 +67,7 @@ def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel
     sweeps through, as far up as they stand out, and the gaps are bridged. The variance is the integral.
     """
     samples, rate = record.valid, record.sampling_rate_hz
-    line = None if blank else find_fundamental(samples, rate)
+    line = None if blank else find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
         spectra = segment_spectra(samples, rate, max(_SEGMENT_WITHOUT_SIGNAL, samples.shape[1] // 8))
         mask = np.zeros(spectra.frequency_hz.size, dtype=bool)

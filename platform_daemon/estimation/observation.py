@@ -21,7 +21,7 @@ from .rotation import (
     rodrigues_jacobian,
     rotation_from_rodrigues,
 )
-from .sampling import DIPOLE
+from .sampling import DIPOLE, STATE
 
 
 class Observation(Protocol):
@@ -143,10 +143,12 @@ class FreeGainObservation:
     """Channels with free gains: u_c = Sv_c phi' cos(phi) + Su_c (-phi' sin(phi)); no calibration is needed.
 
     Attributes:
-        sensitivities: (channels, 2), columns Sv, Su in V s.
+        sensitivities: (channels, 2), columns Sv, Su in V s, or in A m^2 for dm/dt.
+        sign: of Sv in the channel where it is largest, by convention: -1 for volts, because u = -P dm/dt.
     """
 
     sensitivities: Array
+    sign: float = -1.0
     observable: int = DIPOLE
 
     @property
@@ -184,12 +186,61 @@ class FreeGainObservation:
         return replace(self, sensitivities=gains / w)
 
     def by_convention(self) -> tuple[FreeGainObservation, bool]:
-        """The channel with the largest Sv has a positive sensitivity, so its Sv is negative (u = -P dm/dt)."""
+        """The channel with the largest Sv sees it with `sign`."""
         strongest = int(np.argmax(np.abs(self.sensitivities[:, 0])))
-        if self.sensitivities[strongest, 0] <= 0.0:
+        if self.sign * self.sensitivities[strongest, 0] >= 0.0:
             return self, False
         return replace(self, sensitivities=self.sensitivities * np.array([-1.0, 1.0])), True
 
     def public(self) -> tuple[tuple[str, ...], Array, Array]:
         """Gains are nuisance parameters: nothing to publish."""
         return (), np.empty(0), np.empty((0, self.size))
+
+
+@dataclass(frozen=True)
+class AngleObservation:
+    """One channel that reads the angle itself; only the zero of its scale is unknown (the offset)."""
+
+    observable: int = STATE
+
+    @property
+    def ties_amplitude(self) -> bool:
+        """The amplitude is what is read."""
+        return True
+
+    @property
+    def size(self) -> int:
+        """No own parameters."""
+        return 0
+
+    def gains(self, w: float) -> Array:
+        """One for the angle, nothing for its velocity."""
+        return np.array([[1.0, 0.0]])
+
+    def gains_by_w(self, w: float) -> Array:
+        """Fixed."""
+        return np.zeros((1, 2))
+
+    def gains_by_own(self, w: float) -> Array:
+        """There are none."""
+        return np.zeros((0, 1, 2))
+
+    def moved(self, step: Array) -> AngleObservation:
+        """Nothing to move."""
+        return self
+
+    def bend(self, step: Array) -> float:
+        """Nothing bends."""
+        return 0.0
+
+    def with_gains(self, gains: Array, w: float) -> None:
+        """Fixed."""
+        return
+
+    def by_convention(self) -> tuple[AngleObservation, bool]:
+        """The sign of the angle is seen."""
+        return self, False
+
+    def public(self) -> tuple[tuple[str, ...], Array, Array]:
+        """Nothing to publish."""
+        return (), np.empty(0), np.empty((0, 0))

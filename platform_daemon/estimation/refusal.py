@@ -16,6 +16,7 @@ class Refusal(Enum):
     MODEL_DOES_NOT_EXPLAIN = "the model does not explain the record; check the variant and the calibration"
     NO_CONVERGENCE = "the fit found no minimum; check the variant, or use another window"
     AMPLITUDE_BELOW_FLOOR = "the signal is too weak for a trustworthy result; excite more or use a longer window"
+    CONTACT_LOST = "the Hertz contact holds below 90 degrees only; excite less, or use a model without friction"
     OUT_OF_RANGE = "the fitted motion lies outside the range in which the model holds"
 
 

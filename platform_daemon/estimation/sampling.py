@@ -17,7 +17,7 @@ import numpy as np
 
 from .half_swing import STEPS
 from .jit import kernel
-from .trace import HEAD, HEAD_AMPLITUDE, HEAD_DURATION, HEAD_START, HEAD_STEP
+from .trace import HEAD_DURATION, HEAD_START, HEAD_STEP
 
 DIPOLE, STATE = 0, 1
 
@@ -39,34 +39,19 @@ def _angle_polynomial(left, right, h, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _sensitivity_polynomials(left, right, h, head, columns, out):  # type: ignore[no-untyped-def]
-    """Degree-5 Hermite polynomials of W_A dA/dp + W_p on a step for p = A, c...; out (columns, 6)."""
-    for p in range(columns):
-        slope = head[HEAD + p]
-        f0 = slope * left[4]
-        f1 = slope * left[5]
-        f2 = slope * left[6]
-        g0 = slope * right[4]
-        g1 = slope * right[5]
-        g2 = slope * right[6]
-        if p > 0:
-            f0 += left[4 + 3 * p]
-            f1 += left[5 + 3 * p]
-            f2 += left[6 + 3 * p]
-            g0 += right[4 + 3 * p]
-            g1 += right[5 + 3 * p]
-            g2 += right[6 + 3 * p]
-        f1 *= h
-        g1 *= h
-        f2 *= 0.5 * h * h
-        g2 *= h * h
-        e0 = g0 - (f0 + f1 + f2)
-        e1 = g1 - (f1 + 2.0 * f2)
-        e2 = g2 - 2.0 * f2
-        out[p, 0], out[p, 1], out[p, 2] = f0, f1, f2
-        out[p, 3] = 10.0 * e0 - 4.0 * e1 + 0.5 * e2
-        out[p, 4] = -15.0 * e0 + 7.0 * e1 - e2
-        out[p, 5] = 6.0 * e0 - 3.0 * e1 + 0.5 * e2
+def _sensitivity_polynomials(left, right, h, columns, out):  # type: ignore[no-untyped-def]
+    """Degree-5 Hermite polynomials of d phi/dq on a step for all columns q; out (columns, 6)."""
+    for q in range(columns):
+        f0 = left[4 + 3 * q]
+        f1 = h * left[5 + 3 * q]
+        f2 = 0.5 * h * h * left[6 + 3 * q]
+        e0 = right[4 + 3 * q] - (f0 + f1 + f2)
+        e1 = h * right[5 + 3 * q] - (f1 + 2.0 * f2)
+        e2 = h * h * right[6 + 3 * q] - 2.0 * f2
+        out[q, 0], out[q, 1], out[q, 2] = f0, f1, f2
+        out[q, 3] = 10.0 * e0 - 4.0 * e1 + 0.5 * e2
+        out[q, 4] = -15.0 * e0 + 7.0 * e1 - e2
+        out[q, 5] = 6.0 * e0 - 3.0 * e1 + 0.5 * e2
 
 
 @kernel
@@ -120,9 +105,9 @@ def fill_basis(  # type: ignore[no-untyped-def]
         if head[HEAD_DURATION] == 0.0:
             # Stuck: the rotor rests, and only its angle still depends on the parameters.
             for p in range(columns):
-                d_phi[p] = head[HEAD + p]
+                d_phi[p] = nodes[row, 0, 4 + 3 * p]
                 d_v[p] = 0.0
-            _write_basis(head[HEAD_AMPLITUDE], 0.0, 0.0, d_phi, d_v, time, observable, columns, out, i - first)
+            _write_basis(nodes[row, 0, 0], 0.0, 0.0, d_phi, d_v, time, observable, columns, out, i - first)
             continue
         local = s - head[HEAD_START]
         step = min(max(int(local / head[HEAD_STEP]), 0), STEPS - 1)
@@ -131,7 +116,7 @@ def fill_basis(  # type: ignore[no-untyped-def]
             if step == STEPS - 1:
                 h = head[HEAD_DURATION] - (STEPS - 1) * head[HEAD_STEP]
             _angle_polynomial(nodes[row, step], nodes[row, step + 1], h, angle)
-            _sensitivity_polynomials(nodes[row, step], nodes[row, step + 1], h, head, columns, sens)
+            _sensitivity_polynomials(nodes[row, step], nodes[row, step + 1], h, columns, sens)
             current_row = row
             current_step = step
         x = (local - step * head[HEAD_STEP]) / h
@@ -150,8 +135,7 @@ def fill_basis(  # type: ignore[no-untyped-def]
             for k in range(4, -1, -1):
                 slope = slope * x + value
                 value = value * x + sens[p, k]
-            shift = head[HEAD + columns + p]
-            d_phi[p] = value - v * shift
-            d_v[p] = slope / h - a * shift
+            d_phi[p] = value
+            d_v[p] = slope / h
         _write_basis(phi, v, a, d_phi, d_v, time, observable, columns, out, i - first)
     return row

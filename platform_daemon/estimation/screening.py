@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from .oscillation import find_oscillation
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .saturation import saturation
 from .scan import flat_runs
-from .spectrum import Line, find_fundamental
+from .spectrum import Line
 
 FEWEST_PERIODS = 5.0
 _FEWEST_SAMPLES = 64
@@ -36,7 +37,7 @@ def screen(record: RingDownRecord) -> Line:
         )
     for channel in range(record.channels):
         _refuse_clipped(record, channel, float(lowest[channel]), float(highest[channel]))
-    line = find_fundamental(y, record.sampling_rate_hz)
+    line = find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
         strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
         raise RefusedError(Refusal.NO_SIGNAL, f"the strongest feature is {strongest}")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from .arrays import Array, ComplexArray
+from .calibration import inverse_sensitivity
 from .gauss_newton import FitState
 from .harmonics import (
     amplitude_from_second_harmonic,
@@ -22,6 +22,8 @@ from .observation import DipoleObservation, FreeGainObservation, Observation
 from .record import RingDownRecord
 from .rotation import nearest_rotation
 from .snapshot import Snapshot, take_snapshot
+from .start_angle import find_start_angle
+from .start_value import Start
 from .trajectory import Dynamics
 
 _FIRST_PERIODS = 10
@@ -30,37 +32,39 @@ _AMPLITUDE_RANGE = (0.02, 1.4)
 _BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
 
 
-@dataclass(frozen=True)
-class Start:
-    """Where the fit begins.
-
-    Attributes:
-        amplitudes: candidates in rad, most trusted first.
-        periods: the stretch they were seen in.
-        state: the fit state that belongs to an amplitude.
-    """
-
-    amplitudes: tuple[float, ...]
-    periods: float
-    state: Callable[[float], FitState]
+def observes_dipole(record: RingDownRecord, model: RingDownModel) -> bool:
+    """True if the channels are tied by m_r and R: they are dm/dt, or volts of known sensitivity."""
+    known = record.quantity == "dmdt" or record.sensitivity is not None
+    return known and model.observation == "by_quantity"
 
 
 def find_start(
     record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float, noise_sd: Array
 ) -> Start:
     """Start values from the first ten periods, or more where noise hides the weak harmonics."""
+    if record.quantity == "angle":
+        return find_start_angle(record, model, first, last, frequency_hz)
+    dipole = observes_dipole(record, model)
     periods = _FIRST_PERIODS
     while True:
         stop = min(last, first + math.ceil(periods / (frequency_hz * record.dt_s)))
         snapshot = take_snapshot(record.samples, first, stop, record.dt_s, frequency_hz, noise_sd)
+        if record.sensitivity is not None and dipole:
+            snapshot = _calibrated(snapshot, record.sensitivity)
         waves = _aligned(snapshot)
-        snr = waves.snr_second if record.quantity == "dmdt" else waves.snr_third
+        snr = waves.snr_second if dipole else waves.snr_third
         if snr > _TRUSTED_SNR or stop >= last or periods >= 8 * _FIRST_PERIODS:
             break
         periods *= 2
-    amplitudes = _amplitudes(record, waves, snr)
+    amplitudes = _amplitudes(dipole, waves, snr)
     seen = (stop - first) * record.dt_s * snapshot.omega / (2.0 * math.pi)
     return Start(amplitudes, seen, partial(_state, record, model, snapshot, waves))
+
+
+def _calibrated(snapshot: Snapshot, sensitivity: Array) -> Snapshot:
+    """The snapshot of the world's dm/dt that volts of this sensitivity (channels, 3) show."""
+    inverse = -inverse_sensitivity(sensitivity, snapshot.z.shape[1])
+    return replace(snapshot, z=snapshot.z @ inverse.T, z_sd=np.sqrt(inverse**2 @ snapshot.z_sd**2))
 
 
 @dataclass(frozen=True)
@@ -107,9 +111,9 @@ def _along(z: ComplexArray, v: Array, weight: Array) -> float:
     return float(np.sum(weight * z.real * v) / np.sum(weight * v**2))
 
 
-def _amplitudes(record: RingDownRecord, waves: _Waves, snr: float) -> tuple[float, ...]:
+def _amplitudes(dipole: bool, waves: _Waves, snr: float) -> tuple[float, ...]:
     """Candidate amplitudes: u/v ratio for calibrated dm/dt, third harmonic where gains are unknown."""
-    if record.quantity == "dmdt":
+    if dipole:
         ratio = float(np.linalg.norm(waves.u) / np.linalg.norm(waves.v))
         best = amplitude_from_second_harmonic(ratio)
         found: tuple[float, ...] = (best, 0.75 * best, 1.3 * best)
@@ -143,27 +147,34 @@ def _state(
         values=_losses(model, snapshot.decay_per_s, w, amplitude),
     )
     v1 = first_harmonic(amplitude) * w
-    return FitState(dynamics, _observation(record, waves, v1, amplitude), np.zeros(record.channels))
+    return FitState(dynamics, _observation(record, model, waves, v1, amplitude), np.zeros(record.channels))
 
 
 def _losses(model: RingDownModel, decay_per_s: float, w: float, amplitude: float) -> tuple[float, ...]:
-    """Share the observed decay: typical values for all terms but the last, the rest for the last one."""
-    values = [c.typical * w**c.power for c in model.coefficients]
-    if not values:
-        return ()
-    last = model.coefficients[-1]
-    if last.power == 1:
-        values[-1] = max(decay_per_s, 0.1 * values[-1])
-    else:
-        rest = max(decay_per_s - sum(values[:-1]), 0.0)
-        values[-1] = max(0.5 * math.pi * rest * amplitude * w, 0.1 * values[-1])
-    return tuple(values)
+    """Share the observed decay: typical values for all losses but the last, the rest for the last one; others are 0."""
+    values = {c.name: c.typical * w**c.power for c in model.coefficients}
+    for c in model.coefficients:
+        if c.name not in model.losses and not c.hidden:
+            values[c.name] = 0.0
+    if model.losses:
+        *others, last = model.losses
+        powers = {c.name: c.power for c in model.coefficients}
+        power = powers[last]
+        rest = max(decay_per_s - sum(values[name] for name in others if powers[name] == 1), 0.0)
+        # Friction makes the amplitude fall in a straight line.
+        rest *= {1: 1.0, 2: 0.5 * math.pi * amplitude * w, 0: 1.0 / (amplitude * w)}[power]
+        values[last] = max(rest, 0.1 * values[last])
+    return tuple(values[c.name] for c in model.coefficients)
 
 
-def _observation(record: RingDownRecord, waves: _Waves, v1: float, amplitude: float) -> Observation:
+def _observation(
+    record: RingDownRecord, model: RingDownModel, waves: _Waves, v1: float, amplitude: float
+) -> Observation:
     """Orientation and moment, or free gains, from the real harmonic vectors."""
-    if record.quantity == "dmdt":
+    if observes_dipole(record, model):
         rotation = nearest_rotation(waves.v, waves.u)
-        return DipoleObservation(float(np.linalg.norm(waves.v)) / v1, rotation, np.eye(3))
+        mixing = np.eye(3) if record.sensitivity is None else -np.asarray(record.sensitivity, dtype=np.float64)
+        return DipoleObservation(float(np.linalg.norm(waves.v)) / v1, rotation, mixing)
     ratio = 2.0 * math.tan(0.25 * amplitude)
-    return FreeGainObservation(np.column_stack([waves.v, waves.u / ratio]) / v1)
+    sign = 1.0 if record.quantity == "dmdt" else -1.0
+    return FreeGainObservation(np.column_stack([waves.v, waves.u / ratio]) / v1, sign)

@@ -87,7 +87,7 @@ def walk_swings(  # type: ignore[no-untyped-def]
         heads[count, HEAD_START] = walk[WALK_START]
         if walk[WALK_START] > s_end:
             return count, STATUS_OK
-        side = direction_at_rest(angle, codes, widths, c, grad)
+        side, _ = direction_at_rest(angle, 0.0, codes, widths, c, grad)
         if side == 0.0:
             return count, STATUS_STUCK
         size = abs(angle)

@@ -1,7 +1,6 @@
 """Coefficients of the 12-stage Runge-Kutta method of order 8 by Dormand and Prince (Hairer, Norsett, Wanner I, II.5).
 
-The equation of motion is autonomous within a half swing, so the nodes c_i are not needed; the error estimate is
-not either, because the number of steps per half swing is fixed and its error is tested.
+Its error estimate is not needed, because the number of steps per half swing is fixed and its error is tested.
 """
 
 from __future__ import annotations
@@ -128,4 +127,5 @@ def _matrix() -> Array:
 
 
 STAGE_MATRIX = _matrix()
+NODES: Array = STAGE_MATRIX.sum(axis=1)  # c_i, the time of a stage
 WEIGHTS: Array = np.array(_WEIGHTS)

@@ -10,7 +10,9 @@ from .arrays import Array
 from .half_swing import STEPS
 from .models import RingDownModel
 from .sampling import fill_basis
-from .trace import HEAD, STATUS_LOST, trace_half_swings
+from .trace import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_swings
+
+EARLIEST = -3.0  # nothing swings faster than the undamped motion at small angles, with half swings of pi
 
 
 @dataclass(frozen=True)
@@ -19,7 +21,8 @@ class Dynamics:
 
     Attributes:
         w: natural angular frequency, rad/s.
-        theta: dimensionless time w t elapsed at t = 0 since the turning point the trajectory is anchored at.
+        theta: dimensionless time w t elapsed at t = 0 since the turning point the trajectory is anchored at;
+            negative (no further than EARLIEST) if that comes after t = 0.
         amplitude: angle at that turning point, rad, with sign.
         values: physical coefficients of the model's terms, in the model's order and units.
     """
@@ -61,16 +64,17 @@ class Trajectory:
 
     def __init__(self, model: RingDownModel, dynamics: Dynamics, t_end_s: float) -> None:
         self.dynamics = dynamics
-        self.columns = 1 + len(model.coefficients)
-        self.n_basis = 2 + 2 * (2 + self.columns) + 1
+        self._timed = model.time_dependent
+        self.columns = 1 + len(model.coefficients) + int(self._timed)
         s_end = dynamics.w * t_end_s + dynamics.theta
-        if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= 0.0):
-            raise LostTrajectoryError("the trajectory must begin at or before t = 0")
-        rows = int(max(s_end, 0.0) / 2.0) + 8
-        self._heads = np.empty((rows, HEAD + 2 * self.columns))
+        if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= EARLIEST):
+            raise LostTrajectoryError("the trajectory must begin no later than half a swing after t = 0")
+        rows = int(max(s_end, 0.0) / 2.0) + 9
+        self._heads = np.empty((rows, HEAD))
         self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
         self._count, status = trace_half_swings(
             float(dynamics.amplitude),
+            float(dynamics.theta),
             float(s_end),
             self.columns,
             model.codes,
@@ -84,13 +88,23 @@ class Trajectory:
 
     def basis(self, first: int, last: int, dt_s: float, observable: int) -> Array:
         """Basis functions (sampling.py) at samples first .. last-1, float64 (n_basis, last - first)."""
-        out = np.empty((self.n_basis, last - first))
-        fill_basis(*self._at(first, last, dt_s), observable, 0, out)
-        return out
-
-    def _at(self, first: int, last: int, dt_s: float) -> tuple[object, ...]:
-        d = self.dynamics
-        return (
-            int(first), int(last), float(dt_s), float(d.w), float(d.theta),
-            self.columns, self._count, self._heads, self._nodes,
+        d, columns = self.dynamics, self.columns
+        out = np.empty((7 + 2 * columns, last - first))
+        fill_basis(
+            int(first), int(last), float(dt_s), float(d.w), float(d.theta), columns, self._count, self._heads,
+            self._nodes, observable, 0, out,
         )  # fmt: skip
+        if not self._timed:
+            return out
+        # theta turns the whole motion, and tells when t = 0 is in it.
+        out[2:4] += out[4 + 2 * columns : 6 + 2 * columns]
+        return np.delete(out, [4 + 2 * columns, 5 + 2 * columns], axis=0)
+
+    def slopes(self) -> Array:
+        """d S/d (A, c) of the last turning point S, (1 + coefficients,)."""
+        moved = range(self.columns - int(self._timed))
+        for row in range(self._count - 1, -1, -1):
+            if self._heads[row, HEAD_DURATION] > 0.0:
+                end = self._nodes[row, STEPS]
+                return np.array([-end[5 + 3 * q] / end[2] for q in moved])
+        return np.zeros(len(moved))

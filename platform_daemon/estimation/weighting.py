@@ -41,6 +41,7 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
     for _ in range(_STEPS):
         at = problem.evaluate(state, last)
         normal = weighted_normal(problem.model, at.state, at.moments, sd, at.normal)
+        normal = problem.knowledge.added(normal, at.state)
         step, _ = solve_step(normal, problem.free)
         state = at.state.moved(step)
     left = problem.after(at, step)

@@ -9,12 +9,15 @@ import numpy as np
 
 from .arrays import Array, IntArray
 from .chebyshev import grid, nodes_for, size_weights, sizes_for
+from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
 from .sampling import DIPOLE
 from .swing_chain import BAND_RATIO, HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, tabulate, walk_swings
 from .trace import STATUS_LOST, STATUS_STUCK
-from .trajectory import Dynamics, LostTrajectoryError
+from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
+
+__all__ = ["COARSE", "EXACT", "Moments", "SwingTables", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
@@ -23,21 +26,7 @@ _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pus
 Torque = tuple[int, IntArray, IntArray, Array]
 
 
-@dataclass(frozen=True)
-class Moments:
-    """Sufficient statistics of a window: gram (b, b), products (channels, b), energy (channels,) = sum y^2.
-
-    samples: per channel, that took part. slopes: d S/d (A, c) of the last turning point S, (columns,).
-    """
-
-    gram: Array
-    products: Array
-    energy: Array
-    samples: int
-    slopes: Array
-
-
-class _Tables:
+class SwingTables:
     """Tables of half swings for one pair of grid sizes."""
 
     def __init__(self, nodes: int, sizes: int, columns: int) -> None:
@@ -91,7 +80,7 @@ class _Pass:
         """Dimensionless time from there to the end."""
         return float(self._s_end - self._walk[WALK_START])
 
-    def advance(self, tables: _Tables, torque: Torque, symmetric: bool) -> int:
+    def advance(self, tables: SwingTables, torque: Torque, symmetric: bool) -> int:
         """Go on as far as the tables reach; why it ended (walk_swings)."""
         weights = np.empty((self._rows, tables.weights.size))
         count, status = walk_swings(
@@ -137,7 +126,7 @@ class Workspace:
     """Everything that passes over the same record with the same model can share."""
 
     model: RingDownModel
-    _tables: dict[tuple[int, int], _Tables] = field(default_factory=dict)
+    _tables: dict[tuple[int, int], SwingTables] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.columns = 1 + len(self.model.coefficients)
@@ -151,15 +140,21 @@ class Workspace:
         """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
 
         digits: to how many the trajectory is represented.
+        Torques that depend on time take the direct path, which knows neither stride nor digits.
         tabulated: look half swings up in a table of sizes; False: solve each for itself, worth it for a few.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
         """
         d = dynamics
-        if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= 0.0):
-            raise LostTrajectoryError("the trajectory must begin at or before t = 0, within 180 degrees")
-        pass_ = _Pass(d, y, int(first), int(last), float(dt_s), observable, stride, self.columns)
+        if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
+            raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
+        first, last = int(first), int(last)
+        # The tables know half swings from their beginning on only, and nothing of time.
+        direct_to = first if d.theta >= 0.0 else min(last, max(first, math.ceil(-d.theta / (d.w * dt_s))))
+        if self.model.time_dependent or direct_to == last:
+            return direct_moments(self.model, d, y, first, last, dt_s, observable)
+        pass_ = _Pass(d, y, direct_to, last, float(dt_s), observable, stride, self.columns)
         tables = self._tables_for(abs(d.amplitude), digits, tabulated)
         tables.bands.fill(0.0)
         torque = self.columns, self._codes, self._widths, d.dimensionless(self.model)
@@ -171,10 +166,13 @@ class Workspace:
             pass_.rest()
         if status == STATUS_LOST or pass_.used == 0:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
-        return pass_.result()
+        later = pass_.result()
+        if direct_to == first:
+            return later
+        return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
 
-    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> _Tables:
+    def _tables_for(self, amplitude: float, digits: float, tabulated: bool) -> SwingTables:
         key = nodes_for(amplitude, digits), sizes_for(amplitude, BAND_RATIO, digits) if tabulated else 1
         if key not in self._tables:
-            self._tables[key] = _Tables(*key, self.columns)
+            self._tables[key] = SwingTables(*key, self.columns)
         return self._tables[key]

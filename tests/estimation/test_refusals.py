@@ -101,7 +101,8 @@ def test_an_oscillation_too_weak_to_be_trusted_is_refused():
 
 
 def test_a_jewel_beyond_90_degrees_is_refused():
-    assert refused(noisy(JEWEL.with_(phi_max_rad=1.75), 0.5), "jewel") in {"out_of_range", "model_does_not_explain"}
+    signal = noisy(JEWEL.with_(phi_max_rad=1.75), 0.5)
+    assert refused(signal, "jewel") == "contact_lost"
 
 
 def test_a_single_spike_does_not_turn_the_fit_over():

@@ -19,6 +19,7 @@ from ..result import FitResult
 from ..sampling import STATE
 from ..start_label import state_of_label
 from ..trajectory import Dynamics, Trajectory
+from ..turning_points import turning_points
 
 _PER_PERIOD = 64  # samples in which turning points are sought
 _NEWTON_STEPS = 12
@@ -82,6 +83,13 @@ class RingDown:
 
     def _turning_points(self, until_s: float) -> tuple[Array, Array]:
         """(times, V) from the anchor, which lies before t = 0, to beyond until_s or until the rotor sticks."""
+        if self.model.time_dependent:
+            return self._sampled_turning_points(until_s)
+        times, sizes = turning_points(self.model, self.dynamics, until_s)
+        return times, 2.0 * np.sin(0.5 * sizes)
+
+    def _sampled_turning_points(self, until_s: float) -> tuple[Array, Array]:
+        """The same for any torque, from samples of the traced motion."""
         d = self.dynamics
         before = d.theta / d.w
         dt = 2.0 * math.pi / (d.w * _PER_PERIOD)

@@ -4,11 +4,14 @@ Every term is a contribution to the dimensionless angular acceleration d2phi/ds2
 
     d2phi/ds2 = sum over terms of tau(phi, v, sigma; c),   v = dphi/ds,   sigma = sign of the motion, +1 or -1
 
-`sigma` is constant between two turning points, so tau is smooth where it is integrated. The compiled function is
+`sigma` is constant between two turning points, so tau is smooth where it is integrated. The inlined function is
 
     tau, tau_phi, tau_v = term(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
 
-It reads its own coefficients c[j], c[j+1], ... and writes grad[j] = d tau / d c[j] for each of them.
+It reads its own coefficients c[j], c[j+1], ... and writes grad[j] = d tau / d c[j] for each of them. A timed term
+depends on u = w t (t = 0 at the first sample) as well:
+
+    tau, tau_phi, tau_v, tau_u = term(phi, sin_phi, cos_phi, v, u, c, j, grad)
 """
 
 from __future__ import annotations
@@ -27,12 +30,14 @@ class Coefficient:
         unit: SI unit as text.
         power: power of w (rad/s) that makes it dimensionless: 1 for 1/s, 2 for rad/s^2.
         typical: typical dimensionless size, used only to scale priors and first guesses.
+        hidden: a scale inside the term (a velocity, a time) that must not be 0; the fit begins at the typical size.
     """
 
     name: str
     unit: str
     power: int
     typical: float
+    hidden: bool = False
 
 
 @dataclass(frozen=True)
@@ -41,14 +46,18 @@ class TorqueTerm:
 
     Attributes:
         name: identifier.
-        code: its number in the dispatch table.
         coefficients: its coefficients, in the order in which the function reads them.
-        function: the compiled term itself.
+        function: the inlined function itself.
         symmetric: tau(-phi, -v, -sigma) = -tau(phi, v, sigma), so that both directions of motion share one table.
+        loses_energy: takes energy out of the motion where its first coefficient is positive.
+        timed: depends on time too, which only the direct path follows.
+        below_rad: the term holds for smaller angles only; None: for all.
     """
 
     name: str
-    code: int
     coefficients: tuple[Coefficient, ...]
     function: Callable[..., Any]
     symmetric: bool = True
+    loses_energy: bool = False
+    timed: bool = False
+    below_rad: float | None = None

@@ -5,21 +5,24 @@ The sign is exact. Beyond 90 degrees the magnets no longer press the rotor into 
 
 from __future__ import annotations
 
-from ..jit import kernel
+import math
+
+from ..jit import inlined
 from .base import Coefficient, TorqueTerm
 
 
-@kernel
+@inlined
 def hertz_friction(phi, sin_phi, cos_phi, v, sigma, c, j, grad):  # type: ignore[no-untyped-def]
     """tau = -sigma c cos^(4/3)(phi) with c = (T_f/I) / w^2."""
-    if cos_phi <= 0.0:
-        grad[j] = 0.0
-        return 0.0, 0.0, 0.0
-    root = cos_phi ** (1.0 / 3.0)
+    root = max(cos_phi, 0.0) ** (1.0 / 3.0)
     grad[j] = -sigma * root * cos_phi
     return c[j] * grad[j], sigma * c[j] * (4.0 / 3.0) * root * sin_phi, 0.0
 
 
 HERTZ_FRICTION = TorqueTerm(
-    "hertz_friction", 2, (Coefficient("tf_over_i_rad_per_s2", "rad/s^2", 2, 7e-4),), hertz_friction
+    "hertz_friction",
+    (Coefficient("tf_over_i_rad_per_s2", "rad/s^2", 2, 7e-4),),
+    hertz_friction,
+    loses_energy=True,
+    below_rad=0.5 * math.pi,
 )

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ..jit import kernel
+from ..jit import inlined
 from .base import TorqueTerm
 
 
-@kernel
+@inlined
 def magnetic_restoring(phi, sin_phi, cos_phi, v, sigma, c, j, grad):  # type: ignore[no-untyped-def]
     """tau = -sin(phi); no coefficient, because w itself is the unit of time."""
     return -sin_phi, -cos_phi, 0.0
 
 
-MAGNETIC_RESTORING = TorqueTerm("magnetic_restoring", 0, (), magnetic_restoring)
+MAGNETIC_RESTORING = TorqueTerm("magnetic_restoring", (), magnetic_restoring)

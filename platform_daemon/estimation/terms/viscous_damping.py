@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from ..jit import kernel
+from ..jit import inlined
 from .base import Coefficient, TorqueTerm
 
 
-@kernel
+@inlined
 def viscous_damping(phi, sin_phi, cos_phi, v, sigma, c, j, grad):  # type: ignore[no-untyped-def]
     """tau = -2 c v with c = lambda / w."""
     grad[j] = -2.0 * v
     return -2.0 * c[j] * v, 0.0, -2.0 * c[j]
 
 
-VISCOUS_DAMPING = TorqueTerm("viscous_damping", 1, (Coefficient("lambda_per_s", "1/s", 1, 2e-4),), viscous_damping)
+VISCOUS_DAMPING = TorqueTerm(
+    "viscous_damping", (Coefficient("lambda_per_s", "1/s", 1, 2e-4),), viscous_damping, loses_energy=True
+)

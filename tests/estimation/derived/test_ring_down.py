@@ -54,3 +54,20 @@ def test_a_refused_fit_and_a_rotor_at_rest_describe_no_ring_down():
         RingDown.from_parameters("thread", {**THREAD_D30, "phi_max_rad": 0.0})
     with pytest.raises(KeyError):
         RingDown.from_parameters("jewel", THREAD_D30)
+
+
+@pytest.mark.parametrize(("variant", "seconds"), [("thread", 12.0), ("jewel", 3.0)])
+def test_turning_points_from_the_table_are_those_of_the_traced_motion(variant, seconds):
+    values = {"f_nat_hz": 213.0, "lambda_per_s": 0.25, "phi_max_rad": 1.1, "psi_start_rad": 2.0}
+    values |= {"tf_over_i_rad_per_s2": 1190.0} if variant == "jewel" else {}
+    ring_down = RingDown.from_parameters(variant, values)
+    times, peaks = ring_down._turning_points(seconds)
+    traced_times, traced = ring_down._sampled_turning_points(seconds)
+    shared = min(times.size, traced_times.size)
+    assert shared >= 2 * 213 * min(seconds, 1.5)
+    np.testing.assert_allclose(peaks[:shared], traced[:shared], atol=1e-6)
+    # The traced ones are found between samples, 64 a period.
+    np.testing.assert_allclose(times[:shared], traced_times[:shared], atol=1 / (64 * 213.0))
+    # The jewel sticks before the end: the last turning points are the same.
+    if variant == "jewel":
+        assert abs(times.size - traced_times.size) <= 1

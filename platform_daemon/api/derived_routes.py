@@ -1,0 +1,112 @@
+"""What follows from fits and plans: derived quantities, sliding windows, harmonics, predicted precision."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+
+from drivers.errors import InputError
+from platform_daemon.api.context import Context, Shared
+from platform_daemon.api.models import PredictBody, ProblemModel
+from platform_daemon.api.recording_routes import opened
+from platform_daemon.derived import frame_envelopes, frame_quantities, frame_times_s, series_quantities
+from platform_daemon.engine.engine import UnknownId
+from platform_daemon.harmonics import harmonics_report
+from platform_daemon.planning import PAPER_DEFLECTION_DEG, predict
+from platform_daemon.settings import load_specimen
+from platform_daemon.sliding import slide_frame, sliding_report
+
+router = APIRouter(tags=["derived"])
+ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
+Length = Annotated[float | None, Query(gt=0, le=1e6)]
+
+
+@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=ERRORS)
+def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
+    """Quality factors of every good frame, orientation errors (mean, best) and the Allan deviation of f_nat.
+
+    Keys as `platform-daemon fit --derived` writes them.
+    """
+    report, recording = _report(identifier, context)
+    frames = [{"frame": f["frame"], **frame_quantities(report["variant"], f)} for f in report["frames"]]
+    return {"frames": frames, **series_quantities(report, frame_times_s(opened(recording, context)))}
+
+
+@router.get("/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=ERRORS)
+def get_envelopes(
+    identifier: str, frame: int, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
+) -> dict[str, Any]:
+    """Envelopes of v and u, amplitude A(t) and f(t) - f_nat over the fitted window."""
+    report, _ = _report(identifier, context)
+    chosen = next((f for f in report["frames"] if f["frame"] == frame), None)
+    where = f"{identifier}: frame {frame}"
+    if chosen is None or chosen["verdict"] != "good":
+        why = "it does not exist" if chosen is None else chosen["reason"]
+        raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
+    try:
+        return {"frame": frame, **frame_envelopes(report["variant"], chosen, points)}
+    except ValueError as error:
+        raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
+
+
+def _report(identifier: str, context: Context) -> tuple[dict[str, Any], str]:
+    """(report, recording) of a fit that has ended well.  Raises UnknownId, InputError."""
+    job = context.engine.job("fit", identifier)
+    if "frames" not in job.result:
+        why = f"it is {job.state}"
+        raise InputError("the fit has no result", where=identifier, why=why, remedy="wait until its state is done")
+    return job.result, job.request["recording"]
+
+
+@router.get("/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=ERRORS)
+def get_sliding(
+    identifier: str,
+    frame: int,
+    context: Shared,
+    window_s: Length = None,
+    step_s: Length = None,
+    damping: Annotated[Literal["auto", "free", "fixed"], Query(alias="lambda")] = "auto",
+    variant: Literal["thread", "jewel"] | None = None,
+) -> dict[str, Any]:
+    """Fits along one ring-down, window by window; with a complete model the constants are flat.
+
+    Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
+    (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
+    """
+    found = slide_frame(opened(identifier, context), frame, variant, window_s, step_s, damping)
+    return {"recording": identifier, "frame": frame, **sliding_report(found)}
+
+
+@router.get("/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=ERRORS)
+def get_harmonics(identifier: str, frame: int, context: Shared) -> dict[str, Any]:
+    """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
+    recording = opened(identifier, context)
+    volts = recording.rx_volts(frame)
+    found = harmonics_report(volts, recording.sequence.rate_hz, recording.calibration)
+    return {"recording": identifier, "frame": frame, **found}
+
+
+@router.get("/live/harmonics", summary="Harmonics of the last shot", responses={404: {"model": ProblemModel}})
+def get_live_harmonics(context: Shared) -> dict[str, Any]:
+    """The same of the last excited shot, milliseconds after it, while its series still runs."""
+    latest = context.engine.live.latest
+    if latest is None:
+        raise UnknownId("no shot has been seen since the daemon started", remedy="start an acquisition")
+    return latest
+
+
+@router.post("/predict", summary="What a planned measurement can tell", responses={422: {"model": ProblemModel}})
+def post_predict(body: PredictBody) -> dict[str, Any]:
+    """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
+    specimen = load_specimen(body.resonator)[0]
+    deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
+    return predict(
+        specimen,
+        body.windows,
+        phi_max_rad=deflection,
+        noise_am2_per_s=body.noise_am2_per_s,
+        sampling_rate_hz=body.sampling_rate_hz,
+        fixed=tuple(body.fixed),
+    )

@@ -1,0 +1,46 @@
+"""`platform-daemon slide`: fits along one ring-down, window by window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivers.errors import InputError
+from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_options import CalibrationOption, ForceOption, JsonOption, VariantOption
+
+
+def slide(
+    file: Path,
+    frame: Annotated[int, typer.Option(min=0, help="Frame, from 0.")] = 0,
+    window: Annotated[float | None, typer.Option(help="Length of a window, s; default: an eighth of D30.")] = None,
+    step: Annotated[float | None, typer.Option(help="From window to window, s; default: no overlap.")] = None,
+    damping: Annotated[str, typer.Option("--lambda", help="Jewel: auto, free or fixed (to the D30 value).")] = "auto",
+    variant: VariantOption = None,
+    calibration: CalibrationOption = None,
+    out: Annotated[Path | None, typer.Option(help="PNG to write.")] = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Fit window by window: with a complete model f_nat, m_r, lambda and T_f/I are flat lines."""
+    from platform_daemon.plots_sliding import save_sliding_png
+    from platform_daemon.sliding import flatness_lines, slide_frame, sliding_report
+    from platform_daemon.store import open_recording, read_calibration
+
+    if damping not in ("auto", "free", "fixed"):
+        raise InputError(f"no mode {damping!r}", where="--lambda", remedy="give auto, free or fixed")
+    recording = open_recording(file)
+    if calibration is not None:
+        recording = recording.with_calibration(read_calibration(calibration), str(calibration))
+    must_not_exist(out, force)
+    must_not_exist(json_file, force)
+    found = slide_frame(recording, frame, variant, window, step, damping)  # type: ignore[arg-type]
+    print("\n".join(flatness_lines(found)))
+    if out is not None:
+        save_sliding_png(found, f"{file.name}, frame {frame}, {variant or recording.variant}", out)
+        print(out)
+    write_json(json_file, {"file": str(file), "frame": frame, **sliding_report(found)})
+    if not any(w.fit.verdict == "good" for w in found.windows):
+        raise typer.Exit(3)
