@@ -8,10 +8,13 @@ evaluated afterwards.  Polynomials are written in x = -1 ... 1 across the step.
 
 from __future__ import annotations
 
+from math import cos
+
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from sim_backend.hidden import rates
 from sim_backend.kernel import kernel
 from sim_backend.torque import drive, friction
 
@@ -44,6 +47,19 @@ def _tables() -> tuple[NDArray[np.float64], ...]:
 
 C, A, AA, TO_POWERS = _tables()
 
+# Hidden state of a step, by rows: its rates at the nodes, at the start, at the place computed last (finally the end).
+HIDDEN_START, HIDDEN_NOW, HIDDEN_ROWS = NODES, NODES + 1, NODES + 2
+
+
+@kernel
+def advance(node: int, h: float, hidden: NDArray[np.float64]) -> None:
+    """The hidden state at a node (NODES: the end) from its start and rates, into row HIDDEN_NOW."""
+    for k in range(hidden.shape[1]):
+        total = 0.0
+        for j in range(NODES):
+            total += A[node, j] * hidden[j, k]
+        hidden[HIDDEN_NOW, k] = hidden[HIDDEN_START, k] + h * total
+
 
 @kernel
 def solve_step(
@@ -57,12 +73,14 @@ def solve_step(
     angle: NDArray[np.float64],
     speed: NDArray[np.float64],
     accel: NDArray[np.float64],
+    hidden: NDArray[np.float64],
 ) -> tuple[bool, float, float]:
     """Solve one step of length `h` with friction against a motion of direction `sign`, by fixed-point iteration.
 
-    Fills angle, speed, accel: (NODES,) at the nodes; `accel` carries the first guess in.  Returns whether it
-    converged, and the angle and speed at the end.
+    Fills angle, speed, accel: (NODES,) at the nodes; `accel` carries the first guess in.  hidden: (ROWS, states), see
+    HIDDEN_START.  Returns whether it converged, and the angle and speed at the end.
     """
+    z = hidden[HIDDEN_NOW]
     last = np.inf
     done = False
     for _ in range(MAX_ITERATIONS):
@@ -76,7 +94,11 @@ def solve_step(
                 second += AA[i, j] * accel[j]
             speed[i] = phi_dot + h * first
             angle[i] = phi + h * (C[i] * phi_dot + h * second)
-            new = drive(tau + C[i] * h, angle[i], speed[i], q, terms) - sign * friction(angle[i], speed[i], q)
+            if z.size > 0:
+                advance(i, h, hidden)
+                rates(angle[i], speed[i], cos(angle[i]), sign, z, q, hidden[i])
+            push = drive(tau + C[i] * h, angle[i], speed[i], q, terms, z)
+            new = push - sign * friction(angle[i], sign * speed[i], q)
             change = max(change, abs(new - accel[i]))
             size = max(size, abs(new))
             accel[i] = new
@@ -86,6 +108,8 @@ def solve_step(
             done = True
             break
         last = change
+    if z.size > 0:
+        advance(NODES, h, hidden)
     first = 0.0
     second = 0.0
     for j in range(NODES):

@@ -15,7 +15,17 @@ from typing import Any
 from numba import njit
 
 FOLDER = Path(__file__).parent
-FILES = ("chain.py", "collocation.py", "kernel.py", "motion.py", "torque.py", "trajectory.py")
+FILES = (
+    "chain.py",
+    "collocation.py",
+    "extra_torque.py",
+    "hidden.py",
+    "kernel.py",
+    "motion.py",
+    "rest.py",
+    "torque.py",
+    "trajectory.py",
+)
 
 
 def stamp(folder: Path) -> tuple[str, int]:

@@ -9,26 +9,17 @@ from datetime import datetime
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from drivers.specimen import Position
+from sim_backend.section import Count, Finite, NonNegative, Positive, Section
+from sim_backend.undeclared.listing import Undeclared
+from sim_backend.undeclared.signals import check_distinct, extra_poles_hz
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Count = Annotated[int, Field(ge=1)]
 Shots = Annotated[tuple[Count, ...], Field(strict=False)]
-
-
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 Levels = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
 Poles = Annotated[tuple[Positive, ...], Field(strict=False)]
-
-
-class Section(BaseModel):
-    """Common rules: unknown keys are errors, nothing is coerced, values do not change."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class ClockOptions(Section):
@@ -128,9 +119,7 @@ class ChainOptions(Section):
     @model_validator(mode="after")
     def _distinct(self) -> Self:
         for poles in self.poles_hz:
-            ordered = sorted(poles)
-            if any(b < 1.02 * a for a, b in pairwise(ordered)):
-                raise ValueError("poles of one channel must differ by at least 2 %")
+            check_distinct(poles)
         return self
 
 
@@ -259,6 +248,13 @@ class SimulatedOptions(Section):
     effects: EffectsOptions
     thermometer: ThermometerOptions
     faults: FaultOptions = FaultOptions()
+    undeclared: Undeclared = ()
+
+    @model_validator(mode="after")
+    def _poles(self) -> Self:
+        for channel, poles in enumerate(self.receive.in_place().poles_hz):
+            check_distinct(poles + extra_poles_hz(self.undeclared, channel))
+        return self
 
 
 class IoCardTable(Section):

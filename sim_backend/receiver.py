@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.chain import receive_v
+from sim_backend.extra_signal import add_band_gains, additions_v, chain_as_built, compress, mixing, with_gaps
 from sim_backend.noise import hum_v, noise_v
 from sim_backend.shot_setup import NOISE, ShotSetup
 
@@ -43,6 +44,8 @@ def listen(
     if setup.options.noise.hum.enabled:
         scale = setup.options.noise.scale * volts_per_am2(setup)
         volts += hum_v(setup.options.noise.hum, setup.hum_phases_rad, setup.start_s + times, scale)
+    volts += additions_v(setup, times, volts_per_am2(setup))
+    compress(setup.options.undeclared, volts)
     if "lna_overload" in setup.faults:
         _add_interference(setup, times, volts)
     volts[:, times >= broken_s] = 0.0
@@ -56,8 +59,13 @@ def listen(
 
 def sample_times(setup: ShotSetup) -> NDArray[np.float64]:
     """Instants of the samples up to the end of the shot, s after the trigger."""
-    rate = setup.timeline.clock.rate_hz
-    return np.arange(min(setup.timeline.total_samples, int(np.ceil(setup.stop_s * rate)))) / rate
+    return sample_numbers(setup) / setup.timeline.clock.rate_hz
+
+
+def sample_numbers(setup: ShotSetup) -> NDArray[np.int64]:
+    """Which samples of an unbroken clock the record holds, up to the end of the shot."""
+    numbers = np.arange(min(setup.timeline.total_samples, int(np.ceil(setup.stop_s * setup.timeline.clock.rate_hz))))
+    return with_gaps(setup.options.undeclared, numbers, setup.timeline.rx_start)
 
 
 def signal_v(
@@ -66,9 +74,12 @@ def signal_v(
     """The rotor's signal at the ADC, without noise: (channel, n) float64, V; u = -P dm/dt (eq:u(t,p,R))."""
     if setup.rotor is None:
         return np.zeros((3, times_s.size))
-    axes = setup.rotor.rotation[:, :2]
-    per_g = -setup.rotor.m_r_am2 * setup.lna_gain * setup.sensitivity_t_per_a @ axes
-    return receive_v(pieces, connected, times_s, per_g, setup.options.receive.in_place())
+    axes, undeclared = setup.rotor.rotation[:, :2], setup.options.undeclared
+    per_g = mixing(undeclared) @ (-setup.rotor.m_r_am2 * setup.lna_gain * setup.sensitivity_t_per_a @ axes)
+    chain = chain_as_built(setup.options.receive.in_place(), undeclared)
+    volts = receive_v(pieces, connected, times_s, per_g, chain)
+    add_band_gains(undeclared, pieces, connected, times_s, setup.timeline.clock.rate_hz, per_g, chain, volts)
+    return volts
 
 
 def volts_per_am2(setup: ShotSetup) -> NDArray[np.float64]:

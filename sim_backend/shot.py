@@ -6,7 +6,7 @@ that instant.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,8 @@ from drivers.timeline import Line
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.contacts import Contacts
 from sim_backend.drive import Cut, Interval, both, cuts, high_intervals, sources
-from sim_backend.motion import NO_FIELD, PIECE_SLOTS, move
+from sim_backend.extra_signal import listening_tail_s
+from sim_backend.motion import NO_FIELD, PIECE_SLOTS, Motion, move
 from sim_backend.options import SimulatedOptions
 from sim_backend.receiver import Heard, listen
 from sim_backend.rotor import Rotor
@@ -27,14 +28,15 @@ from sim_backend.torque import parameters
 class ShotResult:
     """What happened.
 
-    pieces: motion, (n, PIECE_SLOTS); phi_rad, phi_dot_rad_per_s: at the end; cuts: currents; powered: when power could
-    reach the coils; violations: (s after the trigger, cause) of the interlock; clipped_s: when the amplifier first
-    clipped, None: never; heard: the receive side.
+    pieces: motion, (n, PIECE_SLOTS); phi_rad, phi_dot_rad_per_s, hidden, stuck: at the end, see `motion.Motion`;
+    cuts: currents; powered: when power could reach the coils; violations: (s after the trigger, cause) of the
+    interlock; clipped_s: when the amplifier first clipped, None: never; heard: the receive side.
     """
 
     pieces: NDArray[np.float64]
     phi_rad: float
     phi_dot_rad_per_s: float
+    hidden: NDArray[np.float64]
     stuck: bool
     contacts: Contacts
     cuts: tuple[Cut, ...]
@@ -52,13 +54,23 @@ def simulate(setup: ShotSetup) -> ShotResult:
     coils = setup.options.coils.in_order()
     drives = sources(setup.timeline, setup.options.amplifier, len(coils))
     stages = cuts(drives, powered, spans, coils, setup.options.amplifier.output_impedance_ohm)
-    pieces, connected, phi, phi_dot, stuck = _motion(setup, stages)
+    motion, connected = _motion(setup, stages)
     violations = _violations(powered, spans)
     broken_s = 0.0 if setup.lna_broken else min((t for t, _ in violations), default=np.inf)
-    heard = listen(setup, pieces, connected, spans, _leak_v(setup, powered), broken_s)
+    heard = listen(setup, *_with_tail(setup, motion, connected), spans, _leak_v(setup, powered), broken_s)
     clipped_s = min((c.start_s for c in stages if c.clipped), default=None)
     return ShotResult(
-        pieces, phi, phi_dot, stuck, contacts, tuple(stages), tuple(powered), violations, clipped_s, heard
+        motion.pieces,
+        motion.phi_rad,
+        motion.phi_dot_rad_per_s,
+        motion.hidden,
+        motion.stuck,
+        contacts,
+        tuple(stages),
+        tuple(powered),
+        violations,
+        clipped_s,
+        heard,
     )
 
 
@@ -75,22 +87,42 @@ def _commanded(setup: ShotSetup) -> Contacts:
     return contacts
 
 
-def _motion(setup: ShotSetup, stages: list[Cut]) -> tuple[NDArray[np.float64], NDArray[np.bool_], float, float, bool]:
-    """Pieces of the whole shot, which of them the receiver is connected to, and the final state."""
-    phi, phi_dot, stuck = setup.phi_rad, setup.phi_dot_rad_per_s, False
+def _motion(setup: ShotSetup, stages: list[Cut]) -> tuple[Motion, NDArray[np.bool_]]:
+    """The motion through the whole shot, and which of its pieces the receiver is connected to."""
+    now = Motion(np.zeros((0, PIECE_SLOTS)), setup.phi_rad, setup.phi_dot_rad_per_s, False, setup.hidden)
     if setup.rotor is None:
-        return np.zeros((0, PIECE_SLOTS)), np.zeros(0, dtype=np.bool_), phi, phi_dot, stuck
+        return now, np.zeros(0, dtype=np.bool_)
     along_uv = setup.sensitivity_t_per_a @ setup.rotor.rotation[:, :2]  # a field along w has no torque about w
-    free, braked = parameters(setup.rotor), parameters(setup.rotor, conductance(setup.options, setup.rotor, along_uv))
+    braking = conductance(setup.options, setup.rotor, along_uv)
     pieces, flags = [], []
     for cut in stages:
         closed = cut.position is SwitchPosition.TRANSMIT
         terms = cut.field_terms(along_uv) if closed else NO_FIELD
-        motion = move(cut.start_s, cut.stop_s, phi, phi_dot, braked if closed else free, terms)
-        phi, phi_dot, stuck = motion.phi_rad, motion.phi_dot_rad_per_s, motion.stuck
-        pieces.append(motion.pieces)
-        flags.append(np.full(len(motion.pieces), cut.position is SwitchPosition.RECEIVE))
-    return np.concatenate(pieces), np.concatenate(flags), phi, phi_dot, stuck
+        q = _torques(setup, setup.rotor, braking if closed else None, cut.start_s)
+        now = move(cut.start_s, cut.stop_s, now.phi_rad, now.phi_dot_rad_per_s, q, terms, now.hidden)
+        pieces.append(now.pieces)
+        flags.append(np.full(len(now.pieces), cut.position is SwitchPosition.RECEIVE))
+    return replace(now, pieces=np.concatenate(pieces)), np.concatenate(flags)
+
+
+def _torques(
+    setup: ShotSetup, rotor: Rotor, braking: NDArray[np.float64] | None, start_s: float
+) -> NDArray[np.float64]:
+    """Parameters for a stretch that begins at start_s after the trigger."""
+    return parameters(rotor, braking, setup.options.undeclared, setup.rx_start_s() - start_s)
+
+
+def _with_tail(
+    setup: ShotSetup, motion: Motion, connected: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Pieces and their flags, with the free swing beyond the end that some undeclared effects listen to."""
+    tail_s = listening_tail_s(setup.options.undeclared, setup.timeline.clock.rate_hz)
+    if setup.rotor is None or tail_s == 0.0:
+        return motion.pieces, connected
+    end_s = setup.stop_s
+    q = _torques(setup, setup.rotor, None, end_s)
+    more = move(end_s, end_s + tail_s, motion.phi_rad, motion.phi_dot_rad_per_s, q, NO_FIELD, motion.hidden).pieces
+    return np.concatenate([motion.pieces, more]), np.append(connected, np.full(len(more), connected[-1]))
 
 
 def conductance(options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.float64]) -> NDArray[np.float64] | None:

@@ -22,8 +22,8 @@ class ShotSetup:
 
     number: from 1; start_s: world time of the trigger; stop_s: end after the trigger, the timeline's or that of a stop;
     live: intervals after the trigger in which the amplifier is enabled, unmuted and healthy; contacts: their history,
-    time zero at the trigger; rotor: None if nothing is mounted; sensitivity_t_per_a: (coil, 3) at the rotor;
-    hum_phases_rad: (harmonic, channel).
+    time zero at the trigger; rotor: None if nothing is mounted; hidden: see `motion.Motion`;
+    sensitivity_t_per_a: (coil, 3) at the rotor; hum_phases_rad: (harmonic, channel).
     """
 
     options: SimulatedOptions
@@ -36,6 +36,7 @@ class ShotSetup:
     rotor: Rotor | None
     phi_rad: float
     phi_dot_rad_per_s: float
+    hidden: NDArray[np.float64]
     sensitivity_t_per_a: NDArray[np.float64]
     hum_phases_rad: NDArray[np.float64]
     lna_gain: float
@@ -45,6 +46,10 @@ class ShotSetup:
     def rng(self, stream: int) -> np.random.Generator:
         """Random numbers that belong to this shot and stream alone."""
         return np.random.default_rng([self.options.seed, self.number, stream])
+
+    def rx_start_s(self) -> float:
+        """When the first RX sample is taken, s after the trigger."""
+        return self.timeline.rx_start / self.timeline.clock.rate_hz
 
     def powered(self) -> list[Interval]:
         """When power reaches the output of the amplifier: live and gate open, s after the trigger."""

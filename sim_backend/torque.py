@@ -1,9 +1,10 @@
 """Every torque on the rotor, per inertia, in rad/s^2: the right-hand side of its equation of motion.
 
-    phi'' = drive(t, phi, phi') - sgn(phi') friction(phi, phi')
+    phi'' = drive(t, phi, phi', z) - sgn(phi') friction(phi, |phi'|)
 
 This is the one place to add an effect: give it a slot in the parameter array, a line in `drive` (anything smooth) or in
 `friction` (anything that opposes the motion and can hold the rotor at rest).  The integrator needs nothing else.
+What nobody declares stands in `extra_torque`, and in `hidden` if it has a state z of its own.
 """
 
 from __future__ import annotations
@@ -13,15 +14,18 @@ from math import cos, exp, sin
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_backend.extra_torque import KINKS, SLOTS, SMOOTH, fill, opposing, smooth
+from sim_backend.hidden import torque as hidden_torque
 from sim_backend.kernel import kernel
 from sim_backend.rotor import Rotor
+from sim_backend.undeclared.listing import Undeclared
 
 DAMPING = 0  # 2 lambda, 1/s
 STIFFNESS = 1  # omega_nat^2, rad^2/s^2
 HERTZ = 2  # T_f/I at phi = 0, rad/s^2
 MOMENT = 3  # m_r/I, rad/(s^2 T)
 BACK_UU, BACK_UV, BACK_VV = 4, 5, 6  # damping by the rotor's own current in the coils, 1/s, see `back_action`
-SLOTS = 7
+# Slots from 7 on belong to `extra_torque`.
 
 # One term of the field at the rotor: b_u, b_v (T), omega (rad/s), phase (rad), rate (1/s), meaning
 # b exp(-rate tau) cos(omega tau + phase); a constant, a sine and a dying current are all of this form.
@@ -29,10 +33,16 @@ FIELD_U, FIELD_V, FIELD_OMEGA, FIELD_PHASE, FIELD_RATE = 0, 1, 2, 3, 4
 FIELD_SLOTS = 5
 
 
-def parameters(rotor: Rotor, conductance: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+def parameters(
+    rotor: Rotor,
+    conductance: NDArray[np.float64] | None = None,
+    undeclared: Undeclared = (),
+    drift_from_s: float | None = None,
+) -> NDArray[np.float64]:
     """The parameter array of a rotor: (SLOTS,) float64.
 
     conductance: (2, 2) float64, T^2/(A V), sum over the coils of b b^T Re(1/Z) in the axes u, v; None: no back-action.
+    drift_from_s: see `extra_torque.fill`.
     """
     q = np.zeros(SLOTS)
     q[DAMPING] = 2 * rotor.lambda_per_s
@@ -42,6 +52,7 @@ def parameters(rotor: Rotor, conductance: NDArray[np.float64] | None = None) -> 
     if conductance is not None:
         back = rotor.m_r_am2**2 / rotor.inertia_kg_m2 * conductance
         q[BACK_UU], q[BACK_UV], q[BACK_VV] = back[0, 0], back[0, 1], back[1, 1]
+    fill(q, undeclared, drift_from_s)
     return q
 
 
@@ -66,7 +77,14 @@ def back_action(sine: float, cosine: float, phi_dot: float, q: NDArray[np.float6
 
 
 @kernel
-def drive(tau: float, phi: float, phi_dot: float, q: NDArray[np.float64], terms: NDArray[np.float64]) -> float:
+def drive(
+    tau: float,
+    phi: float,
+    phi_dot: float,
+    q: NDArray[np.float64],
+    terms: NDArray[np.float64],
+    z: NDArray[np.float64],
+) -> float:
     """All smooth torque: viscous damping, restoring torque, excitation T_Exc = m x B (after eq:T_m), back-action."""
     sine = sin(phi)
     cosine = cos(phi)
@@ -76,19 +94,29 @@ def drive(tau: float, phi: float, phi_dot: float, q: NDArray[np.float64], terms:
         total += q[3] * (b_v * cosine - b_u * sine)
     if q[6] != 0.0 or q[4] != 0.0:
         total += back_action(sine, cosine, phi_dot, q)
+    if q[SMOOTH] != 0.0:
+        total += smooth(tau, phi, phi_dot, sine, cosine, q)
+    if z.size > 0:
+        total += hidden_torque(phi, sine, z, q)
     return total
 
 
 @kernel
-def friction(phi: float, phi_dot: float, q: NDArray[np.float64]) -> float:
-    """Level of dry friction, >= 0: Hertz contact T_f cos^(4/3) phi (eq:tf(phi)); beyond 90 deg nothing presses."""
+def friction(phi: float, speed: float, q: NDArray[np.float64]) -> float:
+    """Level of all that opposes the motion, >= 0: Hertz contact T_f cos^(4/3) phi (eq:tf(phi)), and the undeclared.
+
+    speed: of phi in the direction of the motion.  Beyond 90 deg nothing presses the contact.
+    """
+    level = 0.0
     cosine = cos(phi)
-    if q[2] == 0.0 or cosine <= 0.0:
-        return 0.0
-    return q[2] * cosine ** (4.0 / 3.0)
+    if q[2] != 0.0 and cosine > 0.0:
+        level = q[2] * cosine ** (4.0 / 3.0)
+    if q[KINKS] != 0.0:
+        level = opposing(level, speed, q)
+    return level
 
 
 @kernel
-def is_dry(q: NDArray[np.float64]) -> bool:
-    """True if any dry friction acts at all: only then do turning points matter."""
-    return q[2] != 0.0
+def has_kinks(q: NDArray[np.float64]) -> bool:
+    """True if any torque is not smooth where the velocity changes sign: only then do turning points matter."""
+    return bool(q[2] != 0.0 or q[KINKS] != 0.0)

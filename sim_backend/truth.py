@@ -60,6 +60,7 @@ def record(setup: ShotSetup, result: ShotResult, temperature_c: float, violation
         "shot": setup.number,
         "effects": {name: getattr(effects, name).enabled for name in type(effects).model_fields}
         | {"noise_colour": setup.options.noise.colour.enabled, "hum": setup.options.noise.hum.enabled},
+        "undeclared": [effect.as_dict() for effect in setup.options.undeclared],
         "receive_chain": setup.options.receive.chain,
         "faults": sorted(setup.faults),
         "violations": list(violations),

@@ -19,14 +19,16 @@ from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.clock import SimulatedClock
 from sim_backend.coils import sensitivity_t_per_a
 from sim_backend.contacts import Contacts
-from sim_backend.decay import Resting, decayed
+from sim_backend.decay import Resting, at_rest, decayed
 from sim_backend.drive import delivered_j
 from sim_backend.faults import FaultPlan
+from sim_backend.hidden import NONE
 from sim_backend.options import SimulatedOptions
 from sim_backend.power import OVER_TEMPERATURE, PowerStage
 from sim_backend.rotor import Rotor, effective
 from sim_backend.shot import ShotResult, conductance, simulate
 from sim_backend.shot_setup import ShotSetup
+from sim_backend.torque import parameters
 from sim_backend.truth import record
 from sim_backend.variation import Temperature, friction_factor, rotor_now
 
@@ -87,8 +89,15 @@ class World:
         with self.lock:
             self._settle()
             if specimen != self._specimen:
+                self._resting = self._at_rest(rotor)
                 self._specimen, self._rotor = specimen, rotor
-                self._resting = Resting(self.clock.monotonic_s())
+
+    def hold_still(self) -> None:
+        """Let the rotor hang at rest now, as if a finger had stopped it."""
+        with self.lock:
+            self._settle()
+            if self._rotor is not None:
+                self._resting = self._at_rest(self._rotor)
 
     def specimen(self) -> Specimen | None:
         """What is mounted."""
@@ -119,6 +128,7 @@ class World:
                 rotor=rotor,
                 phi_rad=resting.phi_rad,
                 phi_dot_rad_per_s=resting.phi_dot_rad_per_s,
+                hidden=NONE if resting.hidden is None else resting.hidden,
                 sensitivity_t_per_a=sensitivity_t_per_a(self.options.coils, where),
                 hum_phases_rad=self._hum_phases,
                 lna_gain=self.lna_gain,
@@ -225,6 +235,9 @@ class World:
 
     # --- inside the lock
 
+    def _at_rest(self, rotor: Rotor) -> Resting:
+        return at_rest(self.clock.monotonic_s(), parameters(rotor, undeclared=self.options.undeclared))
+
     def _rotor_for_shot(self, now_s: float) -> Rotor | None:
         if self._rotor is None or self._specimen is None:
             return None
@@ -240,7 +253,8 @@ class World:
             return Resting(now_s)
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         along_uv = sensitivity_t_per_a(self.options.coils, rotor.position_m) @ rotor.rotation[:, :2]
-        return decayed(self._resting, now_s, rotor, conductance(self.options, rotor, along_uv) if closed else None)
+        braking = conductance(self.options, rotor, along_uv) if closed else None
+        return decayed(self._resting, now_s, rotor, braking, self.options.undeclared)
 
     def _relive(self) -> None:
         """The amplifier changed during the shot: the part still to come is different."""
@@ -278,7 +292,7 @@ class World:
         end_s = setup.start_s + setup.stop_s
         self._running = False
         setup, result = self._finished(setup)
-        self._resting = Resting(end_s, result.phi_rad, result.phi_dot_rad_per_s)
+        self._resting = Resting(end_s, result.phi_rad, result.phi_dot_rad_per_s, result.hidden)
         contacts = result.contacts.shifted(setup.start_s)
         self._contacts = contacts.command(end_s, SwitchPosition.TRANSMIT, self._contacts_rng)
         self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))

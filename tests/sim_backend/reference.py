@@ -70,3 +70,33 @@ def swing(t_end, phi, v, *, lam, w, tf=0.0, m_i=0.0, b=no_field, times=None, rto
             done = upto
     out[0, done:] = phi
     return out[0], out[1], phi, v
+
+
+def follow(rhs, y, times, *, turns=False, hold=None, rtol=3e-14, method="DOP853"):
+    """States (n, len(y)) at rising `times` of y' = rhs(t, y, sign), y = (phi, phi', ...), integrated to each of them.
+
+    turns: cut where phi' changes sign; sign: of phi' in between; hold(y): largest push that leaves the rotor at rest.
+    """
+    t, y = 0.0, np.array(y, dtype=float)
+    sign, out = np.sign(y[1]), []
+    for end in times:
+        while t < end:
+            if turns and y[1] == 0.0:
+                push = rhs(t, y, 0.0)[1]
+                sign = np.sign(push)
+                if hold is not None and abs(push) <= hold(y):
+                    break
+
+            def turn(t, y, sign=sign, t_0=t):
+                return sign * y[1] if t > t_0 + 1e-9 else 1.0
+
+            turn.terminal = True
+            scale = rtol * np.array([1e-3, 1.0, *(1e-3 for _ in y[2:])])
+            r = solve_ivp(lambda t, y, sign=sign: rhs(t, y, sign), (t, end), y, method, rtol=rtol, atol=scale,
+                          events=turn if turns else None)  # fmt: skip
+            t, y = float(r.t[-1]), r.y[:, -1].copy()
+            if r.status == 1:
+                y[1] = 0.0
+        t = end
+        out.append(y.copy())
+    return np.array(out)

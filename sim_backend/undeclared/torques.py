@@ -1,0 +1,85 @@
+"""Torques that nobody declared, per inertia, on the right-hand side of phi'' = ...; w = 2 pi f_nat."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from sim_backend.section import NonNegative
+from sim_backend.undeclared.base import Effect, Time
+
+
+class CoulombFriction(Effect):
+    """-sgn(phi') a."""
+
+    UNIT = "rad/s^2"
+    id: Literal["coulomb_friction"]
+    strength: NonNegative
+
+
+class HertzFriction(Effect):
+    """-sgn(phi') a cos^(4/3) phi, on top of the specimen's own (eq:tf(phi))."""
+
+    UNIT = "rad/s^2"
+    id: Literal["hertz_friction"]
+    strength: NonNegative
+
+
+class StribeckFriction(Effect):
+    """All dry friction times 1 + s exp(-|phi'| / v_s)."""
+
+    UNIT = "1"
+    id: Literal["stribeck_friction"]
+    strength: Annotated[float, Field(ge=-1, le=10, allow_inf_nan=False)]
+    v_s_rad_per_s: Annotated[float, Field(ge=0.1, allow_inf_nan=False)]
+
+
+class QuadraticDrag(Effect):
+    """-b phi' |phi'|."""
+
+    UNIT = "1/rad"
+    id: Literal["quadratic_drag"]
+    strength: Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]
+
+
+class AngleDependentDamping(Effect):
+    """-2 kappa phi^2 phi', phi in rad; a negative kappa weakens the viscous damping at large angles."""
+
+    UNIT = "1/s"
+    id: Literal["angle_dependent_damping"]
+
+
+class RestoringAnharmonicity(Effect):
+    """The restoring torque times 1 - beta (1 - cos phi)."""
+
+    UNIT = "1"
+    id: Literal["restoring_anharmonicity"]
+    strength: Annotated[float, Field(gt=-0.5, lt=0.5, allow_inf_nan=False)]
+
+
+class TorsionStiffness(Effect):
+    """-k w^2 phi."""
+
+    UNIT = "1"
+    id: Literal["torsion_stiffness"]
+    strength: Annotated[float, Field(gt=-0.5, le=10, allow_inf_nan=False)]
+
+
+class BiasTorque(Effect):
+    """+t, independent of phi; the rotor rests where the restoring torque balances it."""
+
+    UNIT = "rad/s^2"
+    id: Literal["bias_torque"]
+
+
+class FrequencyDrift(Effect):
+    """f_nat moves from the first RX sample on, at this rate; with tau_s it settles as strength tau (1 - exp(-t/tau)).
+
+    Every shot starts again from the f_nat that its truth states.
+    """
+
+    UNIT = "Hz/s"
+    id: Literal["frequency_drift"]
+    strength: Annotated[float, Field(ge=-10, le=10, allow_inf_nan=False)]
+    tau_s: Time | None = None
