@@ -53,7 +53,7 @@ class Vector:
 
     b: np.ndarray
     dynamics = Dynamics(1.0, 0.0, 1.0, ())
-    observation = SimpleNamespace(ties_amplitude=True)
+    observation = SimpleNamespace(ties_amplitude=True, size=0, bend=lambda step: 0.0)
 
     @property
     def size(self):
@@ -77,7 +77,7 @@ class Regression:
         self.certified, self.function = PROBLEMS[name], MODELS[name]
         self.has_gain = name in GAIN_FIRST
         n, k = self.certified.y.size, len(self.certified.values)
-        self.record = SimpleNamespace(sampling_rate_hz=1.0, dt_s=1.0)
+        self.record = SimpleNamespace(sampling_rate_hz=1.0, dt_s=1.0, channels=1)
         self.sd = FINENESS * np.sqrt(self.certified.squares / (n - k))
         self.free = np.array([False] * HELD + [True] * k)
         self.n, self.passes = n, 0
