@@ -57,7 +57,7 @@ def may_hold_tones(residual: Array, spectrum: Array) -> bool:
 
     residual: (channels, n); spectrum: (channels, bins) its plain power, in units of any level, from bin 1 on.
     """
-    standing = spectrum / np.median(spectrum, axis=1, keepdims=True)
+    standing = spectrum / np.maximum(np.median(spectrum, axis=1, keepdims=True), 1e-300)
     channels, bins = np.nonzero(standing > _WORTH_A_SEARCH)
     if bins.size > _MANY_PEAKS:
         return True
