@@ -11,8 +11,9 @@ from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.trajectory import Trajectory
+from platform_daemon.estimation.workspace import Workspace
 
-from .shots import Grid, Shot
+from .shots import Started
 
 
 @dataclass(frozen=True)
@@ -20,42 +21,55 @@ class Look:
     """A shot at a state of a model, on its grids, all pieces side by side.
 
     Attributes:
-        time_s: (m,).
-        signal, slope: (channels, m) the model's channels and their time derivatives, without offsets.
+        started: the shot with its grids.
+        state: the state looked from.
+        odd, even: (channels, m) parts of the model's channels from f1 and f2, near odd and even multiples of the
+            fundamental, without offsets.
+        slopes: (2, channels, m) time derivatives of these two parts.
         residual: (channels, m) data minus model.
         jacobian: (p, channels, m) d model / d parameter, in the order of FitState.moved.
-        odd, even: (channels, m) parts of the signal from f1 and f2, near odd and even multiples of the fundamental.
-        phi, v: (m,) the motion: angle in rad, angular velocity over w.
-        scale: (channels, m) 1 / standard deviation of the noise.
     """
 
-    shot: Shot
+    started: Started
     state: FitState
-    time_s: Array
-    signal: Array
-    slope: Array
     odd: Array
     even: Array
+    slopes: Array
     residual: Array
     jacobian: Array
-    scale: Array
+
+    @property
+    def time_s(self) -> Array:
+        """(m,)."""
+        return self.started.time_s
+
+    @cached_property
+    def signal(self) -> Array:
+        """(channels, m) the model's channels, without offsets."""
+        return np.asarray(self.odd + self.even)
+
+    @cached_property
+    def slope(self) -> Array:
+        """(channels, m) its time derivative."""
+        return np.asarray(self.slopes.sum(axis=0))
 
     @cached_property
     def whitened(self) -> Array:
         """Residual in units of its noise, flat (channels m,)."""
-        return np.asarray((self.residual * self.scale).ravel())
+        return self.started.white(self.residual)
 
     @cached_property
     def base(self) -> Array:
         """Jacobian in units of the noise, (p, channels m)."""
-        return np.asarray((self.jacobian * self.scale).reshape(self.jacobian.shape[0], -1))
+        return self.started.white(self.jacobian)
 
-    def white(self, columns: Array) -> Array:
-        """Columns (q, channels, m) in units of the noise, (q, channels m)."""
-        return np.asarray((columns * self.scale).reshape(columns.shape[0], -1))
+    @cached_property
+    def volts(self) -> Array:
+        """The model's channels at the digitiser, (channels, m)."""
+        return np.asarray(self.started.shot.to_volts @ self.signal)
 
 
-def look(shot: Shot, samples: Array, model: RingDownModel, state: FitState, grids: tuple[Grid, ...]) -> Look:
+def look(started: Started, samples: Array, model: RingDownModel, state: FitState) -> Look:
     """Evaluate a state.
 
     samples: (channels, n), the shot's, or these freed from what the receiver did to them.
@@ -63,29 +77,33 @@ def look(shot: Shot, samples: Array, model: RingDownModel, state: FitState, grid
     Raises:
         LostTrajectoryError: the state does not oscillate.
     """
-    d, obs, rate = state.dynamics, state.observation, shot.record.sampling_rate_hz
-    ends = max(g.last * g.factor for g in grids)
-    trajectory = Trajectory(model, d, ends / rate)
-    bases = [trajectory.basis(g.first, g.last, g.factor / rate, obs.observable) for g in grids]
-    basis = np.concatenate(bases, axis=1)
-    data = np.concatenate([g.of(samples) for g in grids], axis=1)
+    d, obs = state.dynamics, state.observation
+    basis = _basis(started, model, state)
+    data = started.data if samples is started.shot.record.samples else started.at_instants(samples)
     gains = obs.gains(d.w)
     odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
-    slope = d.w * (gains @ basis[2:4])
-    signal = odd + even
-    scale = np.concatenate([np.full(g.count, np.sqrt(g.factor)) for g in grids]) / shot.noise_sd[:, None]
+    slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
     return Look(
-        shot=shot,
+        started=started,
         state=state,
-        time_s=np.concatenate([np.arange(g.first, g.last) * (g.factor / rate) for g in grids]),
-        signal=signal,
-        slope=slope,
         odd=odd,
         even=even,
-        residual=data - signal - state.offsets[:, None],
+        slopes=slopes,
+        residual=data - odd - even - state.offsets[:, None],
         jacobian=_jacobian(model, state, basis),
-        scale=scale,
     )
+
+
+def _basis(started: Started, model: RingDownModel, state: FitState) -> Array:
+    """The kernel's basis at the instants, (b, m)."""
+    d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
+    # Torques that depend on time are integrated once; the others have tables.
+    places = [(g.first, g.last, g.factor / rate) for g in started.grids]
+    if model.time_dependent:
+        trajectory = Trajectory(model, d, max(last * dt_s for _, last, dt_s in places))
+        return np.concatenate([trajectory.basis(*place, observable) for place in places], axis=1)
+    workspace = Workspace(model)
+    return np.concatenate([workspace.basis(d, *place, observable) for place in places], axis=1)
 
 
 def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> Array:

@@ -1,7 +1,7 @@
-"""Joint fit of several shots: every shot keeps its declared parameters, effects have one strength for all.
+"""Joint fit of several shots: every shot keeps its declared parameters, effects have common strengths.
 
 Gauss-Newton from fits of the declared model. Effects of the receive side are taken out of the data (Candidate.undo)
-and torque effects are in the equation of motion, so that both are exact at any strength.
+and torque effects are in the equation of motion, so that both are exact at any strength. Additive effects are linear.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -20,151 +19,213 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
 from .look import Look, look
-from .shots import Grid, Shot
+from .shots import Started
 
 _MOST_STEPS = 12
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
 _SMALLEST = 1e-3  # fraction of a step
+_NOTHING = 1e-9  # share of a column that must be left beside the others
 
 
 @dataclass(frozen=True)
-class Started:
-    """A shot with its fitted state of the declared model, and its grids."""
+class Linear:
+    """One shot at one state: its own parameters in triangular form, the common strengths beside them.
 
-    shot: Shot
-    state: FitState
-    grids: tuple[Grid, ...]
+    Attributes:
+        seen: the look.
+        own: orthonormal columns of the additive effects that the shot has for itself, (rows, k).
+        q, triangle, scale: factors of the declared parameters' scaled columns beside `own`.
+        columns: (rows, common) of the common strengths beside `own`.
+        residual: (rows,) beside `own`.
+    """
+
+    seen: Look
+    own: Array
+    q: Array
+    triangle: Array
+    scale: Array
+    columns: Array
+    residual: Array
+
+    @property
+    def chi2(self) -> float:
+        """Of the residual as it is."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def parameters(self) -> int:
+        """Of this shot alone."""
+        return int(self.q.shape[1] + self.own.shape[1])
+
+    def beside(self, columns: Array) -> Array:
+        """Columns (rows, ...) without what lies within the shot's own parameters."""
+        for _ in range(2):
+            columns = columns - self.own @ (self.own.T @ columns)
+            columns = columns - self.q @ (self.q.T @ columns)
+        return columns
+
+    def own_step(self, common: Array) -> Array:
+        """Best step of the declared parameters beside a step of the common strengths."""
+        target = self.q.T @ (self.residual - self.columns @ common)
+        return np.asarray(solve_triangular(self.triangle, target)) * self.scale
+
+    def own_covariance(self) -> Array:
+        """Of the declared parameters at fixed common strengths, (p, p)."""
+        inverse = solve_triangular(self.triangle, np.eye(self.triangle.shape[0])) * self.scale[:, None]
+        return np.asarray(inverse @ inverse.T)
 
 
 @dataclass(frozen=True)
 class Refit:
     """A joint minimum.
 
-    states: of every shot, with the torque strengths among the coefficients. strengths (q,) and their covariance (q, q)
-    in the order of hypothesis.effects; own: covariances of the declared parameters of every shot at fixed strengths.
+    states: of every shot, of the declared model. strengths (q,) and their covariance (q, q) in the order of
+    hypothesis.common; linear: every shot at its state.
     """
 
+    started: Sequence[Started]
     hypothesis: Hypothesis
     states: tuple[FitState, ...]
     strengths: Array
     covariance: Array
-    chi2: float
-    dof: int
-    looks: tuple[Look, ...]
-
-
-@dataclass(frozen=True)
-class _Linear:
-    """One shot at one state: triangular factor of its declared parameters, rotated columns and residual."""
-
-    seen: Look
-    triangle: Array
-    scale: Array
-    along: Array  # (p, q) columns within the span of the declared parameters
-    rest: Array  # (N, q) and beside it
-    target: Array  # (p,) residual within the span
-    beside: Array  # (N,)
+    linear: tuple[Linear, ...]
 
     @property
     def chi2(self) -> float:
-        """Of the residual as it is."""
-        return float(self.seen.whitened @ self.seen.whitened)
+        """Of all shots."""
+        return sum(a.chi2 for a in self.linear)
 
-    def own_step(self, shared: Array) -> Array:
-        """Best step of the declared parameters beside a step of the strengths."""
-        return np.asarray(solve_triangular(self.triangle, self.target - self.along @ shared)) * self.scale
+    @property
+    def dof(self) -> float:
+        """Its expectation, if nothing is missing."""
+        return sum(s.dof - a.parameters for s, a in zip(self.started, self.linear, strict=True)) - self.hypothesis.size
+
+    @property
+    def noise_factor(self) -> float:
+        """By how much gains of chi^2 are to be divided where the noise is larger than was measured."""
+        return max(1.0, self.chi2 / self.dof)
+
+    def full_state(self, k: int) -> FitState:
+        """Of shot k, with the torque strengths among its coefficients."""
+        return self.hypothesis.extended(self.states[k], self.strengths)
 
 
-def refit(started: Sequence[Started], hypothesis: Hypothesis, pool: Executor, guess: Array | None = None) -> Refit:
-    """Minimise chi^2 of all shots, beginning at the strengths `guess` (q,), or at 0.
+def refit(
+    started: Sequence[Started],
+    hypothesis: Hypothesis,
+    pool: Executor,
+    states: Sequence[FitState] | None = None,
+    guess: Array | None = None,
+) -> Refit:
+    """Minimise chi^2 of all shots.
+
+    states: of the declared model, to begin at; None: as the shots were started. guess: strengths (q,); None: 0.
 
     Raises:
         LostTrajectoryError: a state does not oscillate.
     """
     strengths = np.zeros(hypothesis.size) if guess is None else np.asarray(guess, dtype=np.float64)
-    states = [s.state for s in started]
+    states = [s.state for s in started] if states is None else list(states)
     at = _linearised(started, hypothesis, states, strengths, pool)
     for _ in range(_MOST_STEPS):
-        shared, predicted = _shared_step(at, hypothesis.size)
-        if predicted < _SETTLED:
+        common, predicted = _common_step(at, hypothesis.size)
+        if predicted < _SETTLED * max(1.0, _chi2(at) / sum(s.dof for s in started)):
             break
-        better = _line_search(started, hypothesis, states, strengths, at, shared, pool)
+        better = _line_search(started, hypothesis, states, strengths, at, common, pool)
         if better is None:
             break
         states, strengths, at = better
-    return _result(hypothesis, states, strengths, at)
+    return Refit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
+
+
+def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linear:
+    """One shot at a state of the declared model with the strengths put in.
+
+    Raises:
+        LostTrajectoryError: the state does not oscillate.
+    """
+    full = hypothesis.extended(state, strengths)
+    seen = look(started, hypothesis.freed(started.shot, strengths), hypothesis.augmented, full)
+    shared = hypothesis.shared_columns(seen)
+    columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
+    residual = seen.whitened - hypothesis.additive_part(strengths, shared)
+    base = seen.base[hypothesis.declared(full.size)].T
+    own = _orthonormal(hypothesis.own_columns(seen).T)
+    if own.shape[1]:
+        base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
+    norm = np.linalg.norm(base, axis=0)
+    scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
+    q, triangle = qr(base * scale, mode="economic")
+    return Linear(seen, own, q, triangle, scale, columns, residual)
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Orthonormal columns that span the same space."""
+    if columns.shape[1] == 0:
+        return columns
+    norm = np.linalg.norm(columns, axis=0)
+    q, triangle, _ = qr(columns / np.where(norm > 0.0, norm, 1.0), mode="economic", pivoting=True)
+    size = np.abs(np.diag(triangle))
+    return np.asarray(q[:, size > _NOTHING * max(size[0], _NOTHING)])
 
 
 def _linearised(
     started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array, pool: Executor
-) -> list[_Linear]:
+) -> list[Linear]:
     """All shots at their states."""
-    work = partial(_one, hypothesis, strengths)
-    return list(pool.map(work, started, states))
+
+    def one(start: Started, state: FitState) -> Linear:
+        return linearise(start, hypothesis, state, strengths)
+
+    return list(pool.map(one, started, states))
 
 
-def _one(hypothesis: Hypothesis, strengths: Array, started: Started, state: FitState) -> _Linear:
-    """One shot at a state of the declared model with the strengths put in."""
-    full = hypothesis.extended(state, strengths)
-    seen = look(started.shot, hypothesis.freed(started.shot, strengths), hypothesis.augmented, full, started.grids)
-    base = seen.base[hypothesis.declared(full.size)]
-    torque = seen.base[list(hypothesis.strength_places)]
-    signal = [seen.white(c.columns(seen)) for c in hypothesis.signals if c.columns is not None]
-    columns = np.concatenate([torque, *signal]).T
-    norm = np.linalg.norm(base, axis=1)
-    scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
-    q, triangle = qr((base * scale[:, None]).T, mode="economic")
-    along = q.T @ columns
-    target = q.T @ seen.whitened
-    return _Linear(seen, triangle, scale, along, columns - q @ along, target, seen.whitened - q @ target)
+def _chi2(at: Sequence[Linear]) -> float:
+    return sum(a.chi2 for a in at)
 
 
-def _shared_step(at: Sequence[_Linear], size: int) -> tuple[Array, float]:
-    """Best step of the strengths, and the fall of chi^2 it brings together with the shots' own steps."""
-    information = sum((a.rest.T @ a.rest for a in at), np.zeros((size, size)))
-    gradient = sum((a.rest.T @ a.beside for a in at), np.zeros(size))
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    step = scale * np.linalg.lstsq(information * np.outer(scale, scale), gradient * scale, rcond=1e-13)[0]
-    return step, float(gradient @ step + sum(a.target @ a.target for a in at))
+def _information(at: Sequence[Linear], size: int) -> tuple[Array, Array]:
+    """Matrix and gradient of the common strengths beside everything that the shots have for themselves."""
+    matrix, gradient = np.zeros((size, size)), np.zeros(size)
+    for a in at:
+        rest = a.columns - a.q @ (a.q.T @ a.columns)
+        matrix += rest.T @ rest
+        gradient += rest.T @ a.residual
+    return matrix, gradient
+
+
+def _common_step(at: Sequence[Linear], size: int) -> tuple[Array, float]:
+    """Best step of the common strengths, and the fall of chi^2 it brings together with the shots' own steps."""
+    matrix, gradient = _information(at, size)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    step = scale * np.linalg.lstsq(matrix * np.outer(scale, scale), gradient * scale, rcond=1e-13)[0]
+    own = sum(float(np.sum((a.q.T @ a.residual) ** 2)) for a in at)
+    return step, float(gradient @ step) + own
+
+
+def _covariance(at: Sequence[Linear], size: int) -> Array:
+    if size == 0:
+        return np.zeros((0, 0))
+    matrix, _ = _information(at, size)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    return np.asarray(np.linalg.pinv(matrix * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale))
 
 
 def _line_search(
     started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
-    at: list[_Linear], shared: Array, pool: Executor,
-) -> tuple[list[FitState], Array, list[_Linear]] | None:  # fmt: skip
+    at: list[Linear], common: Array, pool: Executor,
+) -> tuple[list[FitState], Array, list[Linear]] | None:  # fmt: skip
     """The longest of ever shorter steps that goes down, or None."""
-    before = sum(a.chi2 for a in at)
+    before = _chi2(at)
     fraction = 1.0
     while fraction > _SMALLEST:
-        moved = [_moved(hypothesis, s, fraction * a.own_step(shared)) for s, a in zip(states, at, strict=True)]
-        there = strengths + fraction * shared
+        moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]
+        there = strengths + fraction * common
         try:
             trial = _linearised(started, hypothesis, moved, there, pool)
         except LostTrajectoryError:
             trial = []
-        if trial and sum(a.chi2 for a in trial) < before:
+        if trial and _chi2(trial) < before:
             return moved, there, trial
         fraction *= 0.3
     return None
-
-
-def _moved(hypothesis: Hypothesis, state: FitState, own: Array) -> FitState:
-    """A state of the declared model after a step of its own parameters."""
-    return state.moved(own)
-
-
-def _result(hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array, at: Sequence[_Linear]) -> Refit:
-    size = hypothesis.size
-    information = sum((a.rest.T @ a.rest for a in at), np.zeros((size, size)))
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(information), 1e-300))
-    covariance = np.linalg.pinv(information * np.outer(scale, scale)) * np.outer(scale, scale) if size else information
-    count = sum(a.beside.size - a.triangle.shape[0] for a in at) - size
-    return Refit(
-        hypothesis=hypothesis,
-        states=tuple(hypothesis.extended(s, strengths) for s in states),
-        strengths=strengths,
-        covariance=covariance,
-        chi2=sum(a.chi2 for a in at),
-        dof=count,
-        looks=tuple(a.seen for a in at),
-    )

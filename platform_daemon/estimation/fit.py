@@ -97,6 +97,17 @@ def fit_ring_down(
     return replace(result, seconds=seconds, noise_seconds=noise_seconds)
 
 
+def solve_ring_down(
+    record: RingDownRecord, model: RingDownModel, window: Window, *, noise: NoiseModel | None = None
+) -> FitState:
+    """The state that explains a ring-down best, however badly: nothing is judged, nothing taken out of the record.
+
+    Raises:
+        RefusedError: the record cannot be used, or no minimum was found.
+    """
+    return _solve(_task(record, window, noise, {}), model)[1].state
+
+
 @dataclass(frozen=True)
 class _Task:
     """What is to be fitted, whichever model does it."""

@@ -1,8 +1,11 @@
 """What the diagnosis knows of an effect: its id, its sign rule, how it shows, what would separate it, and who found it.
 
-An effect offers candidates for a set of shots: the effect at one place (axis, frequency, decay time ...), with columns,
-the change of a shot's channels per unit of strength. Torque effects take their columns from their term in
-estimation/terms; signal effects write them down, and say how to undo them in the data.
+An effect is tried as candidates: the effect at one place (axis, frequency, decay time ...). There are three kinds.
+
+* A torque candidate names a term of estimation/terms; its columns come with the term's derivatives.
+* A receiver candidate changes the channels: it has columns, the change per unit of strength, and it can be undone in
+  the data, so that a refit with it is a fit of the declared model to freed data.
+* An additive candidate stands in the data beside the signal: it has columns of its own, linear in their sizes.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from ..look import Look
 from ..shots import Shot
 
 Columns = Callable[[Look], Array]
-Undo = Callable[[Array, Shot, Array], Array]
+Undo = Callable[[Array, Shot, float], Array]
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,7 @@ class Effect:
         unit: of its strength.
         sign: 1: physics allows no negative strength; 0: either sign.
         separates: keys of the measurements (proposals.py) that set it apart from its look-alikes.
+        signature: how it shows in the residual.
         source: who described it.
     """
 
@@ -48,6 +52,7 @@ class Effect:
     unit: str
     sign: int
     separates: tuple[str, ...]
+    signature: str
     source: str
 
 
@@ -57,12 +62,13 @@ class Candidate:
 
     Attributes:
         effect, detail: what and where.
-        term: the torque term, for torque effects; its first coefficient is the strength, the others are `hidden`.
+        term: the torque term, for torque candidates; its first coefficient is the strength, the others are `hidden`.
         hidden: values of the term's further coefficients, in their units.
-        columns: (q, channels, m) from a Look, for signal effects.
-        undo: samples (channels, n), shot, strengths (q,) -> samples freed from the effect.
-        shared: one strength for all shots; else each shot has its own.
-        size: number of columns.
+        columns: (q, channels, m) from a Look, for receiver (q = 1) and additive candidates.
+        undo: samples (channels, n), shot, strength -> samples freed from the effect, for receiver candidates.
+        shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
+        public: (strength of the fit, its sd, mean natural frequency in Hz, mean friction) -> the same as published.
+        trials: so many independent places were searched for this one; its p-value is corrected by them.
     """
 
     effect: Effect
@@ -73,8 +79,15 @@ class Candidate:
     undo: Undo | None = None
     shared: bool = True
     size: int = 1
+    public: Callable[[float, float, float, float], tuple[float, float]] = lambda value, sd, f_nat_hz, friction: (value, sd)
+    trials: float = 1.0
 
     @property
-    def key(self) -> tuple[str, Detail]:
+    def key(self) -> tuple[str, Detail, tuple[float, ...]]:
         """Identity."""
-        return self.effect.id, self.detail
+        return self.effect.id, self.detail, self.hidden
+
+    @property
+    def additive(self) -> bool:
+        """True if it stands beside the signal."""
+        return self.term is None and self.undo is None
