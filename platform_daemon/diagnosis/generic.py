@@ -18,12 +18,12 @@ from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .motion import motion_of, torque_answers
-from .refit import Refit
+from .refit import Linear, Refit
 
 _HIGHEST_POWER = 5  # of phi and v together
-_HARMONICS = 5
-_DEGREES = 4  # Legendre polynomials of time
-_RESOLVED = 1e-6  # share of a direction's power that must survive the projection
+_HARMONICS = 4
+_DEGREES = 3  # Legendre polynomials of time
+_RESOLVED = 1e-7  # share of a direction's power that must survive the projection
 
 
 @dataclass(frozen=True)
@@ -98,15 +98,17 @@ def _one(at: Refit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
     # The motion is that of the declared model: what an accepted effect changes in it matters little here.
     model, state = at.hypothesis.model, at.states[k]
     try:
-        answers = torque_answers(started, model, state, lambda phi, v: monomials(phi, v, scale))
+        answers = torque_answers(started, model, state, lambda phi, v, _: monomials(phi, v, scale))
         torque = started.white(answers)
     except LostTrajectoryError:
         torque = np.zeros((len(powers()), linear.residual.size))
     phase = motion_of(started, model, state).phase
-    return _projected(at, k, torque), _projected(at, k, started.white(_envelopes(phase, started.time_s, linear)))
+    envelopes = started.white(_envelopes(phase, started.time_s, linear))
+    accepted = linear.columns.T
+    return linear.projected(np.concatenate([accepted, torque])), linear.projected(np.concatenate([accepted, envelopes]))
 
 
-def _envelopes(phase: Array, time_s: Array, linear) -> Array:  # type: ignore[no-untyped-def]
+def _envelopes(phase: Array, time_s: Array, linear: Linear) -> Array:
     """Harmonics of the motion with slowly changing sizes in every channel, (k, channels, m)."""
     channels = linear.seen.residual.shape[0]
     place = 2.0 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1.0
@@ -117,13 +119,6 @@ def _envelopes(phase: Array, time_s: Array, linear) -> Array:  # type: ignore[no
     for c in range(channels):
         out[c * rows.shape[0] : (c + 1) * rows.shape[0], c] = rows
     return out
-
-
-def _projected(at: Refit, k: int, columns: Array) -> _Part:
-    linear = at.linear[k]
-    both = np.concatenate([linear.columns, columns.T], axis=1)
-    rest = linear.beside(both)
-    return rest.T @ rest, rest.T @ linear.beside(linear.residual), np.asarray(np.sum(both**2, axis=0))
 
 
 def _gained(at: Refit, parts: Sequence[_Part]) -> Generic:

@@ -25,7 +25,7 @@ from platform_daemon.estimation.workspace import Workspace
 
 from .shots import Grid, Started
 
-Forces = Callable[[Array, Array], Array]
+Forces = Callable[[Array, Array, Array], Array]
 _STEP = 0.2  # rad at most, of dimensionless time
 
 
@@ -109,7 +109,7 @@ def respond(phi, v, force, h, split, codes, widths, c, at, dipole, out):  # type
 def torque_answers(started: Started, model: RingDownModel, state: FitState, forces: Forces) -> Array:
     """Change of the record's channels per unit of extra torques, (k, channels, m).
 
-    forces: (phi (n,), v (n,)) -> torques (k, n) in units of I w^2.
+    forces: (phi (n,), v (n,), time in s (n,)) -> torques (k, n) in units of I w^2.
 
     Raises:
         LostTrajectoryError: the state does not oscillate.
@@ -123,7 +123,8 @@ def torque_answers(started: Started, model: RingDownModel, state: FitState, forc
         ds = d.w * g.factor / rate
         split = 2 * max(1, int(np.ceil(ds / _STEP)))
         moving = _piece(started, model, state, g, split)
-        force = forces(moving.phi, moving.v)
+        time_s = (g.first + np.arange(moving.phi.size) / split) * (g.factor / rate)
+        force = forces(moving.phi, moving.v, time_s)
         at = np.zeros((2, force.shape[0])) if at is None else at
         out = np.empty((2, force.shape[0], g.count))
         args = model.codes, model.widths, coefficients, at, obs.observable == DIPOLE, out

@@ -18,6 +18,7 @@ from platform_daemon.estimation.arrays import Array
 from .effects.base import Candidate
 from .hypothesis import Hypothesis
 from .look import Look, look
+from .motion import torque_answers
 from .refit import Refit
 from .shots import Started
 
@@ -27,10 +28,10 @@ _SINGULAR = 1e-9  # smallest eigenvalue of a scaled matrix that still tells cand
 
 @dataclass(frozen=True)
 class Block:
-    """Columns of one candidate in a picture: where they stand, and whose they are; None: accepted already."""
+    """Columns of one candidate in a picture: whose they are, and where they stand."""
 
     candidate: Candidate
-    where: slice
+    where: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Picture:
 
     def gain(self, blocks: Sequence[Block]) -> Score | None:
         """What linear steps in these blocks, and in what is accepted, would gain; None if they cannot be told apart."""
-        added = [k for b in blocks for k in range(b.where.start, b.where.stop)]
+        added = [k for b in blocks for k in b.where]
         which = [*range(self.accepted), *added]
         if not np.all(np.diag(self.information)[added] > _RESOLVED * self.power[added]):
             return None
@@ -92,23 +93,24 @@ def picture(at: Refit, candidates: Sequence[Candidate], pool: Executor) -> Pictu
     Torque candidates are seen through the refit's model with their terms at zero strength. Raises
     LostTrajectoryError.
     """
-    sizes = [c.size for c in candidates]
     accepted = at.hypothesis.size
-    ends = accepted + np.cumsum([0, *sizes])
-    blocks = tuple(Block(c, slice(int(a), int(b))) for c, a, b in zip(candidates, ends, ends[1:], strict=False))
+    blocks, place = [], accepted
+    for c in candidates:
+        columns = tuple(range(place, place + c.size))
+        place += c.size
+        blocks.append(Block(c, columns))
+        each = c.size // max(1, len(c.parts))
+        blocks += [Block(p, columns[n * each : (n + 1) * each]) for n, p in enumerate(c.parts)]
     parts = list(pool.map(lambda k: _one(at, k, candidates), range(len(at.linear))))
     information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
-    return Picture(at, information, gradient, power, accepted, blocks)
+    return Picture(at, information, gradient, power, accepted, tuple(blocks))
 
 
 def _one(at: Refit, k: int, candidates: Sequence[Candidate]) -> tuple[Array, Array, Array]:
     """Information, gradient and power of one shot."""
     linear = at.linear[k]
     new = candidate_columns(at.started[k], at.hypothesis, at, k, candidates)
-    columns = np.concatenate([linear.columns, new.T], axis=1)
-    rest = linear.beside(columns)
-    residual = linear.beside(linear.residual)
-    return rest.T @ rest, rest.T @ residual, np.asarray(np.sum(columns**2, axis=0))
+    return linear.projected(np.concatenate([linear.columns.T, new]))
 
 
 def candidate_columns(
@@ -119,7 +121,10 @@ def candidate_columns(
     torque = _torque_columns(started, hypothesis, at, k, candidates)
     rows = []
     for c in candidates:
-        if c.term is not None:
+        if c.force is not None:
+            answers = torque_answers(started, hypothesis.model, at.states[k], c.force)
+            rows.append(started.white(answers))
+        elif c.term is not None:
             rows.append(torque[c.key])
         else:
             assert c.columns is not None
@@ -131,9 +136,9 @@ def _torque_columns(
     started: Started, hypothesis: Hypothesis, at: Refit, k: int, candidates: Sequence[Candidate]
 ) -> dict[object, Array]:
     """Columns of the torque candidates by their keys, each (1, rows)."""
-    torques = [c for c in candidates if c.term is not None]
-    # What depends on time, and each value of a hidden scale, takes a look of its own.
-    alone = [c for c in torques if c.hidden or (c.term is not None and c.term.timed)]
+    torques = [c for c in candidates if c.term is not None and c.force is None]
+    # Each value of a hidden scale takes a look of its own.
+    alone = [c for c in torques if c.hidden]
     groups = [[c for c in torques if c not in alone], *([c] for c in alone)]
     samples = hypothesis.freed(started.shot, at.strengths)
     found: dict[object, Array] = {}

@@ -64,6 +64,13 @@ class Linear:
             columns = columns - self.q @ (self.q.T @ columns)
         return columns
 
+    def projected(self, columns: Array) -> tuple[Array, Array, Array]:
+        """Of columns (k, rows) beside the shot's own parameters: information (k, k), gradient (k,); their power (k,)."""
+        inside = np.concatenate([columns @ self.own, columns @ self.q], axis=1)
+        whole = columns @ columns.T
+        gradient = columns @ self.residual - inside[:, self.own.shape[1] :] @ (self.q.T @ self.residual)
+        return whole - inside @ inside.T, gradient, np.diag(whole).copy()
+
     def own_step(self, common: Array) -> Array:
         """Best step of the declared parameters beside a step of the common strengths."""
         target = self.q.T @ (self.residual - self.columns @ common)

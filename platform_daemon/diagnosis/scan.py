@@ -28,9 +28,10 @@ _MAINS_HZ = (50.0, 60.0)
 _MAINS_TOLERANCE = 0.004
 _SIDE_RATE_HZ = 15e3
 _TAUS = 8
-_PEAKS = 3  # side modes offered per decay time
+_PEAKS = 2  # places offered per decay time and channel
+_OFFERED = 8
 _SHORTEST_TRANSIENT_S = 30e-6
-_TRANSIENTS = 14
+_TRANSIENTS = 11
 
 
 @dataclass(frozen=True)
@@ -157,7 +158,21 @@ def side_modes(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
         ):
             found += _peaks(power, n * step, float(tau), channels, shared, trials, len(means))
     found.sort(key=lambda pair: pair[0])
-    return [candidate for _, candidate in found[: 4 * _PEAKS]]
+    return _different([candidate for _, candidate in found], seconds)[:_OFFERED]
+
+
+def _different(candidates: Sequence[Candidate], seconds: float) -> list[Candidate]:
+    """Without those that stand where a more surprising one of the same decay time does."""
+    kept: list[Candidate] = []
+    for c in candidates:
+        f, tau = c.detail.frequency_hz or 0.0, c.detail.tau_s or seconds
+        if not any(
+            k.shared == c.shared and k.detail.axis == c.detail.axis and k.detail.tau_s == c.detail.tau_s
+            and abs((k.detail.frequency_hz or 0.0) - f) < 1.0 / min(tau, seconds)
+            for k in kept
+        ):  # fmt: skip
+            kept.append(c)
+    return kept
 
 
 def _blocks(left: Leftover, block: int, count: int) -> Array:
@@ -175,6 +190,7 @@ def _peaks(
     for channel in [*range(channels), None] if channels > 1 else [0]:
         row = (power.sum(axis=0) if channel is None else power[channel]).copy()
         degrees = (channels if channel is None else 1) * (1 if shared else shots)
+        offered = None if shared and channels > 1 else channel
         row[:4] = 0.0
         width = max(4, int(seconds / tau_s))
         for _ in range(_PEAKS):
@@ -182,7 +198,7 @@ def _peaks(
             place = _between(row, peak) / seconds
             # |F|^2 with this norm is a sum of two squares: twice a gamma variable of one degree per channel.
             chance = float(gamma.logsf(0.5 * row[peak], degrees)) + math.log(trials)
-            candidate = side_mode(place, tau_s, channel, channels, shared=shared, trials=trials)
+            candidate = side_mode(place, tau_s, offered, channels, shared=shared, trials=trials)
             found.append((chance, candidate))
             row[np.abs(bins - peak) <= width] = 0.0
     return found
@@ -194,5 +210,4 @@ def transients(at: Refit) -> list[Candidate]:
     seconds = float(at.started[0].time_s[-1])
     shortest = max(_SHORTEST_TRANSIENT_S, 1.0 / at.started[0].shot.rate_hz)
     places = np.geomspace(shortest, 0.1 * seconds, _TRANSIENTS)
-    which = [*range(channels), None] if channels > 1 else [0]
-    return [transient(float(tau), c, channels, trials=1.0) for tau in places for c in which]
+    return [transient(float(tau), None if channels > 1 else 0, channels, trials=1.0) for tau in places]

@@ -28,7 +28,7 @@ _LARGEST_SET = 3
 _LEADERS = 6
 _NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
 _CLOSE = 12.0  # fall of chi^2, the same
-_PAIRS_FROM = 40  # blocks
+_PAIRS_FROM = 24  # blocks
 _TRIPLES_FROM = 12  # pairs
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
@@ -93,6 +93,7 @@ class _Search:
         self._base, self._named, self._pool, self._tell = base, named, pool, tell
         self._trials = float(len(named) + len(transients(base)) + 3)
         self._rivals: list[Refit] = []
+        self._scanned: tuple[Refit, tuple[list[Candidate], list[Candidate]]] | None = None
 
     def run(self) -> Found:
         """Alternate between effects of each shot's own and sets of common ones."""
@@ -128,10 +129,16 @@ class _Search:
             self._base, best, seen, after, before, tried, self._trials, forbidden, tuple(self._rivals)
         )
 
+    def _scan(self, at: Refit) -> tuple[list[Candidate], list[Candidate]]:
+        """(tones, side modes) in what a refit leaves over; looked for once."""
+        if self._scanned is None or self._scanned[0] is not at:
+            left = leftovers(at, self._pool)
+            self._scanned = at, (tones(at, left), side_modes(at, left))
+        return self._scanned[1]
+
     def _picture(self, at: Refit) -> Picture:
         taken = {c.key for c in at.hypothesis.effects}
-        left = leftovers(at, self._pool)
-        shared = [c for c in side_modes(at, left) if c.shared]
+        shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _twin(c, at)]
         return picture(at, offered, self._pool)
 
@@ -166,8 +173,8 @@ class _Search:
 
     def _best_own(self, at: Refit) -> tuple[float, Candidate] | None:
         """The most surprising effect that every shot has for itself."""
-        left = leftovers(at, self._pool)
-        offered = [*tones(at, left), *(c for c in side_modes(at, left) if not c.shared)]
+        lines, sides = self._scan(at)
+        offered = [*lines, *(c for c in sides if not c.shared)]
         floor = _NEGLIGIBLE * max(self._base.chi2 - at.chi2, 0.0)
         best: tuple[float, Candidate] | None = None
         for c in offered:
@@ -330,4 +337,4 @@ def _compatible(a: Block, b: Block) -> bool:
     if a.candidate.effect is not b.candidate.effect:
         return True
     scaled = a.candidate.hidden or a.candidate.detail.tau_s is not None
-    return not scaled
+    return not scaled and not set(a.where) & set(b.where)

@@ -44,14 +44,21 @@ def side_mode(frequency_hz: float, tau_s: float, channel: int | None, channels: 
     count = 2 * (channels if channel is None else 1)
     detail = Detail(_axis(channel, channels), frequency_hz, tau_s)
     columns = partial(_waves, (frequency_hz,), tau_s, channel)
-    return Candidate(SIDE_MODE, detail, columns=columns, shared=shared, size=count, trials=trials)
+    parts: tuple[Candidate, ...] = ()
+    if channel is None and shared:
+        each = [side_mode(frequency_hz, tau_s, c, channels, shared=True, trials=trials) for c in range(channels)]
+        parts = tuple(each)
+    return Candidate(SIDE_MODE, detail, columns=columns, shared=shared, size=count, parts=parts, trials=trials)
 
 
 def transient(tau_s: float, channel: int | None, channels: int, *, trials: float) -> Candidate:
     """A decaying offset on one channel of the record, or on all of them."""
     count = channels if channel is None else 1
     columns = partial(_offsets, tau_s, channel)
-    return Candidate(TRANSIENT, Detail(_axis(channel, channels), tau_s=tau_s), columns=columns, size=count, trials=trials)
+    every = range(channels) if channel is None and channels > 1 else ()
+    parts = tuple(transient(tau_s, c, channels, trials=trials) for c in every)
+    detail = Detail(_axis(channel, channels), tau_s=tau_s)
+    return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, trials=trials)
 
 
 def _axis(channel: int | None, channels: int) -> str | None:

@@ -68,6 +68,9 @@ class Candidate:
         undo: samples (channels, n), shot, strength -> samples freed from the effect, for receiver candidates.
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
         public: (strength of the fit, its sd, mean natural frequency in Hz, mean friction) -> the same as published.
+        force: (phi, v, time in s) -> (1, n) torque in units of I w^2 per unit of strength; for terms that depend on
+            time, whose exact derivatives are slow.
+        parts: the same effect on single channels, whose columns are these columns in order.
         trials: so many independent places were searched for this one; its p-value is corrected by them.
     """
 
@@ -80,6 +83,8 @@ class Candidate:
     shared: bool = True
     size: int = 1
     public: Callable[[float, float, float, float], tuple[float, float]] = lambda value, sd, f_nat_hz, friction: (value, sd)
+    force: Callable[[Array, Array, Array], Array] | None = None
+    parts: tuple[Candidate, ...] = ()
     trials: float = 1.0
 
     @property

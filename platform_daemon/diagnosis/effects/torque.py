@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.terms import TERMS, TorqueTerm
 
@@ -60,7 +62,12 @@ def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[C
 
 def drift_candidate() -> Candidate:
     """f_nat that moves through the window."""
-    return Candidate(DRIFT, term=TERMS["frequency_drift"], public=lambda q, sd, f_nat, _: (q * f_nat, sd * f_nat))
+    return Candidate(
+        DRIFT,
+        term=TERMS["frequency_drift"],
+        force=lambda phi, _, time_s: (-2.0 * np.sin(phi) * time_s)[None],
+        public=lambda q, sd, f_nat, _: (q * f_nat, sd * f_nat),
+    )
 
 
 def stribeck_candidates(model: RingDownModel) -> list[Candidate]:
