@@ -21,8 +21,7 @@ from .significance import log_chance
 
 _SURE = -18.0  # logarithm of the chance of a gap in a clock without one
 _MOST_GAPS = 4
-_WHOLE = 0.12  # samples by which a gap may miss a whole number
-_LEAST = 0.5  # samples
+_WHOLE = 0.15  # share by which a gap may miss a whole number of samples
 _AROUND = 4  # instants on either side in which a gap is located
 
 
@@ -79,10 +78,12 @@ def _mended(k: int, started: Started, model: RingDownModel) -> tuple[Started, li
         if place is None:
             break
         log_p, index, _, _ = place
-        at = _located(started, model, state, index)
+        at, there, there_sd = _located(started, model, state, index)
         step, sd = _size(linear, started, at)
         samples = round(step)
-        if abs(step) < _LEAST or abs(step - samples) > max(_WHOLE, 5.0 * sd) or samples < 1:
+        whole = samples >= 1 and abs(step - samples) < max(_WHOLE * samples, 5.0 * sd)
+        # A torque bends the phase slowly; a gap steps it at one place.
+        if not (whole and abs(there - step) < 5.0 * there_sd + _WHOLE * samples):
             break
         started = _filled(started, at, samples)
         linear, state = _settled(replace(started, state=state), hypothesis)
@@ -131,8 +132,8 @@ def _strongest(linear: Linear) -> tuple[float, int, float, float] | None:
     return log_p, best, float(gradient[best] / information[best]), float(information[best] ** -0.5)
 
 
-def _located(started: Started, model: RingDownModel, state: FitState, index: int) -> int:
-    """The first sample after the jump, from the samples around an instant."""
+def _located(started: Started, model: RingDownModel, state: FitState, index: int) -> tuple[int, float, float]:
+    """(first sample after the jump, its size in samples, standard deviation) from the samples around an instant."""
     time, rate = started.time_s, started.shot.rate_hz
     first = int(time[max(0, index - _AROUND)] * rate)
     last = min(started.shot.record.samples.shape[1], int(time[min(time.size - 1, index + _AROUND)] * rate) + 1)
@@ -144,15 +145,18 @@ def _located(started: Started, model: RingDownModel, state: FitState, index: int
     # Before and after the jump the residual is a multiple of the slope, with different factors.
     scale = started.white.scale[:, :1]
     r, s = residual * scale, slope * scale
-    return first + _best_split(np.sum(r * s, axis=0), np.sum(s * s, axis=0))
+    split, step, sd = _best_split(np.sum(r * s, axis=0), np.sum(s * s, axis=0))
+    return first + split, step * rate, sd * rate
 
 
-def _best_split(cross: Array, power: Array) -> int:
-    """Where two factors, one before and one after, explain most."""
+def _best_split(cross: Array, power: Array) -> tuple[int, float, float]:
+    """Where two factors, one before and one after, explain most; their difference and its standard deviation."""
     before, before2 = cross.cumsum(), power.cumsum()
     after, after2 = before[-1] - before, before2[-1] - before2
     explained = before[:-1] ** 2 / np.maximum(before2[:-1], 1e-300) + after[:-1] ** 2 / np.maximum(after2[:-1], 1e-300)
-    return int(np.argmax(explained)) + 1
+    k = int(np.argmax(explained))
+    step = after[k] / max(after2[k], 1e-300) - before[k] / max(before2[k], 1e-300)
+    return k + 1, float(step), float(np.sqrt(1.0 / max(after2[k], 1e-300) + 1.0 / max(before2[k], 1e-300)))
 
 
 def _size(linear: Linear, started: Started, at: int) -> tuple[float, float]:

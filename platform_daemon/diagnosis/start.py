@@ -9,10 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.fit import solve_ring_down
 from platform_daemon.estimation.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.publish import by_convention
 from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.solving import solve
+from platform_daemon.estimation.task import task_of
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 from platform_daemon.estimation.turning_points import turning_points
 
@@ -37,7 +39,8 @@ def start(shots: Sequence[Shot], model: RingDownModel, pool: Executor) -> tuple[
 
 def _start(shot: Shot, model: RingDownModel) -> Started | Refused:
     try:
-        state = solve_ring_down(shot.record, model, "d30", noise=shot.noise)
+        _, fitted = solve(task_of(shot.record, "d30", shot.noise, {}), model)
+        state = by_convention(fitted.state)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:
         return Refused(shot, str(error))
