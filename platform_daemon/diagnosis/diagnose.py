@@ -149,7 +149,8 @@ def _candidates(base: Refit) -> list[Candidate]:
     model, record = base.hypothesis.model, base.started[0].shot.record
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
-    return [*found, *receiver_candidates(record.channels, record.quantity)]
+    f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
+    return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
 
 
 def _proved(found: Found, pool: Executor) -> tuple[Refit, HeldOut, HeldOut, tuple[Candidate, ...]]:
@@ -158,17 +159,12 @@ def _proved(found: Found, pool: Executor) -> tuple[Refit, HeldOut, HeldOut, tupl
     final, after, dropped = found.best, before, []
     while final.hypothesis.effects:
         after = held_out(final, pool)
-        if len(final.hypothesis.effects) == 1:
-            if after.total.chi2 < before.total.chi2:
-                break
-            dropped += list(final.hypothesis.effects)
-            return found.base, before, before, tuple(dropped)
         worst = min(final.hypothesis.effects, key=lambda c: _help(final, c, after, pool))
         if _help(final, worst, after, pool) > 0.0:
             break
         dropped.append(worst)
-        final = _without(final, worst, pool)
-    return final, before, after, tuple(dropped)
+        final = found.base if len(final.hypothesis.effects) == 1 else _without(final, worst, pool)
+    return final, before, after if final.hypothesis.effects else before, tuple(dropped)
 
 
 def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
@@ -178,8 +174,13 @@ def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
 
 
 def _help(at: Refit, effect: Candidate, with_it: HeldOut, pool: Executor) -> float:
-    """Fall of the held-out chi^2 that an effect brings as the last one."""
-    return held_out(_without(at, effect, pool), pool).total.chi2 - with_it.total.chi2
+    """Fall of the held-out chi^2 that an effect brings as the last one.
+
+    What decays has a size common to all shots, and lives where the start is fitted: the whole window is its judge.
+    """
+    without, with_ = held_out(_without(at, effect, pool), pool).total, with_it.total
+    decays = effect.shared and effect.detail.tau_s is not None
+    return without.whole - with_.whole if decays else without.chi2 - with_.chi2
 
 
 def _named(found: Found, final: Refit, after: HeldOut, pool: Executor) -> tuple[Named, ...]:

@@ -98,7 +98,7 @@ def _one(at: Refit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
     # The motion is that of the declared model: what an accepted effect changes in it matters little here.
     model, state = at.hypothesis.model, at.states[k]
     try:
-        answers = torque_answers(started, model, state, lambda phi, v, _: monomials(phi, v, scale))
+        answers = torque_answers(started, model, state, lambda phi, v: monomials(phi, v, scale))
         torque = started.white(answers)
     except LostTrajectoryError:
         torque = np.zeros((len(powers()), linear.residual.size))

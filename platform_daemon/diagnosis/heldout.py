@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from platform_daemon.estimation.gauss_newton import FitState
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
+from .predict import own_sizes, predicted, window_of
 from .refit import Linear, Refit, linearise
 from .shots import Started
 
@@ -29,12 +30,16 @@ _SETTLED = 0.02  # fall of chi^2 that a further step would bring
 
 @dataclass(frozen=True)
 class Score:
-    """Sums over the scored parts: chi^2, its expectation, squares of the residual and of the data, in their units."""
+    """Sums over all samples of the scored parts: chi^2, its expectation, squares of the residual and of the data.
+
+    whole: chi^2 of the whole window, for effects that live at its beginning.
+    """
 
     chi2: float
     dof: float
     squares: float
     energy: float
+    whole: float
 
     @property
     def chi2_per_dof(self) -> float:
@@ -43,7 +48,7 @@ class Score:
 
     @property
     def nrmse(self) -> float:
-        """Rms of the residual over rms of the data, in the band of the harmonics."""
+        """Rms of the residual over rms of the data."""
         return float(np.sqrt(self.squares / self.energy))
 
 
@@ -57,7 +62,7 @@ class HeldOut:
     def total(self) -> Score:
         """Of all shots together; a shot without prediction counts as residual what its data are."""
         good = [s for s in self.by_shot if s is not None]
-        sums = [sum(getattr(s, name) for s in good) for name in ("chi2", "dof", "squares", "energy")]
+        sums = [sum(getattr(s, name) for s in good) for name in ("chi2", "dof", "squares", "energy", "whole")]
         return Score(*sums)
 
 
@@ -80,15 +85,15 @@ def _leave_out(at: Refit, k: int) -> Score:
     others = [j for j in range(len(at.started)) if j != k]
     strengths = _strengths_without(at, k)
     mean, sd = _known(at, others, k)
-    keep = _rows(at.started[k], 0.0, _OWN)
+    keep = _rows(at.started[k], _OWN)
     state = _fitted(at.started[k], at.hypothesis, at.states[k], strengths, keep, mean, sd)
-    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _rows(at.started[k], _OWN, 1.0))
+    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN)
 
 
 def _split_in_time(at: Refit, k: int) -> Score:
     """Predict the end of a shot from its beginning; strengths too are fitted to that alone."""
     started, hypothesis = at.started[k], at.hypothesis
-    keep = _rows(started, 0.0, _SPLIT)
+    keep = _rows(started, _SPLIT)
     state, strengths = at.states[k], at.strengths
     for _ in range(_STEPS):
         linear = linearise(started, hypothesis, state, strengths)
@@ -98,7 +103,7 @@ def _split_in_time(at: Refit, k: int) -> Score:
         state, strengths = state.moved(step[:own]), strengths + step[own:]
         if fall < _SETTLED:
             break
-    return _scored(started, hypothesis, state, strengths, keep, _rows(started, _SPLIT, 1.0))
+    return _scored(started, hypothesis, state, strengths, keep, _SPLIT)
 
 
 def _base(linear: Linear) -> Array:
@@ -114,12 +119,10 @@ def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
     return step / norm, float(residual @ (scaled @ step))
 
 
-def _rows(started: Started, begin: float, end: float) -> np.ndarray:
-    """Rows of the instants in this part of the window, bool (channels m,)."""
+def _rows(started: Started, end: float) -> np.ndarray:
+    """Rows of the instants before this share of the window, bool (channels m,)."""
     time = started.time_s
-    place = (time - time[0]) / (time[-1] - time[0])
-    inside = (place >= begin) & (place < end) if end < 1.0 else place >= begin
-    return np.tile(inside, started.shot.record.channels)
+    return np.tile(time - time[0] < end * (time[-1] - time[0]), started.shot.record.channels)
 
 
 def _strengths_without(at: Refit, k: int) -> Array:
@@ -187,19 +190,20 @@ def _fitted(
 
 
 def _scored(
-    started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array, keep: np.ndarray, rest: np.ndarray
+    started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array, keep: np.ndarray, begin: float
 ) -> Score:
-    """Of the rows `rest`; additive effects of the shot's own are fitted to the rows `keep`."""
-    linear = linearise(started, replace(hypothesis, effects=hypothesis.common), state, strengths)
-    own = hypothesis.own_columns(linear.seen).T
-    residual = linear.residual
-    if own.shape[1]:
-        step, _ = _solved(own[keep], residual[keep])
-        residual = residual - own @ step
-    scale = started.white.scale.ravel()
-    data = (started.data - state.offsets[:, None]).ravel()
-    dof = started.dof * float(rest.mean())
-    left = residual[rest]
+    """Of all samples from the share `begin` of the window on; additive effects of the shot's own are fitted to `keep`."""
+    linear = linearise(started, hypothesis, state, strengths)
+    own = own_sizes(hypothesis, linear, strengths, keep)
+    first, last = window_of(started)
+    data = started.shot.record.samples[:, first:last]
+    left = data - predicted(hypothesis, linear, state, strengths, own)
+    data = data - state.offsets[:, None]
+    weights = np.asarray(started.shot.noise.sd)[:, None] ** -2.0
+    rest = slice(round(begin * (last - first)), None)
+    squares = weights[:, 0] * np.sum(left[:, rest] ** 2, axis=1)
+    whole = float(np.sum(weights * left**2))
     return Score(
-        float(left @ left), dof, float(np.sum((left / scale[rest]) ** 2)), float(np.sum(data[rest] ** 2))
-    )
+        float(squares.sum()), float(left[:, rest].size), float(np.sum(left[:, rest] ** 2)),
+        float(np.sum(data[:, rest] ** 2)), whole,
+    )  # fmt: skip

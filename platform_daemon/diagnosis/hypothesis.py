@@ -13,14 +13,13 @@ from platform_daemon.estimation.models import RingDownModel
 
 from .effects.base import Candidate
 from .look import Look
-from .shots import Shot
 
 
 def _rank(candidate: Candidate) -> int:
     """Torque effects, then receiver effects, then shared additive ones, then those of each shot."""
     if candidate.term is not None:
         return 0
-    return 1 if candidate.undo is not None else 2 if candidate.shared else 3
+    return 1 if candidate.change is not None else 2 if candidate.shared else 3
 
 
 @dataclass(frozen=True)
@@ -112,13 +111,13 @@ class Hypothesis:
         values = state.dynamics.values[: len(self.model.coefficients)]
         return replace(state, dynamics=replace(state.dynamics, values=values))
 
-    def freed(self, shot: Shot, strengths: Array) -> Array:
-        """The shot's samples (channels, n) without what the receiver effects did to them."""
-        samples = shot.record.samples
+    def changes(self, seen: Look, strengths: Array) -> Array:
+        """What the receiver effects change in the model's channels, (channels, m); products of two are left out."""
+        out = np.zeros_like(seen.signal)
         for c, strength in zip(self.receivers, strengths[len(self.torques) :], strict=False):
-            if c.undo is not None and strength != 0.0:
-                samples = c.undo(samples, shot, float(strength))
-        return samples
+            if c.change is not None and strength != 0.0:
+                out += c.change(seen, float(strength))
+        return out
 
     def shared_columns(self, seen: Look) -> Array:
         """Columns of receiver and shared additive effects in units of the noise, (q, rows)."""

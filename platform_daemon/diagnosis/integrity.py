@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from platform_daemon.estimation import estimate_noise
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
@@ -16,7 +18,7 @@ from platform_daemon.estimation.workspace import Workspace
 
 from .hypothesis import Hypothesis
 from .refit import Linear, linearise
-from .shots import Shot, Started
+from .shots import Shot, Started, whitening_for
 from .significance import log_chance
 
 _SURE = -18.0  # logarithm of the chance of a gap in a clock without one
@@ -178,5 +180,9 @@ def _filled(started: Started, at: int, count: int) -> Started:
     cubic = np.polynomial.polynomial.polyfit(around, y[:, which].T, 3)
     new = np.polynomial.polynomial.polyval(np.arange(count), cubic)
     samples = np.concatenate([y[:, :at], new.reshape(y.shape[0], count), y[:, at:]], axis=1)[:, : y.shape[1]]
-    shot = replace(started.shot, record=replace(record, samples=samples))
-    return Started(shot, started.state, started.grids, started.white)
+    record = replace(record, samples=samples)
+    # A step of the phase spreads over the spectrum: noise that was measured beside the signal held some of it.
+    noise = started.shot.noise if "blank" in started.shot.noise.source else estimate_noise(record)
+    shot = replace(started.shot, record=record, noise=noise)
+    white = whitening_for(shot, started.grids, started.state.dynamics.w / (2.0 * math.pi))
+    return Started(shot, started.state, started.grids, white)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -38,6 +38,15 @@ class Look:
     residual: Array
     jacobian: Array
 
+    @classmethod
+    def of_basis(cls, started: Started, state: FitState, basis: Array) -> Look:
+        """The model's channels only, from the kernel's basis (b, m): no residual, no Jacobian."""
+        d, gains = state.dynamics, state.observation.gains(state.dynamics.w)
+        odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
+        slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
+        nothing = np.zeros((0, *odd.shape))
+        return cls(started, state, odd, even, slopes, residual=nothing, jacobian=nothing)
+
     @property
     def time_s(self) -> Array:
         """(m,)."""
@@ -69,32 +78,19 @@ class Look:
         return np.asarray(self.started.shot.to_volts @ self.signal)
 
 
-def look(started: Started, samples: Array, model: RingDownModel, state: FitState) -> Look:
+def look(started: Started, model: RingDownModel, state: FitState) -> Look:
     """Evaluate a state.
-
-    samples: (channels, n), the shot's, or these freed from what the receiver did to them.
 
     Raises:
         LostTrajectoryError: the state does not oscillate.
     """
-    d, obs = state.dynamics, state.observation
-    basis = _basis(started, model, state)
-    data = started.data if samples is started.shot.record.samples else started.at_instants(samples)
-    gains = obs.gains(d.w)
-    odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
-    slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
-    return Look(
-        started=started,
-        state=state,
-        odd=odd,
-        even=even,
-        slopes=slopes,
-        residual=data - odd - even - state.offsets[:, None],
-        jacobian=_jacobian(model, state, basis),
-    )
+    basis = basis_at(started, model, state)
+    seen = Look.of_basis(started, state, basis)
+    residual = started.data - seen.signal - state.offsets[:, None]
+    return replace(seen, residual=residual, jacobian=_jacobian(model, state, basis))
 
 
-def _basis(started: Started, model: RingDownModel, state: FitState) -> Array:
+def basis_at(started: Started, model: RingDownModel, state: FitState) -> Array:
     """The kernel's basis at the instants, (b, m)."""
     d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
     # Torques that depend on time are integrated once; the others have tables.

@@ -11,7 +11,7 @@ after and before. This is accurate to a per cent: enough for a torque that nobod
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from platform_daemon.estimation.workspace import Workspace
 
 from .shots import Grid, Started
 
-Forces = Callable[[Array, Array, Array], Array]
-_STEP = 0.2  # rad at most, of dimensionless time
+Forces = Callable[[Array, Array], Array]
+_STEP = 0.04  # rad at most, of dimensionless time: the error of the phase grows with its fourth power
 
 
 @dataclass(frozen=True)
@@ -83,11 +83,14 @@ def respond(phi, v, force, h, split, codes, widths, c, at, dipole, out):  # type
             side = 1.0 if v[a + 1] >= 0.0 else -1.0
             for n in range(3):
                 _, slopes[n, 0], slopes[n, 1] = acceleration(phi[a + n], v[a + n], side, codes, widths, c, grad)
-            jump = 1.0
+            jump = 0.0
+            left = 0.0
             if v[a] * v[a + 2] < 0.0:
                 before, _, _ = acceleration(phi[a + 1], 0.0, 1.0 if v[a] > 0.0 else -1.0, codes, widths, c, grad)
                 after, _, _ = acceleration(phi[a + 1], 0.0, 1.0 if v[a + 2] > 0.0 else -1.0, codes, widths, c, grad)
-                jump = after / before
+                jump = after / before - 1.0
+                # The jump comes inside the step; the rest of the step moves on with the new velocity.
+                left = 2.0 * h * v[a + 2] / (v[a + 2] - v[a])
             for q in range(k):
                 x = at[0, q]
                 y = at[1, q]
@@ -101,15 +104,17 @@ def respond(phi, v, force, h, split, codes, widths, c, at, dipole, out):  # type
                 x4 = x + 2.0 * h * y3
                 y4 = y + 2.0 * h * k3
                 k4 = slopes[2, 0] * x4 + slopes[2, 1] * y4 + force[q, a + 2]
-                at[0, q] = x + h / 3.0 * (y + 2.0 * y2 + 2.0 * y3 + y4)
-                at[1, q] = (y + h / 3.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)) * jump
+                moved = y + h / 3.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+                kick = jump * (moved + (y - moved) * left / (2.0 * h))
+                at[0, q] = x + h / 3.0 * (y + 2.0 * y2 + 2.0 * y3 + y4) + kick * left
+                at[1, q] = moved + kick
     return 0
 
 
 def torque_answers(started: Started, model: RingDownModel, state: FitState, forces: Forces) -> Array:
     """Change of the record's channels per unit of extra torques, (k, channels, m).
 
-    forces: (phi (n,), v (n,), time in s (n,)) -> torques (k, n) in units of I w^2.
+    forces: (phi (n,), v (n,)) -> torques (k, n) in units of I w^2.
 
     Raises:
         LostTrajectoryError: the state does not oscillate.
@@ -122,14 +127,14 @@ def torque_answers(started: Started, model: RingDownModel, state: FitState, forc
     for g in started.grids:
         ds = d.w * g.factor / rate
         split = 2 * max(1, int(np.ceil(ds / _STEP)))
-        moving = _piece(started, model, state, g, split)
-        time_s = (g.first + np.arange(moving.phi.size) / split) * (g.factor / rate)
-        force = forces(moving.phi, moving.v, time_s)
+        # To the first instant of the next grid, one step after the last of this one.
+        moving = _piece(started, model, state, replace(g, last=g.last + 1), split)
+        force = forces(moving.phi, moving.v)
         at = np.zeros((2, force.shape[0])) if at is None else at
-        out = np.empty((2, force.shape[0], g.count))
+        out = np.empty((2, force.shape[0], g.count + 1))
         args = model.codes, model.widths, coefficients, at, obs.observable == DIPOLE, out
         respond(moving.phi, moving.v, force, ds / split, split, *args)
-        pieces.append(gains[:, :1] * out[0][:, None] + gains[:, 1:] * out[1][:, None])
+        pieces.append(gains[:, :1] * out[0, :, None, :-1] + gains[:, 1:] * out[1, :, None, :-1])
     return np.concatenate(pieces, axis=2)
 
 

@@ -15,7 +15,9 @@ from platform_daemon.estimation.publish import Published, publish
 from platform_daemon.estimation.result import FitResult
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
-from .refit import Refit, linearise
+from .hypothesis import Hypothesis
+from .predict import additive, own_sizes, received, window_of
+from .refit import Refit
 
 _ANGLES = {"psi_start_rad"}
 _PAIRED = 4  # shots from which the scatter itself is the standard error
@@ -103,39 +105,18 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
 
 
 def _clean(at: Refit, k: int) -> np.ndarray:
-    """Samples of a shot without receiver and additive effects."""
+    """Samples of a shot without receiver and additive effects; beyond the window as they were."""
     started, hypothesis = at.started[k], at.hypothesis
-    samples = hypothesis.freed(started.shot, at.strengths)
-    if not any(c.additive for c in hypothesis.effects):
+    samples = started.shot.record.samples
+    if not (hypothesis.receivers or any(c.additive for c in hypothesis.effects)):
         return samples
-    return np.asarray(samples - additive_samples(at, k))
-
-
-def additive_samples(at: Refit, k: int) -> np.ndarray:
-    """What additive effects put into a shot, (channels, n), at every sample from its first valid one on."""
-    from .shots import Grid, Started, whitening_for  # a grid of all samples, for this once
-
-    started, record = at.started[k], at.started[k].shot.record
-    state = at.full_state(k)
-    grid = (Grid(1, 0, record.samples.shape[1]),)
-    whole = Started(started.shot, started.state, grid, whitening_for(started.shot, grid, state.dynamics.w / (2.0 * math.pi)))
-    out = np.zeros_like(record.samples)
-    linear = linearise(started, at.hypothesis, at.states[k], at.strengths)
-    own = at.hypothesis.own_columns(linear.seen)
-    seen = replace(linear.seen, started=whole, residual=out)
-    place = 0
-    target = linear.seen.whitened - at.hypothesis.additive_part(at.strengths, at.hypothesis.shared_columns(linear.seen))
-    sizes = np.linalg.lstsq(own.T, target, rcond=None)[0] if own.size else np.empty(0)
-    for c in at.hypothesis.effects:
-        if not c.additive or c.columns is None:
-            continue
-        columns = c.columns(seen)
-        if c.shared:
-            where = next(s for o, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True) if o is c)
-            out += np.tensordot(at.strengths[where], columns, 1)
-        else:
-            out += np.tensordot(sizes[place : place + columns.shape[0]], columns, 1)
-            place += columns.shape[0]
+    linear, state = at.linear[k], at.states[k]
+    own = own_sizes(hypothesis, linear, at.strengths)
+    bare = received(started, Hypothesis(hypothesis.model, hypothesis.torques), state, at.strengths)
+    first, last = window_of(started)
+    out = samples.copy()
+    changed = received(started, hypothesis, state, at.strengths) - bare
+    out[:, first:last] -= changed + additive(hypothesis, linear, at.strengths, own)
     return out
 
 

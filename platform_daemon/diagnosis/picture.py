@@ -18,7 +18,6 @@ from platform_daemon.estimation.arrays import Array
 from .effects.base import Candidate
 from .hypothesis import Hypothesis
 from .look import Look, look
-from .motion import torque_answers
 from .refit import Refit
 from .shots import Started
 
@@ -121,10 +120,7 @@ def candidate_columns(
     torque = _torque_columns(started, hypothesis, at, k, candidates)
     rows = []
     for c in candidates:
-        if c.force is not None:
-            answers = torque_answers(started, hypothesis.model, at.states[k], c.force)
-            rows.append(started.white(answers))
-        elif c.term is not None:
+        if c.term is not None:
             rows.append(torque[c.key])
         else:
             assert c.columns is not None
@@ -136,11 +132,10 @@ def _torque_columns(
     started: Started, hypothesis: Hypothesis, at: Refit, k: int, candidates: Sequence[Candidate]
 ) -> dict[object, Array]:
     """Columns of the torque candidates by their keys, each (1, rows)."""
-    torques = [c for c in candidates if c.term is not None and c.force is None]
-    # Each value of a hidden scale takes a look of its own.
-    alone = [c for c in torques if c.hidden]
+    torques = [c for c in candidates if c.term is not None]
+    # Each value of a hidden scale takes a look of its own, and so does what depends on time.
+    alone = [c for c in torques if c.hidden or (c.term is not None and c.term.timed)]
     groups = [[c for c in torques if c not in alone], *([c] for c in alone)]
-    samples = hypothesis.freed(started.shot, at.strengths)
     found: dict[object, Array] = {}
     for group in groups:
         if not group:
@@ -150,7 +145,7 @@ def _torque_columns(
         values = np.zeros(len(wide.torques))
         for place, c in enumerate(wide.torques):
             values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
-        seen: Look = look(started, samples, wide.augmented, wide.extended(at.states[k], values))
+        seen: Look = look(started, wide.augmented, wide.extended(at.states[k], values))
         for c, place in zip(wide.torques, wide.strength_places(), strict=True):
             found[c.key] = seen.base[place][None]
     return found

@@ -1,14 +1,14 @@
 """Joint fit of several shots: every shot keeps its declared parameters, effects have common strengths.
 
-Gauss-Newton from fits of the declared model. Effects of the receive side are taken out of the data (Candidate.undo)
-and torque effects are in the equation of motion, so that both are exact at any strength. Additive effects are linear.
+Gauss-Newton from fits of the declared model. Torque effects are in the equation of motion, receiver effects change
+the model's channels (Candidate.change), additive effects are linear.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -152,7 +152,9 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
         LostTrajectoryError: the state does not oscillate.
     """
     full = hypothesis.extended(state, strengths)
-    seen = look(started, hypothesis.freed(started.shot, strengths), hypothesis.augmented, full)
+    seen = look(started, hypothesis.augmented, full)
+    if hypothesis.receivers:
+        seen = replace(seen, residual=seen.residual - hypothesis.changes(seen, strengths))
     shared = hypothesis.shared_columns(seen)
     columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
     residual = seen.whitened - hypothesis.additive_part(strengths, shared)

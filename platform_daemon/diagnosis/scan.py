@@ -15,10 +15,10 @@ from scipy.stats import gamma
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.colour import sd_at
 from platform_daemon.estimation.harmonics import frequency_ratio
-from platform_daemon.estimation.workspace import Workspace
 
 from .effects.additive import LINE, MAINS, side_mode, tone, transient
 from .effects.base import Candidate
+from .predict import own_sizes, predicted, window_of
 from .refit import Refit
 
 _SURE = 1e-6  # chance of a line anywhere in a residual without one
@@ -31,7 +31,7 @@ _TAUS = 8
 _PEAKS = 2  # places offered per decay time and channel
 _OFFERED = 8
 _SHORTEST_TRANSIENT_S = 30e-6
-_TRANSIENTS = 11
+_TRANSIENTS = 14
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,11 @@ def leftovers(at: Refit, pool: Executor) -> list[Leftover]:
 
 
 def _leftover(at: Refit, k: int) -> Leftover:
-    """Torques that depend on time are seen with their look's residual only; tables do without them."""
-    started, hypothesis, shot = at.started[k], at.hypothesis, at.started[k].shot
-    model, state = hypothesis.augmented, at.full_state(k)
-    first, last = shot.record.valid_from, max(g.last * g.factor for g in started.grids)
-    observable = state.observation.observable
-    basis = Workspace(model).basis(state.dynamics, first, last, 1.0 / shot.rate_hz, observable)[:2]
-    signal = state.observation.gains(state.dynamics.w) @ basis + state.offsets[:, None]
-    samples = hypothesis.freed(shot, at.strengths)[:, first:last] - signal
-    level = sd_at(shot.noise, np.array([state.dynamics.w / (2.0 * math.pi)]), shot.rate_hz)[:, 0]
+    started, linear, shot = at.started[k], at.linear[k], at.started[k].shot
+    own = own_sizes(at.hypothesis, linear, at.strengths)
+    first, last = window_of(started)
+    samples = shot.record.samples[:, first:last] - predicted(at.hypothesis, linear, at.states[k], at.strengths, own)
+    level = sd_at(shot.noise, np.array([at.states[k].dynamics.w / (2.0 * math.pi)]), shot.rate_hz)[:, 0]
     return Leftover(samples, level, shot.rate_hz, first)
 
 
@@ -193,6 +189,8 @@ def _peaks(
         offered = None if shared and channels > 1 else channel
         row[:4] = 0.0
         width = max(4, int(seconds / tau_s))
+        # What makes less than half a turn before it is gone is an offset that decays.
+        row[bins / seconds * tau_s < 0.5] = 0.0
         for _ in range(_PEAKS):
             peak = int(np.argmax(row))
             place = _between(row, peak) / seconds

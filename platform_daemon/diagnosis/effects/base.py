@@ -3,8 +3,8 @@
 An effect is tried as candidates: the effect at one place (axis, frequency, decay time ...). There are three kinds.
 
 * A torque candidate names a term of estimation/terms; its columns come with the term's derivatives.
-* A receiver candidate changes the channels: it has columns, the change per unit of strength, and it can be undone in
-  the data, so that a refit with it is a fit of the declared model to freed data.
+* A receiver candidate changes the channels of the model: it has columns, the change per unit of strength, and the
+  whole change at any strength.
 * An additive candidate stands in the data beside the signal: it has columns of its own, linear in their sizes.
 """
 
@@ -17,10 +17,15 @@ from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.terms import TorqueTerm
 
 from ..look import Look
-from ..shots import Shot
 
 Columns = Callable[[Look], Array]
-Undo = Callable[[Array, Shot, float], Array]
+Change = Callable[[Look, float], Array]
+Public = Callable[[float, float, float, float], tuple[float, float]]
+
+
+def as_it_is(strength: float, sd: float, f_nat_hz: float, friction: float) -> tuple[float, float]:
+    """A strength that is published as it is fitted."""
+    return strength, sd
 
 
 @dataclass(frozen=True)
@@ -65,11 +70,9 @@ class Candidate:
         term: the torque term, for torque candidates; its first coefficient is the strength, the others are `hidden`.
         hidden: values of the term's further coefficients, in their units.
         columns: (q, channels, m) from a Look, for receiver (q = 1) and additive candidates.
-        undo: samples (channels, n), shot, strength -> samples freed from the effect, for receiver candidates.
+        change: (look, strength) -> change of the model's channels, (channels, m), for receiver candidates.
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
         public: (strength of the fit, its sd, mean natural frequency in Hz, mean friction) -> the same as published.
-        force: (phi, v, time in s) -> (1, n) torque in units of I w^2 per unit of strength; for terms that depend on
-            time, whose exact derivatives are slow.
         parts: the same effect on single channels, whose columns are these columns in order.
         trials: so many independent places were searched for this one; its p-value is corrected by them.
     """
@@ -79,11 +82,10 @@ class Candidate:
     term: TorqueTerm | None = None
     hidden: tuple[float, ...] = ()
     columns: Columns | None = None
-    undo: Undo | None = None
+    change: Change | None = None
     shared: bool = True
     size: int = 1
-    public: Callable[[float, float, float, float], tuple[float, float]] = lambda value, sd, f_nat_hz, friction: (value, sd)
-    force: Callable[[Array, Array, Array], Array] | None = None
+    public: Public = as_it_is
     parts: tuple[Candidate, ...] = ()
     trials: float = 1.0
 
@@ -95,4 +97,4 @@ class Candidate:
     @property
     def additive(self) -> bool:
         """True if it stands beside the signal."""
-        return self.term is None and self.undo is None
+        return self.term is None and self.change is None

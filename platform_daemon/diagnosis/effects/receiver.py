@@ -1,8 +1,7 @@
 """Receiver effects act on the whole signal: gains, delays, poles, crosstalk, compression.
 
-Each column is the first-order change of the channels; `undo` takes the effect out of the data exactly, or to an order
-far below the noise, so that refits with an effect are fits of the declared model to freed data. They act on the
-digitiser's channels; where calibration mixes these into dm/dt, so does the column.
+They act on the digitiser's channels; where calibration mixes these into dm/dt, so does the change. It is computed from
+the model's signal, never from the data, whose noise would change with it.
 """
 
 from __future__ import annotations
@@ -16,10 +15,10 @@ import numpy as np
 from platform_daemon.estimation.arrays import Array
 
 from ..look import Look
-from ..shots import Shot
-from .base import Candidate, Detail, Effect
+from .base import Candidate, Change, Detail, Effect, Public, as_it_is
 
 AXES = "xyz"
+_SMALL = 1e-12  # a strength whose square is nothing
 _CAL_2F, _TURN, _AMPLITUDE = "calibrate_2f", "turn_90_deg", "second_amplitude"
 GAIN = Effect(
     "channel_gain", "1", 0, (_TURN, _CAL_2F), "v3 in N50, u2 in D30; changes sign if turned by 90 degrees",
@@ -35,122 +34,97 @@ COMPRESSION = Effect(
 )  # fmt: skip
 CROSSTALK = Effect("crosstalk", "1", 0, (_TURN, _CAL_2F), "v2 in phase", "coupling of coils, cables and channels")
 
-# Central difference of order 8: exact to 1e-9 where the signal is.
+# Central difference of order 8.
 _STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-_TAYLOR = 5
 
 
 def derivative(samples: Array, rate_hz: float) -> Array:
     """Time derivative of (channels, n); the four samples at either end repeat their neighbours' value."""
-    inner = np.stack([np.convolve(row, _STENCIL, mode="valid") for row in samples]) * rate_hz
+    inner = np.stack([np.correlate(row, _STENCIL, mode="valid") for row in samples]) * rate_hz
     return np.pad(inner, ((0, 0), (4, 4)), mode="edge")
 
 
-def receiver_candidates(channels: int, quantity: str) -> list[Candidate]:
-    """Everything that can happen to so many channels."""
+def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candidate]:
+    """Everything that can happen to so many channels; f_hz: natural frequency, for gains of single harmonics."""
     each = range(channels)
     if quantity == "angle":
-        return [_single(GAIN, 0, _gain, _undo_gain, axis=None)]
-    found = [_single(GAIN, c, _gain, _undo_gain) for c in each]
-    found += [_single(DELAY, c, _delay, _undo_delay) for c in each]
-    found += [_single(LOW_PASS, c, _delay, _undo_low_pass) for c in each]
-    found += [Candidate(LOW_PASS, columns=_low_pass_all, undo=_undo_low_pass_all, public=_root)]
-    found += [_single(COMPRESSION, c, _compression, _undo_compression) for c in each]
-    found += [Candidate(COMPRESSION, columns=_compression_all, undo=_undo_compression_all)]
+        return [_single(GAIN, 0, _gain, axis=None)]
+    found = [_single(GAIN, c, _gain) for c in each]
+    found += [_single(DELAY, c, _delay) for c in each]
+    found += [_single(LOW_PASS, c, _low_pass) for c in each]
+    found += [_candidate(LOW_PASS, Detail(), _low_pass_all, _root)]
+    found += [_single(COMPRESSION, c, _compression) for c in each]
+    found += [_candidate(COMPRESSION, Detail(), _compression_all)]
     found += [
-        Candidate(
-            CROSSTALK, Detail(start=AXES[a], end=AXES[b]), columns=partial(_mix, a, b), undo=partial(_undo_mix, a, b)
-        )
+        _candidate(CROSSTALK, Detail(start=AXES[a], end=AXES[b]), partial(_mix, a, b))
         for a in each for b in each if a != b
+    ]  # fmt: skip
+    harmonics = [(f_hz, False), (2.0 * f_hz, True)]
+    found += [
+        _candidate(GAIN, Detail(axis=None if c is None else AXES[c], frequency_hz=f), partial(_band_gain, c, even))
+        for f, even in harmonics for c in [*each, None]
     ]  # fmt: skip
     return found
 
 
-def _single(
-    effect: Effect,
-    channel: int,
-    columns: Callable[[int, Look], Array],
-    undo: Callable[[int, Array, Shot, float], Array],
-    axis: str | None = "",
-) -> Candidate:
+def _single(effect: Effect, channel: int, change: Callable[[int, Look, float], Array], axis: str | None = "") -> Candidate:
     """An effect of one channel."""
-    detail = Detail(axis=AXES[channel] if axis == "" else axis)
-    return Candidate(effect, detail, columns=partial(columns, channel), undo=partial(undo, channel))
+    return _candidate(effect, Detail(axis=AXES[channel] if axis == "" else axis), partial(change, channel))
+
+
+def _candidate(effect: Effect, detail: Detail, change: Change, public: Public = as_it_is) -> Candidate:
+    return Candidate(effect, detail, columns=partial(_column, change), change=change, public=public)
+
+
+def _column(change: Change, look: Look) -> Array:
+    """The first-order change per unit of strength, (1, channels, m)."""
+    return change(look, _SMALL)[None] / _SMALL
 
 
 def _in(look: Look, changes: Array) -> Array:
-    """One column from the changes (channels, m) at the digitiser, (1, channels, m)."""
-    return np.asarray((look.started.shot.from_volts @ changes)[None])
+    """Changes (channels, m) at the digitiser as changes of the record's channels."""
+    return np.asarray(look.started.shot.from_volts @ changes)
 
 
 def _on(look: Look, channel: int, row: Array) -> Array:
-    """One column that is `row` on one channel of the digitiser."""
+    """A change of one channel of the digitiser."""
     changes = np.zeros_like(look.volts)
     changes[channel] = row
     return _in(look, changes)
 
 
 def _slopes(look: Look) -> Array:
-    """Time derivative at the digitiser."""
+    """Time derivative at the digitiser, (channels, m)."""
     return np.asarray(look.started.shot.to_volts @ look.slope)
 
 
-def _at_digitiser(work: Callable[[Array], Array], samples: Array, shot: Shot) -> Array:
-    """Samples with `work` done to the digitiser's channels."""
-    return np.asarray(shot.from_volts @ work(shot.to_volts @ samples))
+def _bends(look: Look) -> Array:
+    """Second time derivative at the digitiser, (channels, m)."""
+    slopes, rate = _slopes(look), look.started.shot.rate_hz
+    pieces = zip(look.started.white.slices, look.started.grids, strict=True)
+    return np.concatenate([derivative(slopes[:, where], rate / grid.factor) for where, grid in pieces], axis=1)
 
 
-def _gain(channel: int, look: Look) -> Array:
-    return _on(look, channel, look.volts[channel])
+def _gain(channel: int, look: Look, strength: float) -> Array:
+    return _on(look, channel, strength * look.volts[channel])
 
 
-def _undo_gain(channel: int, samples: Array, shot: Shot, strength: float) -> Array:
-    def work(volts: Array) -> Array:
-        volts[channel] /= 1.0 + strength
-        return volts
-
-    return _at_digitiser(work, samples, shot)
+def _delay(channel: int, look: Look, strength: float) -> Array:
+    bend = 0.5 * strength**2 * _bends(look)[channel] if strength != _SMALL else 0.0
+    return _on(look, channel, bend - strength * _slopes(look)[channel])
 
 
-def _delay(channel: int, look: Look) -> Array:
-    return _on(look, channel, -_slopes(look)[channel])
+def _low_pass(channel: int, look: Look, strength: float) -> Array:
+    bend = strength**2 * _bends(look)[channel] if strength != _SMALL else 0.0
+    return _on(look, channel, bend - strength * _slopes(look)[channel])
 
 
-def _undo_delay(channel: int, samples: Array, shot: Shot, strength: float) -> Array:
-    """y(t + delay) by Taylor's series."""
-
-    def work(volts: Array) -> Array:
-        term = volts[channel : channel + 1]
-        for k in range(1, _TAYLOR + 1):
-            term = derivative(term, shot.rate_hz) * (strength / k)
-            volts[channel] += term[0]
-        return volts
-
-    return _at_digitiser(work, samples, shot)
-
-
-def _undo_low_pass(channel: int, samples: Array, shot: Shot, strength: float) -> Array:
-    """The inverse of one pole: y + tau y'."""
-
-    def work(volts: Array) -> Array:
-        volts[channel] += strength * derivative(volts[channel : channel + 1], shot.rate_hz)[0]
-        return volts
-
-    return _at_digitiser(work, samples, shot)
-
-
-def _low_pass_all(look: Look) -> Array:
+def _low_pass_all(look: Look, strength: float) -> Array:
     """A delay common to all channels is a phase of the motion: the droop, of second order, is what is seen.
 
-    The strength is tau^2 with the sign of tau; the model's own equation gives the second derivative.
+    The strength is tau^2 with the sign of tau.
     """
-    return np.gradient(look.slope, look.time_s, axis=1, edge_order=2)[None]
-
-
-def _undo_low_pass_all(samples: Array, shot: Shot, strength: float) -> Array:
-    """As for one channel."""
-    tau = math.copysign(math.sqrt(abs(strength)), strength)
-    return np.asarray(samples + tau * derivative(samples, shot.rate_hz))
+    return _in(look, 0.5 * strength * _bends(look))
 
 
 def _root(strength: float, sd: float, _: float, __: float) -> tuple[float, float]:
@@ -159,41 +133,19 @@ def _root(strength: float, sd: float, _: float, __: float) -> tuple[float, float
     return math.copysign(tau, strength), sd / max(2.0 * tau, math.sqrt(sd))
 
 
-def _compression(channel: int, look: Look) -> Array:
-    return _on(look, channel, -(look.volts[channel] ** 3))
+def _compression(channel: int, look: Look, strength: float) -> Array:
+    return _on(look, channel, -strength * look.volts[channel] ** 3)
 
 
-def _compression_all(look: Look) -> Array:
-    return _in(look, -(look.volts**3))
+def _compression_all(look: Look, strength: float) -> Array:
+    return _in(look, -strength * look.volts**3)
 
 
-def _expanded(volts: Array, strength: float) -> Array:
-    """u from u (1 - c u^2), by iteration."""
-    u = volts
-    for _ in range(4):
-        u = volts + strength * u**3
-    return u
+def _mix(source: int, target: int, look: Look, strength: float) -> Array:
+    return _on(look, target, strength * look.volts[source])
 
 
-def _undo_compression(channel: int, samples: Array, shot: Shot, strength: float) -> Array:
-    def work(volts: Array) -> Array:
-        volts[channel] = _expanded(volts[channel], strength)
-        return volts
-
-    return _at_digitiser(work, samples, shot)
-
-
-def _undo_compression_all(samples: Array, shot: Shot, strength: float) -> Array:
-    return _at_digitiser(lambda volts: _expanded(volts, strength), samples, shot)
-
-
-def _mix(source: int, target: int, look: Look) -> Array:
-    return _on(look, target, look.volts[source])
-
-
-def _undo_mix(source: int, target: int, samples: Array, shot: Shot, strength: float) -> Array:
-    def work(volts: Array) -> Array:
-        volts[target] -= strength * volts[source]
-        return volts
-
-    return _at_digitiser(work, samples, shot)
+def _band_gain(channel: int | None, even: bool, look: Look, strength: float) -> Array:
+    """Of the odd or the even harmonics only, as a pole that lies between them makes it."""
+    part = look.started.shot.to_volts @ (look.even if even else look.odd)
+    return _in(look, strength * part) if channel is None else _on(look, channel, strength * part[channel])

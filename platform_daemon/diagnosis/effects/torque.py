@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.terms import TERMS, TorqueTerm
 
@@ -65,7 +63,6 @@ def drift_candidate() -> Candidate:
     return Candidate(
         DRIFT,
         term=TERMS["frequency_drift"],
-        force=lambda phi, _, time_s: (-2.0 * np.sin(phi) * time_s)[None],
         public=lambda q, sd, f_nat, _: (q * f_nat, sd * f_nat),
     )
 
