@@ -23,6 +23,7 @@ from .integrity import Flaw, flaws, without_gaps
 from .lookalikes import Rival, gain_of, rivals
 from .missing_torque import MissingTorque, missing_torque
 from .parameters import Mean, means, window_disagreement
+from .picture import Picture
 from .pool import shot_pool
 from .proposals import Proposal, proposals
 from .refit import Refit, refit
@@ -37,6 +38,7 @@ _CONFIDENT = 0.5  # share of what could be gained that named effects must explai
 _LEFT = math.log(1e-3)
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _HERTZ_LAW_RAD = 0.5 * math.pi
+_OPTIONS = 4  # look-alikes that held-out data choose from
 
 
 class DiagnosisError(ValueError):
@@ -108,8 +110,9 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     base = refit(started, Hypothesis(model), pool)
     found = search(base, _candidates(base), pool, tell)
     tell("prediction of held-out data", 0.8)
-    final, before, after, dropped = _proved(found, pool)
-    named = _named(found, final, after, pool) if final.hypothesis.effects else ()
+    seen, before, after, dropped = _proved(found, pool)
+    final = seen.refit
+    named = _named(found, seen, after, pool) if final.hypothesis.effects else ()
     verdict = _verdict(found, final, named, gaps)
     if verdict == "unexplained":
         named = ()
@@ -153,18 +156,37 @@ def _candidates(base: Refit) -> list[Candidate]:
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
 
 
-def _proved(found: Found, pool: Executor) -> tuple[Refit, HeldOut, HeldOut, tuple[Candidate, ...]]:
-    """The best refit without effects that do not help to predict; held-out scores before and after; what was dropped."""
+def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tuple[Candidate, ...]]:
+    """The picture of the refit that predicts best, without effects that do not help; held-out scores before and after.
+
+    Where effects cannot be told apart by the fit, held-out data choose. With what was dropped.
+    """
     before = held_out(found.base, pool)
-    final, after, dropped = found.best, before, []
-    while final.hypothesis.effects:
-        after = held_out(final, pool)
-        worst = min(final.hypothesis.effects, key=lambda c: _help(final, c, after, pool))
-        if _help(final, worst, after, pool) > 0.0:
+    seen, dropped = _best_predicting(found, pool), []
+    after = held_out(seen.refit, pool) if seen.refit.hypothesis.effects else before
+    while seen.refit.hypothesis.effects:
+        at = seen.refit
+        helps = {c.key: _help(at, c, after, pool) for c in at.hypothesis.effects}
+        worst = min(at.hypothesis.effects, key=lambda c: helps[c.key])
+        if helps[worst.key] > 0.0:
             break
         dropped.append(worst)
-        final = found.base if len(final.hypothesis.effects) == 1 else _without(final, worst, pool)
-    return final, before, after if final.hypothesis.effects else before, tuple(dropped)
+        final = found.base if len(at.hypothesis.effects) == 1 else _without(at, worst, pool)
+        seen = found.look_again(final)
+        after = held_out(final, pool) if final.hypothesis.effects else before
+    return seen, before, after, tuple(dropped)
+
+
+def _best_predicting(found: Found, pool: Executor) -> Picture:
+    """The best refit, or one with look-alikes in the place of its effects that predicts better."""
+    seen = found.picture
+    for effect in seen.refit.hypothesis.common:
+        options = [seen.refit]
+        options += [r.refit for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None][:_OPTIONS]
+        if len(options) > 1:
+            best = min(options, key=lambda o: held_out(o, pool).total.chi2)
+            seen = seen if best is seen.refit else found.look_again(best)
+    return seen
 
 
 def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
@@ -183,9 +205,9 @@ def _help(at: Refit, effect: Candidate, with_it: HeldOut, pool: Executor) -> flo
     return without.whole - with_.whole if decays else without.chi2 - with_.chi2
 
 
-def _named(found: Found, final: Refit, after: HeldOut, pool: Executor) -> tuple[Named, ...]:
+def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple[Named, ...]:
     """Accepted effects with their evidence."""
-    named = []
+    named, final = [], seen.refit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     friction = _mean_friction(final)
     for c in final.hypothesis.effects:
@@ -195,8 +217,7 @@ def _named(found: Found, final: Refit, after: HeldOut, pool: Executor) -> tuple[
             value, std = _strength(c, final, where)
             value, std = c.public(value, std, f_nat, friction)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
-            seen = found.picture
-            alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable) if seen.refit is final else ()
+            alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
         named.append(Named(c, value, std, log_p, _help(final, c, after, pool), alike))

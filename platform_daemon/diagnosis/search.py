@@ -8,9 +8,10 @@ adding to the best smaller set.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,6 +62,7 @@ class Found:
         before: the same beside the declared model.
         tried: single candidates beside the declared model, best first.
         trials: number of candidates, by which chances are corrected.
+        look_again: all candidates beside another refit.
         forbidden: the best set fits only with a sign that physics does not allow.
     """
 
@@ -71,8 +73,8 @@ class Found:
     before: Residues
     tried: tuple[Tried, ...]
     trials: float
+    look_again: Callable[[Refit], Picture]
     forbidden: tuple[Candidate, ...] = ()
-    rivals: tuple[Refit, ...] = field(default=())
 
 
 def search(base: Refit, candidates: Sequence[Candidate], pool: Executor, tell: Progress) -> Found:
@@ -92,7 +94,6 @@ class _Search:
     def __init__(self, base: Refit, named: list[Candidate], pool: Executor, tell: Progress) -> None:
         self._base, self._named, self._pool, self._tell = base, named, pool, tell
         self._trials = float(len(named) + len(transients(base)) + 3)
-        self._rivals: list[Refit] = []
         self._scanned: tuple[Refit, tuple[list[Candidate], list[Candidate]]] | None = None
 
     def run(self) -> Found:
@@ -126,7 +127,7 @@ class _Search:
             best, seen = better, self._picture(better)
         after = residues(best, self._pool) if best is not self._base else before
         return Found(
-            self._base, best, seen, after, before, tried, self._trials, forbidden, tuple(self._rivals)
+            self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden
         )
 
     def _scan(self, at: Refit) -> tuple[list[Candidate], list[Candidate]]:
@@ -210,12 +211,12 @@ class _Search:
         fits.sort(key=lambda f: f.chi2)
         allowed = [f for f in fits if signs_allowed(f)]
         banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
-        self._rivals += allowed
         if not allowed:
             return None, banned
         fall = (best.chi2 - allowed[0].chi2) / allowed[0].noise_factor
         added = allowed[0].hypothesis.size - best.hypothesis.size
-        sure = log_chance(fall, max(1, added), self._trials) < LEVEL
+        new = [c for c in allowed[0].hypothesis.common if c.key not in {o.key for o in best.hypothesis.common}]
+        sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
     def _leaders(
@@ -278,14 +279,14 @@ def _guess(hypothesis: Hypothesis, at: Refit, blocks: Sequence[Block], score: Sc
 def signs_allowed(at: Refit) -> bool:
     """True if no strength has a sign that physics forbids."""
     pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
-    return all(c.effect.sign == 0 or at.strengths[s][0] * c.effect.sign >= 0.0 for c, s in pairs)
+    return all(c.allows(float(at.strengths[s][0])) for c, s in pairs)
 
 
 def _allowed(blocks: Sequence[Block], score: Score) -> bool:
     """The same for a linear step."""
     place = 0
     for b in blocks:
-        if b.candidate.effect.sign * score.strengths[place] < 0.0:
+        if not b.candidate.allows(float(score.strengths[place])):
             return False
         place += b.candidate.size
     return True

@@ -10,6 +10,7 @@ An effect is tried as candidates: the effect at one place (axis, frequency, deca
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -74,6 +75,7 @@ class Candidate:
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
         public: (strength of the fit, its sd, mean natural frequency in Hz, mean friction) -> the same as published.
         parts: the same effect on single channels, whose columns are these columns in order.
+        largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
         trials: so many independent places were searched for this one; its p-value is corrected by them.
     """
 
@@ -87,7 +89,12 @@ class Candidate:
     size: int = 1
     public: Public = as_it_is
     parts: tuple[Candidate, ...] = ()
+    largest: float = math.inf
     trials: float = 1.0
+
+    def allows(self, strength: float) -> bool:
+        """True for a strength that physics allows."""
+        return strength * self.effect.sign >= 0.0 and abs(strength) <= self.largest
 
     @property
     def key(self) -> tuple[str, Detail, tuple[float, ...]]:

@@ -34,6 +34,7 @@ COMPRESSION = Effect(
 )  # fmt: skip
 CROSSTALK = Effect("crosstalk", "1", 0, (_TURN, _CAL_2F), "v2 in phase", "coupling of coils, cables and channels")
 
+_LARGEST = {"1": 0.3, "s": 1e-3}
 # Central difference of order 8.
 _STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
 
@@ -73,7 +74,8 @@ def _single(effect: Effect, channel: int, change: Callable[[int, Look, float], A
 
 
 def _candidate(effect: Effect, detail: Detail, change: Change, public: Public = as_it_is) -> Candidate:
-    return Candidate(effect, detail, columns=partial(_column, change), change=change, public=public)
+    largest = _LARGEST.get(effect.unit, math.inf)
+    return Candidate(effect, detail, columns=partial(_column, change), change=change, public=public, largest=largest)
 
 
 def _column(change: Change, look: Look) -> Array:
