@@ -66,10 +66,10 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     jacobian[range(1, 1 + coefficients), range(3, dynamic)] = 1.0
     jacobian[1 + coefficients : 3 + coefficients, :dynamic] = by_state @ by_dynamics
     jacobian[dynamic:, dynamic : dynamic + state.observation.size] = obs_jacobian
-    order = sorted(range(len(names)), key=lambda k: _public_order(names[k]))
+    order = sorted(range(len(names)), key=lambda k: public_order(names[k]))
     return [names[k] for k in order], values[order], jacobian[order]
 
 
-def _public_order(name: str) -> tuple[int, str]:
+def public_order(name: str) -> tuple[int, str]:
     """Position in PARAMETER_NAMES; names of later terms come after them."""
     return (PARAMETER_NAMES.index(name) if name in PARAMETER_NAMES else len(PARAMETER_NAMES), name)
