@@ -119,7 +119,9 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     tell("parameters before and after", 0.9)
     left = found.residues
     torque = missing_torque(final, left) if verdict in ("unexplained", "partly_explained") else None
-    sets = [(n.candidate, [r.candidate for r in n.alike], _rise(n), gain_of(final, n.candidate)) for n in named if n.alike]
+    sets = [
+        (n.candidate, [r.candidate for r in n.alike], _rise(n), gain_of(final, n.candidate)) for n in named if n.alike
+    ]
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
@@ -136,7 +138,9 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
         sigma_before=window_disagreement(base, pool),
         sigma_after=window_disagreement(final, pool),
         torque=torque,
-        next_measurements=tuple(proposals(sets, left.excess if verdict in ("unexplained", "partly_explained") else 0.0)),
+        next_measurements=tuple(
+            proposals(sets, left.excess if verdict in ("unexplained", "partly_explained") else 0.0)
+        ),
         notes=_notes(found, final, refused, dropped),
         seconds=time.perf_counter() - began,
     )
@@ -182,7 +186,9 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
     seen = found.picture
     for effect in seen.refit.hypothesis.common:
         options = [seen.refit]
-        options += [r.refit for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None][:_OPTIONS]
+        options += [r.refit for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None][
+            :_OPTIONS
+        ]
         if len(options) > 1:
             best = min(options, key=lambda o: held_out(o, pool).total.chi2)
             seen = seen if best is seen.refit else found.look_again(best)
@@ -251,7 +257,9 @@ def _own_strength(c: Candidate, final: Refit, trials: float) -> tuple[float, flo
         assert c.columns is not None
         columns = started.white(c.columns(linear.seen)).T
         others = [o for o in final.hypothesis.own if o is not c]
-        wide = np.concatenate([columns, *(started.white(o.columns(linear.seen)).T for o in others if o.columns)], axis=1)
+        wide = np.concatenate(
+            [columns, *(started.white(o.columns(linear.seen)).T for o in others if o.columns)], axis=1
+        )
         target = linear.seen.whitened
         values = np.linalg.lstsq(wide, target, rcond=None)[0][: columns.shape[1]]
         covariance = np.linalg.inv(columns.T @ columns) * final.noise_factor

@@ -126,7 +126,9 @@ def _gained(at: Refit, parts: Sequence[_Part]) -> Generic:
     information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
     q = at.hypothesis.size
     if q:
-        cross = np.linalg.lstsq(information[:q, :q], np.column_stack([information[:q, q:], gradient[:q]]), rcond=None)[0]
+        cross = np.linalg.lstsq(information[:q, :q], np.column_stack([information[:q, q:], gradient[:q]]), rcond=None)[
+            0
+        ]
         gradient = gradient[q:] - information[q:, :q] @ cross[:, -1]
         information = information[q:, q:] - information[q:, :q] @ cross[:, :-1]
         power = power[q:]

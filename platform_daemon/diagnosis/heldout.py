@@ -169,7 +169,13 @@ def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
 
 
 def _fitted(
-    started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array, keep: np.ndarray, mean: Array, sd: Array
+    started: Started,
+    hypothesis: Hypothesis,
+    state: FitState,
+    strengths: Array,
+    keep: np.ndarray,
+    mean: Array,
+    sd: Array,
 ) -> FitState:
     """Start parameters from the kept rows, the others from what is known of them."""
     gone = np.zeros(mean.size)
@@ -192,7 +198,7 @@ def _fitted(
 def _scored(
     started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array, keep: np.ndarray, begin: float
 ) -> Score:
-    """Of all samples from the share `begin` of the window on; additive effects of the shot's own are fitted to `keep`."""
+    """Of all samples from the share `begin` of the window on; the shot's own additive effects are fitted to `keep`."""
     linear = linearise(started, hypothesis, state, strengths)
     own = own_sizes(hypothesis, linear, strengths, keep)
     first, last = window_of(started)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -76,7 +77,7 @@ class Hypothesis:
     def slices(self) -> tuple[slice, ...]:
         """Where the strengths of each common effect stand among all of them."""
         ends = np.cumsum([0, *(c.size for c in self.common)])
-        return tuple(slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False))
+        return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(ends))
 
     @property
     def size(self) -> int:

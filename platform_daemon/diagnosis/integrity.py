@@ -62,9 +62,7 @@ def flaws(shots: Sequence[Shot]) -> list[Flaw]:
     return found
 
 
-def without_gaps(
-    started: Sequence[Started], model: RingDownModel, pool: Executor
-) -> tuple[list[Started], list[Flaw]]:
+def without_gaps(started: Sequence[Started], model: RingDownModel, pool: Executor) -> tuple[list[Started], list[Flaw]]:
     """Shots with the samples put back that their clocks have lost, and where that was."""
     results = list(pool.map(lambda pair: _mended(pair[0], pair[1], model), enumerate(started)))
     return [r[0] for r in results], [f for r in results for f in r[1]]
@@ -115,8 +113,8 @@ def _strongest(linear: Linear) -> tuple[float, int, float, float] | None:
     started = linear.seen.started
     slope = started.white(linear.seen.slope[None]).reshape(linear.seen.slope.shape)
     residual = linear.beside(linear.residual).reshape(slope.shape)
-    m = slope.shape[1]
-    q = np.concatenate([linear.own, linear.q], axis=1).reshape(slope.shape[0], m, -1)
+    channels, m = linear.seen.slope.shape
+    q = np.concatenate([linear.own, linear.q], axis=1).reshape(channels, m, -1)
     after = np.einsum("cm,cmp->mp", slope, q)[::-1].cumsum(axis=0)[::-1]
     power = np.sum(slope**2, axis=0)[::-1].cumsum()[::-1]
     gradient = np.sum(slope * residual, axis=0)[::-1].cumsum()[::-1]

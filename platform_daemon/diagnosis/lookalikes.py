@@ -87,9 +87,9 @@ def _exchange(seen: Picture, effect: Candidate, block: Block) -> float | None:
 
 def _checked(at: Refit, effect: Candidate, rival: Rival, pool: Executor) -> Rival | None:
     """The same by a refit."""
-    hypothesis: Hypothesis = at.hypothesis.without(
-        next(c for c in at.hypothesis.effects if c.key == effect.key)
-    ).plus(rival.candidate)
+    hypothesis: Hypothesis = at.hypothesis.without(next(c for c in at.hypothesis.effects if c.key == effect.key)).plus(
+        rival.candidate
+    )
     try:
         found = refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
     except (LostTrajectoryError, np.linalg.LinAlgError):

@@ -81,7 +81,9 @@ def window_disagreement(at: Refit, pool: Executor) -> dict[str, float]:
     good = [p for p in pairs if p is not None]
     if not good:
         return {}
-    names = [n for n in good[0][0].parameters if all(n in p[0].covariance_names and n in p[1].covariance_names for p in good)]
+    names = [
+        n for n in good[0][0].parameters if all(n in p[0].covariance_names and n in p[1].covariance_names for p in good)
+    ]
     return {name: _sigma(name, good) for name in names}
 
 
@@ -90,7 +92,7 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     if started.shot.record.quantity == "angle":
         return None
     record = replace(started.shot.record, samples=_clean(at, k))
-    fixed = {}
+    fixed: dict[str, float] = {}
     for c, strength in zip(hypothesis.torques, at.strengths, strict=False):
         assert c.term is not None
         values = [float(strength), *c.hidden]

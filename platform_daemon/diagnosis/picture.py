@@ -149,4 +149,3 @@ def _torque_columns(
         for c, place in zip(wide.torques, wide.strength_places(), strict=True):
             found[c.key] = seen.base[place][None]
     return found
-

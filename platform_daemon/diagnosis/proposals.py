@@ -50,7 +50,9 @@ class Proposal:
     expected_sigma: float
 
 
-def proposals(sets: Sequence[tuple[Candidate, Sequence[Candidate], float, float]], unexplained: float) -> list[Proposal]:
+def proposals(
+    sets: Sequence[tuple[Candidate, Sequence[Candidate], float, float]], unexplained: float
+) -> list[Proposal]:
     """Measurements for sets (effect, look-alikes, rise of chi^2 that tells them apart now, gain), the best first.
 
     unexplained: fall of chi^2 that something without a name would bring; more shots and other amplitudes narrow it

@@ -65,7 +65,7 @@ class Linear:
         return columns
 
     def projected(self, columns: Array) -> tuple[Array, Array, Array]:
-        """Of columns (k, rows) beside the shot's own parameters: information (k, k), gradient (k,); their power (k,)."""
+        """Of columns (k, rows) beside the shot's own parameters: information (k, k), gradient, power (k,)."""
         inside = np.concatenate([columns @ self.own, columns @ self.q], axis=1)
         whole = columns @ columns.T
         gradient = columns @ self.residual - inside[:, self.own.shape[1] :] @ (self.q.T @ self.residual)

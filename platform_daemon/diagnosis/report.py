@@ -66,7 +66,8 @@ def _effect(named: Named) -> dict[str, Any]:
 def _detail(named: Named) -> dict[str, Any]:
     d, c = named.candidate.detail, named.candidate
     out: dict[str, Any] = {
-        "axis": d.axis, "frequency_hz": d.frequency_hz, "tau_s": d.tau_s, "sample": d.sample, "from": d.start, "to": d.end
+        "axis": d.axis, "frequency_hz": d.frequency_hz, "tau_s": d.tau_s,
+        "sample": d.sample, "from": d.start, "to": d.end,
     }  # fmt: skip
     if c.hidden and c.term is not None:
         out |= {q.name: v for q, v in zip(c.term.coefficients[1:], c.hidden, strict=True)}
@@ -88,6 +89,7 @@ def _tried(tried: Tried) -> dict[str, Any]:
 
 def _torque(torque: MissingTorque) -> dict[str, Any]:
     """NaN, where the motion never was, as None."""
+
     def rows(values: np.ndarray) -> list[list[float | None]]:
         return [[None if math.isnan(v) else v for v in row] for row in values.tolist()]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -92,7 +93,7 @@ def _floor(power: Array) -> Array:
     edges = np.unique(np.geomspace(16, power.size, 40).astype(int))
     edges = np.concatenate([[0], edges])
     middles = 0.5 * (edges[1:] + edges[:-1])
-    levels = [float(np.median(power[a:b])) for a, b in zip(edges, edges[1:], strict=False)]
+    levels = [float(np.median(power[a:b])) for a, b in itertools.pairwise(edges)]
     return np.maximum(np.interp(np.arange(power.size), middles, levels), 1e-300)
 
 

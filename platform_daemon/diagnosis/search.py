@@ -126,9 +126,7 @@ class _Search:
                 break
             best, seen = better, self._picture(better)
         after = residues(best, self._pool) if best is not self._base else before
-        return Found(
-            self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden
-        )
+        return Found(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
 
     def _scan(self, at: Refit) -> tuple[list[Candidate], list[Candidate]]:
         """(tones, side modes) in what a refit leaves over; looked for once."""
@@ -152,7 +150,15 @@ class _Search:
                 c = block.candidate
                 log_p = log_chance(score.gain, c.size, self._trials * c.trials)
                 rows.append(
-                    Tried((c,), tuple(score.strengths), tuple(score.sd), score.gain, log_p, _allowed([block], score), False)
+                    Tried(
+                        (c,),
+                        tuple(score.strengths),
+                        tuple(score.sd),
+                        score.gain,
+                        log_p,
+                        _allowed([block], score),
+                        False,
+                    )
                 )
         return tuple(sorted(rows, key=lambda t: (t.log_p, -t.gain)))
 
@@ -219,9 +225,7 @@ class _Search:
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
-    def _leaders(
-        self, first: Picture, seen: Picture, size: int
-    ) -> list[tuple[Hypothesis, Refit, np.ndarray]]:
+    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit, np.ndarray]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
         sets = {1: _each, 2: _pairs, 3: _triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if _allowed(blocks, score)]
@@ -235,7 +239,7 @@ class _Search:
         chosen: list[tuple[Hypothesis, Refit, np.ndarray]] = []
         known: set[frozenset[object]] = set()
         for gain, at, blocks, score in proposals:
-            if chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE or len(chosen) >= _LEADERS:
+            if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
                 break
             hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
             keys = frozenset(c.key for c in hypothesis.effects)

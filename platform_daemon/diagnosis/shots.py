@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -53,7 +54,7 @@ class Shot:
     @cached_property
     def from_volts(self) -> Array:
         """Back from the digitiser's channels."""
-        return np.linalg.inv(self.to_volts)
+        return np.asarray(np.linalg.inv(self.to_volts), dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -146,7 +147,7 @@ def whitening_for(shot: Shot, grids: tuple[Grid, ...], frequency_hz: float) -> W
     """From the noise's level in the band of the first harmonics; frequency_hz: of the fundamental."""
     level = sd_at(shot.noise, np.array([frequency_hz]), shot.rate_hz)[:, 0]
     ends = np.cumsum([0, *(g.count for g in grids)])
-    slices = tuple(slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False))
+    slices = tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(ends))
     scale = np.concatenate([np.full(g.count, np.sqrt(g.factor)) for g in grids]) / level[:, None]
     return Whitening(slices, scale, tuple(_filter(shot, g, frequency_hz, level) for g in grids))
 

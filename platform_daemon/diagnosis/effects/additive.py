@@ -39,7 +39,9 @@ def tone(effect: Effect, frequencies_hz: tuple[float, ...], base_hz: float, tria
     return Candidate(effect, detail, columns=columns, shared=False, size=0, trials=trials)
 
 
-def side_mode(frequency_hz: float, tau_s: float, channel: int | None, channels: int, *, shared: bool, trials: float) -> Candidate:
+def side_mode(
+    frequency_hz: float, tau_s: float, channel: int | None, channels: int, *, shared: bool, trials: float
+) -> Candidate:
     """A decaying oscillation on one channel of the record, or on all of them."""
     count = 2 * (channels if channel is None else 1)
     detail = Detail(_axis(channel, channels), frequency_hz, tau_s)

@@ -24,7 +24,9 @@ GAIN = Effect(
     "channel_gain", "1", 0, (_TURN, _CAL_2F), "v3 in N50, u2 in D30; changes sign if turned by 90 degrees",
     "calibration error; pole of a coil or an AC coupling",
 )  # fmt: skip
-DELAY = Effect("channel_delay", "s", 0, (_CAL_2F, _TURN), "u2 in phase, the same in every window", "filters that differ")
+DELAY = Effect(
+    "channel_delay", "s", 0, (_CAL_2F, _TURN), "u2 in phase, the same in every window", "filters that differ"
+)
 LOW_PASS = Effect(
     "receive_lowpass", "s", 1, (_CAL_2F, _TURN), "u2 in phase; all channels: u2 and v3 in amplitude",
     "capacitance of coil and cable, bandwidth of the amplifier",
@@ -68,7 +70,9 @@ def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candi
     return found
 
 
-def _single(effect: Effect, channel: int, change: Callable[[int, Look, float], Array], axis: str | None = "") -> Candidate:
+def _single(
+    effect: Effect, channel: int, change: Callable[[int, Look, float], Array], axis: str | None = ""
+) -> Candidate:
     """An effect of one channel."""
     return _candidate(effect, Detail(axis=AXES[channel] if axis == "" else axis), partial(change, channel))
 
