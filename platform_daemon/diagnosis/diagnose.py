@@ -190,7 +190,8 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
             :_OPTIONS
         ]
         if len(options) > 1:
-            best = min(options, key=lambda o: held_out(o, pool).total.chi2)
+            first = held_out(options[0], pool)
+            best = min(options, key=lambda o: held_out(o, pool).worse_by(first))
             seen = seen if best is seen.refit else found.look_again(best)
     return seen
 
@@ -202,13 +203,8 @@ def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
 
 
 def _help(at: Refit, effect: Candidate, with_it: HeldOut, pool: Executor) -> float:
-    """Fall of the held-out chi^2 that an effect brings as the last one.
-
-    What decays has a size common to all shots, and lives where the start is fitted: the whole window is its judge.
-    """
-    without, with_ = held_out(_without(at, effect, pool), pool).total, with_it.total
-    decays = effect.shared and effect.detail.tau_s is not None
-    return without.whole - with_.whole if decays else without.chi2 - with_.chi2
+    """Fall of the held-out chi^2 that an effect brings as the last one."""
+    return held_out(_without(at, effect, pool), pool).worse_by(with_it)
 
 
 def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple[Named, ...]:
