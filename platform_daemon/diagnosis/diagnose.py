@@ -6,13 +6,14 @@ import math
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from platform_daemon.estimation.models import RingDownModel
 
+from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE
 from .effects.base import Candidate
 from .effects.clock import gap
 from .effects.receiver import receiver_candidates
@@ -38,6 +39,7 @@ _CONFIDENT = 0.5  # share of what could be gained that named effects must explai
 _LEFT = math.log(1e-3)
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _HERTZ_LAW_RAD = 0.5 * math.pi
+_PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 _OPTIONS = 4  # look-alikes that held-out data choose from
 
 
@@ -222,8 +224,22 @@ def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
+            alike = _named_alike(c)
         named.append(Named(c, value, std, log_p, _help(final, c, after, pool), alike))
     return tuple(named)
+
+
+def _named_alike(c: Candidate) -> tuple[Rival, ...]:
+    """A single line at a multiple of the mains may be either."""
+    frequency = c.detail.frequency_hz or 0.0
+    if c.effect is LINE and any(_is_multiple(frequency, mains) for mains in MAINS_HZ):
+        return (Rival(replace(c, effect=MAINS), 0.0, 0.0),)
+    return (Rival(replace(c, effect=LINE), 0.0, 0.0),) if c.effect is MAINS and len(c.tones_hz) == 1 else ()
+
+
+def _is_multiple(frequency_hz: float, mains_hz: float) -> bool:
+    """As near as the mains wanders."""
+    return abs(frequency_hz / mains_hz - round(frequency_hz / mains_hz)) * mains_hz < MAINS_TOLERANCE * frequency_hz
 
 
 def _strength(c: Candidate, final: Refit, where: slice) -> tuple[float, float]:
@@ -286,10 +302,12 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
         if significant or found.forbidden or found.best is not final:
             return "unexplained"
         return "explained" if gaps else "nothing_missing"
-    if not significant and not found.forbidden:
-        return "explained"
     share = explained / (explained + left.excess)
-    return "partly_explained" if share > _CONFIDENT else "unexplained"
+    if significant and share < _CONFIDENT:
+        return "unexplained"
+    gains = [gain_of(final, n.candidate) for n in named if n.candidate in final.hypothesis.common]
+    patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
+    return "partly_explained" if significant or found.forbidden or patched else "explained"
 
 
 def _gap_effects(gaps: Sequence[Flaw]) -> list[Named]:

@@ -60,7 +60,9 @@ def _place(at: Refit, effect: Candidate) -> slice:
 
 
 def gain_of(at: Refit, effect: Candidate) -> float:
-    """Rise of chi^2 over the noise factor if an accepted common effect is left out, to first order."""
+    """Rise of chi^2 over the noise factor if an accepted effect is left out, to first order; 0 for a shot's own."""
+    if effect not in at.hypothesis.common:
+        return 0.0
     where = _place(at, effect)
     value = at.strengths[where]
     return float(value @ np.linalg.lstsq(at.covariance[where, where], value, rcond=None)[0]) / at.noise_factor

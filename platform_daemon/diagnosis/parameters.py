@@ -40,6 +40,8 @@ def published(at: Refit, k: int) -> Published:
     if at.hypothesis.size:
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
         spread = spread + within @ at.covariance @ within.T
+    # Rounding must not leave a direction without information.
+    spread = spread + 1e-13 * np.diag(np.diag(spread))
     matrix = np.zeros((state.size, state.size))
     matrix[np.ix_(mask, mask)] = np.linalg.pinv(spread, hermitian=True, rcond=1e-14)
     nothing = np.zeros(state.offsets.size)

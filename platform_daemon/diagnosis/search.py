@@ -29,8 +29,11 @@ _LARGEST_SET = 3
 _LEADERS = 6
 _NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
 _CLOSE = 12.0  # fall of chi^2, the same
-_PAIRS_FROM = 24  # blocks
+_PAIRS_FROM = 12  # blocks, for pairs with more than two columns
+_NARROW_PAIRS = 80
+_TOLD_APART = 1e-6  # share of two columns' power that must differ
 _TRIPLES_FROM = 12  # pairs
+_THIRDS_FROM = 24
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
 
@@ -110,8 +113,9 @@ class _Search:
             common = self._best_common(seen)
             if own is not None and own[0] < min(LEVEL, common):
                 # What stands beside the signal is taken out first: the sets start anew beside it.
-                root = self._refit(root.hypothesis.plus(own[1]), root) or root
-                best = self._refit(best.hypothesis.plus(own[1]), best) or best
+                sharp = self._sharpened_own(best, own[1])
+                root = self._refit(root.hypothesis.plus(sharp), root) or root
+                best = self._refit(best.hypothesis.plus(sharp), best) or best
                 first = self._picture(root)
                 seen = first if size == 0 else self._picture(best)
                 additive += 1
@@ -122,8 +126,10 @@ class _Search:
             self._tell(f"refits of sets of {size}", 0.3 + 0.15 * size)
             better, banned = self._grown(first, seen, best, size)
             if better is None:
-                forbidden = banned
-                break
+                # Two effects can hide from every single one: larger sets are tried all the same.
+                forbidden = banned or forbidden
+                continue
+            better, forbidden = self._sharpened(better), ()
             best, seen = better, self._picture(better)
         after = residues(best, self._pool) if best is not self._base else before
         return Found(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
@@ -225,6 +231,35 @@ class _Search:
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
+    def _sharpened(self, at: Refit) -> Refit:
+        """With the hidden scales and places of its common effects where chi^2 is least."""
+        for share in (1.0, 0.4):
+            for c in at.hypothesis.common:
+                at = self._sharper(at, c, share) if c.near is not None else at
+        return at
+
+    def _sharper(self, at: Refit, c: Candidate, share: float) -> Refit:
+        """One effect at the best of its neighbouring places; the refit itself if none is better."""
+        beside = self._refit(at.hypothesis.without(c), at)
+        if beside is None or c.near is None:
+            return at
+        seen = picture(beside, [replace(v, parts=()) for v in c.near(share)], self._pool)
+        scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
+        if not scores:
+            return at
+        sharp = max(scores, key=lambda pair: pair[0])[1]
+        trial = self._refit(beside.hypothesis.plus(sharp), beside)
+        return at if trial is None or trial.chi2 >= at.chi2 else trial
+
+    def _sharpened_own(self, at: Refit, c: Candidate) -> Candidate:
+        """The same for an effect of every shot's own."""
+        bin_hz = 1.0 / float(at.started[0].time_s[-1])
+        for share in (1.0, 0.3):
+            if c.near is not None:
+                scale = share * bin_hz if c.detail.tau_s is None else share
+                c = max(c.near(scale), key=lambda v: self._own_gain(at, v)[0])
+        return c
+
     def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit, np.ndarray]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
         sets = {1: _each, 2: _pairs, 3: _triples}[size](first)
@@ -319,14 +354,31 @@ def _each(seen: Picture) -> _Sets:
 
 
 def _pairs(seen: Picture) -> _Sets:
-    singles = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
-    scores = [([a, b], seen.gain([a, b])) for a, b in itertools.combinations(singles, 2) if _compatible(a, b)]
+    """The best pairs; of single columns all are looked at, because two effects can hide each other."""
+    some = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
+    wide = [(a, b) for a, b in itertools.combinations(some, 2) if len(a.where) + len(b.where) > 2]
+    pairs = [(a, b) for a, b in [*_best_narrow_pairs(seen), *wide] if _compatible(a, b)]
+    scores = [([a, b], seen.gain([a, b])) for a, b in pairs]
     found = [(b, s) for b, s in scores if s is not None]
     return sorted(found, key=lambda pair: -pair[1].gain)
 
 
+def _best_narrow_pairs(seen: Picture) -> list[tuple[Block, Block]]:
+    """Pairs of blocks of one column each that promise most, by the formula for two columns."""
+    blocks = [b for b in seen.blocks if len(b.where) == 1]
+    information, gradient = seen.beside_accepted([b.where[0] for b in blocks])
+    power = np.diag(information)
+    gained = gradient**2 * power[:, None] + gradient[:, None] ** 2 * power
+    gained -= 2.0 * information * np.outer(gradient, gradient)
+    left = np.outer(power, power) - information**2
+    promise = np.where(left > _TOLD_APART * np.outer(power, power), gained / np.maximum(left, 1e-300), 0.0)
+    rows, columns = np.triu_indices(len(blocks), 1)
+    best = np.argsort(-promise[rows, columns])[:_NARROW_PAIRS]
+    return [(blocks[rows[k]], blocks[columns[k]]) for k in best]
+
+
 def _triples(seen: Picture) -> _Sets:
-    singles = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
+    singles = [blocks[0] for blocks, _ in _each(seen)][:_THIRDS_FROM]
     found = []
     for pair, _ in _pairs(seen)[:_TRIPLES_FROM]:
         for third in singles:
