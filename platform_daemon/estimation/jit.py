@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numba
-import numba.extending
 
 _ROOM = Path(__file__).parent
 _MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
@@ -33,6 +32,7 @@ def _sources_digest() -> str:
 
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_INSIDE: dict[str, Any] = {"no_cpython_wrapper": True}
 _FAST: dict[str, Any] = {"fastmath": {"reassoc", "contract"}}
 
 
@@ -47,13 +47,16 @@ def fast_kernel(function: Callable[..., Any]) -> Any:
 
 
 def part(function: Callable[..., Any]) -> Any:
-    """A piece of kernels: compiled into those that call it, without an entrance of its own; plain Python elsewhere."""
-    return numba.extending.register_jitable(**_OPTIONS)(function)
+    """A piece of kernels: compiled once, into all that call it, without an entrance for Python.
+
+    Its own function, as plain Python, is `py_func`.
+    """
+    return numba.njit(**_OPTIONS, **_INSIDE)(function)
 
 
 def fast_part(function: Callable[..., Any]) -> Any:
     """A piece of kernels whose sums may be reordered."""
-    return numba.extending.register_jitable(**_OPTIONS, **_FAST)(function)
+    return numba.njit(**_OPTIONS, **_FAST, **_INSIDE)(function)
 
 
 def inlined(function: Callable[..., Any]) -> Any:

@@ -72,7 +72,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
     scratch = np.empty(SCRATCH)
     weighted = np.empty(wide)
     used = 0
-    filled = 0
+    filled = np.int64(0)  # typed: a literal would compile everything it is passed to twice
     begin = max(first, math.ceil((heads[0, HEAD_START] - theta) / (w * dt)))
     for h in range(count):
         stop = min(last, math.ceil((heads[h + 1, HEAD_START] - theta) / (w * dt)))
@@ -82,7 +82,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
             if filled == wide:
                 add_products(basis, collected, filled, products)
                 add_gram(basis, collected[3 * groups], filled, weighted, gram)
-                filled = 0
+                filled = np.int64(0)
             sums.fill(0.0)
             dx = 2.0 * w * dt / heads[h, HEAD_DURATION]
             x = 2.0 * (w * begin * dt + theta - heads[h, HEAD_START]) / heads[h, HEAD_DURATION] - 1.0

@@ -14,7 +14,6 @@ from .refusal import Refusal, RefusedError
 _HARMONICS = 4
 _POINTS_PER_PERIOD = 24
 _SEARCH = 0.12
-_TRIALS_PER_PERIOD = 2.5
 _SETTLED = 1e-3  # rad, at the ends of the stretch
 
 
@@ -50,10 +49,8 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
     middle = (first + 0.5 * (block * blocks - 1)) * dt_s
     half = max(0.5 * (blocks - 1) * block, 1.0) * dt_s
     weights = noise_sd**-2.0
-    periods = (last - first) * dt_s * frequency_hz
-    trials = min(max(int(_TRIALS_PER_PERIOD * periods), 25), 97)
     centre = 2.0 * np.pi * frequency_hz
-    omega = best_frequency(data, block * dt_s, (1.0 - _SEARCH) * centre, (1.0 + _SEARCH) * centre, trials, weights)
+    omega = best_frequency(data, block * dt_s, (1.0 - _SEARCH) * centre, (1.0 + _SEARCH) * centre, weights)
     for _ in range(3):
         z, slope, factor = _drifting_harmonics(data, block * dt_s, omega)
         overlap = np.sum(weights * np.conj(z[0]) * slope[0]) / np.sum(weights * np.abs(z[0]) ** 2)

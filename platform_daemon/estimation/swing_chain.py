@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from .half_swing import direction_at_rest
 from .jit import fast_kernel, kernel, part
 from .swing_table import look_up_end
 from .terms.dispatch import acceleration
@@ -73,7 +72,7 @@ def walk_swings(  # type: ignore[no-untyped-def]
         which = 0 if mirrored or side > 0.0 else 1
         tabulated = bands[which, 0] <= size <= bands[which, 1]
         if not (tabulated and bands[which, 2] > _SURE_PULL):
-            side, _ = direction_at_rest(angle, 0.0, codes, widths, c, grad)
+            side = _direction_at_rest(angle, side, codes, widths, c, grad)
             if side == 0.0:
                 return count, STATUS_STUCK
         if side * angle >= 0.0 or not size < _WIDEST or count == weights.shape[0]:
@@ -87,6 +86,16 @@ def walk_swings(  # type: ignore[no-untyped-def]
             heads[count, HEAD + q] = walk[WALK + q]
         _pass(walk, side, end, columns)
         count += 1
+
+
+@part
+def _direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+    """Where a rotor at rest goes: +1, -1, or 0 where friction of either sign holds it."""
+    for sign in (likely, -likely):
+        pull, _, _ = acceleration(angle, 0.0, sign, codes, widths, c, grad)
+        if pull * sign > 0.0:
+            return sign
+    return 0.0
 
 
 @part

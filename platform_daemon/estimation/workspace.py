@@ -13,9 +13,9 @@ from .chebyshev import nodes_for, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
-from .residual_trace import fill_model
+from .residual_trace import fill_model, to_coefficients
 from .sampling import DIPOLE
-from .swing_chain import WALK, WALK_START
+from .swing_chain import HEAD_SIDE, WALK, WALK_START
 from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
@@ -150,15 +150,27 @@ class Workspace:
         """
         d, points, done = dynamics, np.empty((2, 2 * blocks)), 0
         for walk, tables, count in self._ways(d, d.w * (begin + blocks * block) * dt_s + d.theta, observable):
+            if count == 0:
+                continue
+            here = self._coefficients(walk, tables, count)
             done = fill_model(
-                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
-                self._symmetric, observable, tables.grid.to_nodes, tables.values, points,
+                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, walk.heads, here,
+                1.0 if observable == DIPOLE else -1.0, points,
             )  # fmt: skip
         if walk.status == STATUS_STUCK:
             points[0, done:], points[1, done:] = (0.0 if observable == DIPOLE else walk.angle), 0.0
         elif walk.status != STATUS_OK:
             raise LostTrajectoryError(_LOST)
         return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
+
+    def _coefficients(self, walk: Walk, tables: SwingTables, count: int) -> Array:
+        """Chebyshev coefficients of f1, f2 in the half swings of a walk's last stretch, (count, 2, k)."""
+        used = tables.values[:1] if self._symmetric else tables.values
+        table = to_coefficients(used, tables.grid.to_nodes)
+        each = walk.weights[:count] @ table.reshape(*table.shape[:2], -1)
+        if not self._symmetric:
+            each[0] = np.where(walk.heads[:count, HEAD_SIDE, None] > 0.0, each[0], each[1])
+        return np.asarray(each[0].reshape(count, 2, -1))
 
     def _ways(self, d: Dynamics, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
         """Stretches of a walk until s_end, walked already or anew."""
