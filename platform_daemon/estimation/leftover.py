@@ -73,7 +73,7 @@ def _derivatives(model: RingDownModel, state: FitState, first: int, blocks: int,
     jacobian = np.empty((gains.shape[0], functions, state.size))
     unused = np.empty(functions)
     for channel in range(gains.shape[0]):
-        coefficients.py_func(
+        coefficients(
             chain, gains, seen.gains_by_w(d.w), seen.gains_by_own(d.w), state.offsets, channel, unused,
             jacobian[channel],
         )  # fmt: skip

@@ -1,6 +1,8 @@
-"""Block means, and which frequency explains most of a short stretch of them: the search that start values begin with."""
+"""Block means, and the frequency that explains most of a short stretch of them, with which start values begin."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
@@ -18,12 +20,11 @@ def best_frequency(data: Array, step_s: float, lowest: float, highest: float, we
     """
     n = data.shape[1]
     size = next_fast_len(_PADDING * n, real=True)
-    spectrum = rfft(data - data.mean(axis=1, keepdims=True), size, axis=1)
-    power = weights @ (spectrum.real**2 + spectrum.imag**2)
     bins_per_omega = step_s * size / (2.0 * np.pi)
-    first, last = int(np.ceil(lowest * bins_per_omega)), int(highest * bins_per_omega)
-    last = min(last, (power.size - 1) // 2)
-    both = power[first : last + 1] + power[2 * first : 2 * last + 1 : 2]
+    first, last = math.ceil(lowest * bins_per_omega), min(int(highest * bins_per_omega), size // 4)
+    spectrum = rfft(data - (data.sum(axis=1) / n)[:, None], size, axis=1)[:, first : 2 * last + 1]
+    power = weights @ (spectrum.real**2 + spectrum.imag**2)
+    both = power[: last + 1 - first] + power[first::2]
     return (first + int(both.argmax())) / bins_per_omega
 
 
