@@ -25,7 +25,11 @@ def best_frequency(data: Array, step_s: float, lowest: float, highest: float, we
     spectrum = rfft(data - (data.sum(axis=1) / n)[:, None], size, axis=1)[:, first : 2 * last + 1]
     power = weights @ (spectrum.real**2 + spectrum.imag**2)
     both = power[: last + 1 - first] + power[first::2]
-    return (first + int(both.argmax())) / bins_per_omega
+    k = int(both.argmax())
+    if 0 < k < both.size - 1:
+        left, peak, right = both[k - 1 : k + 2].tolist()
+        return (first + k + 0.5 * (right - left) / (2.0 * peak - left - right)) / bins_per_omega
+    return (first + k) / bins_per_omega
 
 
 @fast_kernel

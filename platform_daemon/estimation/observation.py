@@ -119,7 +119,8 @@ class DipoleObservation:
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
         m_r = grown(self.m_r, float(step[0]))
-        return replace(self, m_r=m_r, rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+        rotation = self.rotation @ rotation_from_rodrigues(step[1:])
+        return DipoleObservation(m_r, rotation, self.mixing, self.observable)
 
     def bend(self, step: Array) -> float:
         """Relative change of the moment, or angle of rotation."""

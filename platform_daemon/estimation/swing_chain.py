@@ -26,8 +26,8 @@ _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
 @fast_kernel
-def remaining_sizes(size, left, side, codes, widths, c, ratio, band):  # type: ignore[no-untyped-def]
-    """Sizes band (2,) of the half swings in the remaining time `left`, from the work of the losses in one of them.
+def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[no-untyped-def]
+    """Smallest and largest size of the half swings in the remaining time `left`, from the work of the losses in one of them.
 
     An estimate, no wider than size/ratio to 1.5 size: a ring-down that leaves the band gets another table.
     """
@@ -43,8 +43,8 @@ def remaining_sizes(size, left, side, codes, widths, c, ratio, band):  # type: i
         # What changes sign with the motion is not conservative.
         work += 0.5 * side * (there - back) * math.sin(place) * size * math.pi / points
     change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1 * size)
-    band[0] = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
-    band[1] = min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
+    low = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
+    return low, min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
 
 
 @kernel
