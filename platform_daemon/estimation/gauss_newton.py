@@ -43,12 +43,9 @@ class FitState:
         d = self.dynamics
         k = 3 + len(d.values)
         m = k + self.observation.size
-        dynamics = Dynamics(
-            w=d.w + float(step[1]),
-            theta=d.theta + float(step[0]),
-            amplitude=grown(d.amplitude, float(step[2])),
-            values=tuple(q + float(dq) for q, dq in zip(d.values, step[3:k], strict=True)),
-        )
+        by_theta, by_w, by_amplitude, *by_values = step[:k].tolist()
+        values = tuple(q + dq for q, dq in zip(d.values, by_values, strict=True))
+        dynamics = Dynamics(d.w + by_w, d.theta + by_theta, grown(d.amplitude, by_amplitude), values)
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])
 
     def mirrored(self) -> FitState:

@@ -56,7 +56,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
     y (channels, n); values (2, k, f, m) the tables of the two directions, of which mirrored motion needs only the
     first; skipped: half swings passed before these; of all of them every stride-th takes part. nodes (m,), matrix
     (m, m): Grid.nodes, Grid.to_nodes.
-    gram (b, b) lower triangle, products (channels, b), energy (channels,) grow. Returns the samples that took part.
+    gram (b, b), products (channels, b), energy (channels,) grow. Returns the samples that took part.
     """
     channels = y.shape[0]
     columns = (heads.shape[1] - HEAD) // 2
@@ -99,6 +99,9 @@ def collect_swings(  # type: ignore[no-untyped-def]
         begin = stop
     add_products(basis, collected, filled, products)
     add_gram(basis, collected[3 * groups], filled, weighted, gram)
+    for j in range(b):
+        for k in range(j):
+            gram[k, j] = gram[j, k]
     for channel in range(channels):
         energy[channel] += squares[channel]
     return used

@@ -195,6 +195,7 @@ def drift_degree(residual: Array) -> int:
     n = residual.shape[1] // block
     if n < 4 * _HIGHEST_DEGREE:
         return 0
-    means = residual[:, : n * block].reshape(-1, n, block).mean(axis=2) * np.sqrt(block)
+    pieces = residual[:, : n * block].reshape(-1, n, block)
+    means = pieces @ np.full(block, block**-0.5)
     sure = np.abs(means @ _drifts(n)).max(axis=0)[1:] > _SURE_DRIFT
-    return int(np.flatnonzero(sure).max(initial=-1)) + 1
+    return int(np.flatnonzero(sure)[-1]) + 1 if sure.any() else 0

@@ -63,18 +63,14 @@ class _Pass:
         if self._observable != DIPOLE:
             constant[0] = self._walk.angle
             constant[6:-1:2] = math.copysign(1.0, self._walk.angle) * at[WALK : WALK + columns]
-        gram += np.tril(y.shape[1] * np.outer(constant, constant))
+        gram += y.shape[1] * np.outer(constant, constant)
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
         self.used += y.shape[1]
 
     def result(self) -> Moments:
         """What was collected."""
-        gram, products, energy = self._sums
-        # Only the lower triangle was filled.
-        whole = gram + gram.T
-        whole.ravel()[:: gram.shape[0] + 1] *= 0.5
-        return Moments(whole, products, energy, self.used, self._walk.at[WALK + self._walk.columns :].copy())
+        return Moments(*self._sums, self.used, self._walk.at[WALK + self._walk.columns :].copy())
 
 
 @dataclass(frozen=True)
