@@ -1,20 +1,30 @@
 """Ring-down estimation: arrays in, frozen results out. Pure: no files, no devices, no web.
 
 The way of one shot through the room:
-    calibration (equaliser)      volts -> dm/dt in world axes
-    screening, noise, windows    is it usable, how noisy is it (welch, series_noise), which samples (periods)
-    snapshot, start              start values from the first periods (spectrum, harmonics)
-    swings, start_angle            those of an angle: passages through zero and turning points
+    calibration (equaliser)      volts -> dm/dt in world axes; rotation, observation: what channels see of the motion
+    fit                          the whole way, from here on
+    task                         what is to be fitted: a record that passed
+    screening (oscillation, scan, saturation), the windows asked for (windows, periods), and its
+    noise (welch, series_noise)    per channel and frequency
+    snapshot, start              start values from the first periods (spectrum, line_search, harmonics, start_value)
+    swings, start_angle            those of an angle: passages through zero and turning points (turning_points)
     models (terms), knowledge    what is fitted: torque terms, and what is known of the parameters beforehand (hints)
+    solving                      from all starts to one minimum
     growing, gauss_newton        least squares on growing windows (assemble, linear), from
-    workspace, moments, sums       what the samples say, half swing by half swing, with the help of
-    swing_chain                      their order in time, looked up in
+    workspace, moments, sums       what the samples say, half swing by half swing (direct_moments: one by one), with
+    swing_chain, swing_walk        their order in time, looked up in
     swing_table, collocation         half swings solved once for all amplitudes (chebyshev, terms)
-    trajectory                   the same motion sample by sample: trace (half_swing, terms), sampling (observation)
+    trajectory                   the same motion sample by sample: trace (half_swing, tableau, terms), sampling
     weighting                    every harmonic by the noise that stands there (colour)
     disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
     ambiguity                    did all starts lead to one minimum?
-    publish, judgement           published parameters, covariance, verdict -> result
+    residual, residual_trace     what is left over; leftover: with what the fit could still move
+    companion, misfit            a second oscillation in it, flat tops, colour; beat: seen where no fit got through
+    verdict                      good or refused
+    publish, judgement, losses   published parameters, covariance, doubts -> result (start_label), or refusal
+
+Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench* (speed), warm and jit
+(compilation), arrays (types).
 """
 
 from __future__ import annotations

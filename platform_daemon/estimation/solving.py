@@ -1,0 +1,91 @@
+"""From start values to the minimum; where there is none, why."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .ambiguity import ambiguity
+from .beat import find_beat
+from .gauss_newton import FitState
+from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
+from .judgement import POOR_CHI2, refuse_faint
+from .knowledge import free_mask, knowledge_of, with_fixed
+from .models import RingDownModel
+from .publish import by_convention, publish
+from .refusal import Refusal, RefusedError
+from .start import Start, find_start, observes_dipole
+from .start_label import NoLabelError
+from .task import Task
+from .trajectory import LostTrajectoryError
+from .weighting import weighted_by_harmonic
+
+_SHORT_PERIODS = 12.0
+FAILURES = (NoConvergenceError, LostTrajectoryError, NoLabelError, np.linalg.LinAlgError)
+
+
+def solve(task: Task, model: RingDownModel) -> tuple[Problem, Fitted]:
+    """Minimise chi^2 from start values found in the data."""
+    record, chosen = task.record, task.chosen
+    start = find_start(record, model, chosen.first, chosen.last, task.frequency_hz, task.noise_sd)
+    free = free_mask(model, start.state(start.amplitudes[0]).size, task.fixed)
+    knowledge = knowledge_of(model, task.fixed, dipole=observes_dipole(record, model))
+    problem = Problem(record, model, task.noise_sd, free, chosen.first, knowledge)
+    try:
+        return problem, _weighted(problem, _best_fit(problem, start, task), task)
+    except RefusedError as refused:
+        if refused.code is Refusal.NO_CONVERGENCE and task.periods < _SHORT_PERIODS:
+            raise RefusedError(Refusal.TOO_SHORT, f"no minimum found in {task.periods:.1f} periods") from refused
+        raise
+
+
+def _weighted(problem: Problem, best: Fitted, task: Task) -> Fitted:
+    """The minimum with every harmonic weighted by the noise that stands there."""
+    try:
+        return weighted_by_harmonic(problem, best, task.chosen.last, task.noise, task.frequency_hz)
+    except FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
+
+
+def _best_fit(problem: Problem, start: Start, task: Task) -> Fitted:
+    """Quickly from the most trusted start; carefully, and from the others, only if that explains the record badly."""
+    found: list[Fitted] = []
+    dof = task.degrees(problem)
+    failure = "no start value led anywhere"
+    for amplitude, schedule in [(start.amplitudes[0], QUICK), *((a, CAREFUL) for a in start.amplitudes)]:
+        state = by_convention(with_fixed(start.state(amplitude), problem.model, task.fixed))
+        try:
+            found.append(fit_growing(problem, state, start.periods, task.chosen.last, schedule))
+        except FAILURES as error:
+            failure = str(error)
+            continue
+        if found[-1].normal.chi2 < POOR_CHI2 * dof:
+            break
+    if not found:
+        first = by_convention(with_fixed(start.state(start.amplitudes[0]), problem.model, task.fixed))
+        _refuse_faint(task, problem, first)
+        refuse_beat(task)
+        raise RefusedError(Refusal.NO_CONVERGENCE, failure)
+    problem.doubts = ambiguity(found, problem.free, dof)
+    return min(found, key=lambda fitted: fitted.normal.chi2)
+
+
+def _refuse_faint(task: Task, problem: Problem, state: FitState) -> None:
+    """A signal too weak for its size to be told, at these start values, as the reason why a fit went wrong."""
+    try:
+        normal = problem.evaluate(state, task.chosen.last).normal
+        public = publish(problem.model, state, normal, problem.free)
+    except FAILURES:
+        return
+    refuse_faint(public)
+
+
+def refuse_beat(task: Task) -> None:
+    """Two resonators as the reason why a fit went wrong; a window may end where they first cancel each other."""
+    record = task.record
+    if record.quantity == "angle":
+        return
+    beat = find_beat(record, record.valid_from, record.end, task.frequency_hz, task.noise_sd)
+    if beat is not None:
+        one, other = beat.frequencies_hz
+        seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"
+        raise RefusedError(Refusal.TWO_RESONATORS, seen)

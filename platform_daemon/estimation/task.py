@@ -1,0 +1,75 @@
+"""What is to be fitted, whichever model does it: a screened record, its noise, and the samples of a window."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .growing import Problem
+from .noise import NoiseModel, estimate_noise
+from .periods import FEW_PERIODS, counted_periods
+from .record import RingDownRecord
+from .refusal import Refusal, RefusedError
+from .screening import refuse_few_periods, screen
+from .windows import SampleRange, Window, select_window
+
+
+@dataclass(frozen=True)
+class Task:
+    """A record ready to be fitted."""
+
+    record: RingDownRecord
+    noise: NoiseModel
+    noise_sd: np.ndarray
+    chosen: SampleRange
+    frequency_hz: float
+    fixed: Mapping[str, float]
+    noise_seconds: float
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def samples(self) -> int:
+        """Samples per channel in the window."""
+        return self.chosen.last - self.chosen.first
+
+    @property
+    def periods(self) -> float:
+        """Periods in the window."""
+        return self.samples * self.record.dt_s * self.frequency_hz
+
+    def degrees(self, problem: Problem) -> int:
+        """Degrees of freedom of the residual."""
+        return self.record.channels * self.samples - int(problem.free.sum())
+
+
+def task_of(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> Task:
+    """Screen the record, measure its noise, choose the samples."""
+    line = screen(record)
+    began = time.perf_counter()
+    noise = estimate_noise(record) if noise is None else noise
+    noise_seconds = time.perf_counter() - began
+    sd = _usable_sd(noise, record)
+    chosen = select_window(record, window, line.frequency_hz, sd)
+    if chosen.last <= chosen.first:
+        raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")
+    task = Task(record, noise, sd, chosen, line.frequency_hz, fixed, noise_seconds)
+    if task.periods < FEW_PERIODS and record.quantity != "angle":
+        seen = record.samples[:, chosen.first : chosen.last]
+        counted = counted_periods(seen, record.dt_s, line.frequency_hz)
+        task = replace(task, frequency_hz=counted / (task.samples * record.dt_s))
+    refuse_few_periods(task.samples * record.dt_s, task.frequency_hz)
+    return task
+
+
+def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
+    """Standard deviations (channels,), kept above rounding so that noise-free records can be fitted."""
+    sd = np.asarray(noise.sd, dtype=np.float64)
+    if sd.shape != (record.channels,) or not np.all(np.isfinite(sd)) or np.any(sd < 0.0):
+        raise ValueError(f"noise.sd must be {record.channels} finite numbers >= 0, not {sd!r}")
+    # A thousand samples, evenly spread, know the size of the signal well enough.
+    some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)]
+    return np.maximum(sd, 1e-9 * math.sqrt(float(np.einsum("ij,ij", some, some)) / some.size))
