@@ -24,7 +24,6 @@ from .rotation import (
 )
 from .sampling import DIPOLE, STATE
 
-
 # d (v column, u column) / d (m_r, delta) of a dipole along (e_u, e_v, e_w), up to factors: (4, 2, 3).
 _BY_OWN = np.array(
     [
