@@ -29,7 +29,8 @@ _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[no-untyped-def]
     """Smallest and largest size of the half swings in the remaining time `left`.
 
-    An estimate from the work of the losses in one of them, no wider than size/ratio to 1.5 size: a ring-down that leaves the band gets another table.
+    An estimate from the work of the losses in one of them, no wider than size/ratio to 1.5 size: a ring-down that
+    leaves the band gets another table.
     """
     grad = np.zeros(c.size + 1)
     points = 8
