@@ -4,104 +4,31 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from statistics import fmean, median, mode, stdev
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import InputError, PlatformError, RecordingError
+from drivers.errors import PlatformError
 from platform_daemon import __version__
 from platform_daemon.estimation import (
-    PARAMETER_NAMES,
     FitResult,
+    RingDownRecord,
     SeriesNoise,
     find_clipping,
     fit_ring_down,
     model_signal,
 )
+from platform_daemon.estimation.derived import mean_orientation
+from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant, names_in_order
 from platform_daemon.plots import RingDownPicture
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Calibration, FitTable, Recording
-
-Window = Literal["n50", "d30"] | float
-VARIANTS = ("thread", "jewel")
-NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
-
-
-@dataclass(frozen=True)
-class FitRequest:
-    """How to fit.
-
-    Attributes:
-        variant: "thread" or "jewel".
-        window: "n50", "d30" or seconds.
-        fixed: parameters held, by name.
-        hints: losses held only in frames whose window cannot tell them apart.
-    """
-
-    variant: str
-    window: Window = "d30"
-    fixed: Mapping[str, float] | None = None
-    hints: Mapping[str, float] | None = None
-
-
-def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
-    """Raises InputError for a parameter that cannot be held or hinted at, or not at that value."""
-    allowed = ["f_nat_hz", "lambda_per_s"]
-    allowed += ["m_r_am2"] if calibrated else []
-    allowed += ["tf_over_i_rad_per_s2"] if ask.variant == "jewel" else []
-    for name, value in (ask.fixed or {}).items():
-        if name not in allowed:
-            why = f"a {ask.variant} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
-            raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
-        _check_value(name, value, "fixed")
-    losses = [name for name in allowed if name in _LOSSES]
-    for name, value in (ask.hints or {}).items():
-        if name not in losses:
-            why = f"the losses of a {ask.variant} are {', '.join(losses)}"
-            raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")
-        _check_value(name, value, "hints")
-
-
-_LOSSES = ("lambda_per_s", "tf_over_i_rad_per_s2")
-
-
-def _check_value(name: str, value: float, where: str) -> None:
-    """Raises InputError for a value that no resonator can have."""
-    if not (math.isfinite(value) and value >= 0 and (value > 0 or name in _LOSSES)):
-        raise InputError(f"{name} = {value} makes no sense", where=where, remedy="give a finite positive value")
-
-
-def parse_window(text: str) -> Window:
-    """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
-    if text in NAMED_WINDOWS:
-        return NAMED_WINDOWS[text]
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not (math.isfinite(seconds) and seconds > 0):
-        raise InputError(f"no window {text!r}", where="window", remedy="give n50, d30, or a positive number of seconds")
-    return seconds
-
-
-def choose_variant(recording: Recording, variant: str | None) -> str:
-    """The caller's variant, else the file's.  Raises InputError if neither names one."""
-    chosen = variant or recording.variant
-    if chosen is None:
-        raise RecordingError(
-            "the file does not say which resonator it holds",
-            where=f"{recording.path}: /resonator/variant",
-            remedy="name it with --variant thread or --variant jewel",
-        )
-    if chosen not in VARIANTS:
-        raise InputError(f"no variant {chosen!r}", where="variant", remedy="give thread or jewel")
-    return chosen
 
 
 def fit_frame(
@@ -115,10 +42,20 @@ def fit_frame(
 
     noise: of the series that the frame belongs to; None: the frame's own.
     """
+    return _fit_record(rx_volts, ring_down(rx_volts, rate_hz, calibration), ask, noise)
+
+
+def _fit_record(
+    rx_volts: NDArray[np.float64],
+    calibrated: tuple[RingDownRecord, tuple[str, ...]],
+    ask: FitRequest,
+    noise: SeriesNoise | None,
+) -> FitResult:
+    """Fit a record, calibrated from these volts with these assumptions."""
     clipped = find_clipping(rx_volts)
     if clipped is not None and clipped.severe:
         return FitResult(verdict="refused", reason=f"saturated: {clipped}")
-    record, assumed = ring_down(rx_volts, rate_hz, calibration)
+    record, assumed = calibrated
     of_shot = (noise or SeriesNoise()).for_shot(record)
     fit = fit_ring_down(record, ask.variant, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
     notes = (*fit.notes, *assumed, *([of_shot.note] if of_shot.note else []))
@@ -164,32 +101,37 @@ def refused_report(frame: int, reason: str) -> dict[str, Any]:
 def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float | None]]:
     """Mean and scatter of each parameter over the good frames; psi averaged on the circle; std None for one frame."""
     good = [f["parameters"] for f in frames if f["verdict"] == "good"]
-    vectors = _neighbouring_rotations(good)
     result: dict[str, dict[str, float | None]] = {}
-    for name in PARAMETER_NAMES:
+    for name in names_in_order({name for p in good for name in p}):
         values = [p[name]["value"] for p in good if name in p]
-        if values and name in _RODRIGUES:
-            values = vectors[:, _RODRIGUES.index(name)].tolist()
-        if values:
-            result[name] = _mean_and_scatter(values, circular=name == "psi_start_rad")
-    return result
+        result[name] = _mean_and_scatter(values, circular=name == "psi_start_rad")
+    return result | _rotation_summary(good)
+
+
+def _rotation_summary(good: list[dict[str, Any]]) -> dict[str, dict[str, float | None]]:
+    """Mean rotation and the scatter of its components, by name; {} without orientations."""
+    vectors = np.array([[p[n]["value"] for n in _RODRIGUES] for p in good if _RODRIGUES[0] in p])
+    if not len(vectors):
+        return {}
+    mean, near = _mean_rotation(vectors)
+    std = near.std(axis=0, ddof=1).tolist() if len(vectors) > 1 else [None] * 3
+    return {name: {"mean": m, "std": s} for name, m, s in zip(_RODRIGUES, mean.tolist(), std, strict=True)}
 
 
 _RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 
 
-def _neighbouring_rotations(good: list[dict[str, Any]]) -> NDArray[np.float64]:
-    """Rodrigues vectors (frame, 3), each by that of its two names (v, v shortened by 2 pi) that lies nearest the first.
+def _mean_rotation(vectors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Mean rotation of Rodrigues vectors (frame, 3), and these, each by that of its names that lies nearest the mean.
 
-    Near 180 deg the vector jumps to the other side for a hair's turn; components of such vectors have no mean.
+    A rotation by nearly 180 deg has two names, v and v shortened by 2 pi: components of such vectors have no mean, and
+    neither have quaternions of both signs; the chordal mean does not care.
     """
-    vectors = np.array([[p[n]["value"] for n in _RODRIGUES] for p in good if _RODRIGUES[0] in p]).reshape(-1, 3)
-    for k, v in enumerate(vectors[1:], start=1):
-        angle = np.linalg.norm(v)
-        other = v * (1 - 2 * np.pi / angle) if angle > 0 else v
-        if np.linalg.norm(other - vectors[0]) < np.linalg.norm(v - vectors[0]):
-            vectors[k] = other
-    return vectors
+    mean = mean_orientation(vectors)
+    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
+    other = vectors * (1 - 2 * np.pi / np.where(angle > 0, angle, np.inf))
+    nearer = np.linalg.norm(other - mean, axis=1) < np.linalg.norm(vectors - mean, axis=1)
+    return mean, np.where(nearer[:, None], other, vectors)
 
 
 def _mean_and_scatter(values: list[float], *, circular: bool) -> dict[str, float | None]:
@@ -275,7 +217,7 @@ def _noise_report(frames: list[dict[str, Any]]) -> dict[str, Any]:
 def fit_table(name: str, variant: str, fits: list[FitResult | str]) -> FitTable:
     """On-line fits of a series as the store keeps them; a text stands for a frame without a fit and says why."""
     good = [f for f in fits if isinstance(f, FitResult) and f.verdict == "good"]
-    names = tuple(n for n in PARAMETER_NAMES if any(n in f.parameters for f in good))
+    names = tuple(names_in_order({name for f in good for name in f.parameters}))
     rows = [_table_row(fit, names) for fit in fits]
     columns = {key: np.array([row[key] for row in rows], dtype=float) for key in _TABLE_COLUMNS}
     return FitTable(
@@ -319,28 +261,16 @@ def _table_row(fit: FitResult | str, names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
-    """`NAME=VALUE` texts as parameters by name; None if there are none.  Raises InputError that names the option."""
-    values: dict[str, float] = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        if name not in PARAMETER_NAMES:
-            remedy = f"one of: {', '.join(PARAMETER_NAMES)}"
-            raise InputError(f"no parameter is called {name!r}", where=option, remedy=remedy)
-        try:
-            values[name] = float(value)
-        except ValueError:
-            raise InputError(f"{text!r} holds no number", where=option, remedy="write NAME=VALUE") from None
-    return values or None
-
-
-def picture(recording: Recording, frame: int, variant: str | None, window: Window) -> RingDownPicture:
+def picture(
+    recording: Recording, frame: int, variant: str | None, window: Window, terms: Sequence[str] = ()
+) -> RingDownPicture:
     """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
     rate = recording.sequence.rate_hz
     volts = recording.rx_volts(frame)
-    record, _ = ring_down(volts, rate, recording.calibration)
-    ask = FitRequest(choose_variant(recording, variant), window)
-    fit = fit_frame(volts, rate, recording.calibration, ask, recording_noise(recording))
+    taken = ring_down(volts, rate, recording.calibration)
+    record, _ = taken
+    ask = FitRequest(choose_variant(recording, variant, terms), window)
+    fit = _fit_record(volts, taken, ask, recording_noise(recording))
     good = fit.verdict == "good"
     n = record.samples.shape[1]
     calibrated = record.quantity == "dmdt"
@@ -359,10 +289,11 @@ def picture(recording: Recording, frame: int, variant: str | None, window: Windo
 
 def _caption(fit: FitResult) -> str:
     p = {n: e.value for n, e in fit.parameters.items()}
+    damping = f", λ {p['lambda_per_s']:.4f} s⁻¹" if "lambda_per_s" in p else ""
     friction = f", T_f/I {p['tf_over_i_rad_per_s2']:.0f} rad/s²" if "tf_over_i_rad_per_s2" in p else ""
     moment = f", m_r {1e3 * p['m_r_am2']:.4f} mAm²" if "m_r_am2" in p else ""
     return (
-        f"f_nat {p['f_nat_hz']:.4f} Hz{moment}, λ {p['lambda_per_s']:.4f} s⁻¹{friction}, "
+        f"f_nat {p['f_nat_hz']:.4f} Hz{moment}{damping}{friction}, "
         f"φ_max {math.degrees(p['phi_max_rad']):.2f}°, ψ {math.degrees(p['psi_start_rad']):.1f}°, "
         f"χ²/dof {fit.chi2_per_dof:.3f}"
     )

@@ -27,6 +27,7 @@ from platform_daemon.cli_options import (
     JsonOption,
     PlatformOption,
     SetOption,
+    TermOption,
     VariantOption,
     WindowOption,
     interrupt,
@@ -159,9 +160,9 @@ def measure(
     force: ForceOption = False,
 ) -> None:
     """Measure a series of shots and fit each; every shot is on disk before it counts."""
-    from platform_daemon.analysis import parse_window
     from platform_daemon.app import start_engine
     from platform_daemon.engine.request import AcquisitionRequest
+    from platform_daemon.fit_request import parse_window
     from platform_daemon.settings import load_platform, load_sequence
 
     changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
@@ -236,12 +237,14 @@ def plot(
     frame: Annotated[int, typer.Option(min=0, help="Frame, from 0.")] = 0,
     png: Annotated[Path | None, typer.Option(help="PNG to write; default: beside the recording.")] = None,
     variant: VariantOption = None,
+    term: TermOption = None,
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
     force: ForceOption = False,
 ) -> None:
     """Draw dm/dt with the fit over it, the residual and the spectrum."""
-    from platform_daemon.analysis import parse_window, picture
+    from platform_daemon.analysis import picture
+    from platform_daemon.fit_request import parse_window
     from platform_daemon.plots import save_png
     from platform_daemon.store import open_recording, read_calibration
 
@@ -250,7 +253,7 @@ def plot(
         recording = recording.with_calibration(read_calibration(calibration), str(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
     must_not_exist(target, force)
-    save_png(picture(recording, frame, variant, parse_window(window)), target)
+    save_png(picture(recording, frame, variant, parse_window(window), term or ()), target)
     print(target)
 
 

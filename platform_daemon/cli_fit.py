@@ -17,6 +17,7 @@ from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
     JsonOption,
+    TermOption,
     VariantOption,
     WindowOption,
     interrupt,
@@ -33,6 +34,7 @@ _FEW_FRAMES = 16  # are fitted before other processes have started
 def fit(
     files: Annotated[list[Path], typer.Argument(help="Recordings.")],
     variant: VariantOption = None,
+    term: TermOption = None,
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
     fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
@@ -48,13 +50,13 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit every frame of one or more recordings."""
-    from platform_daemon.analysis import parse_values, parse_window
     from platform_daemon.batch import Settings
+    from platform_daemon.fit_request import parse_values, parse_window
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
-    settings = Settings(variant, parse_window(window), fixed, other, derived, hints)
+    settings = Settings(variant, parse_window(window), fixed, other, derived, hints, tuple(term or ()))
     must_not_exist(json_file, force)
     _check_ledger(jsonl, resume, force)
     signal.signal(signal.SIGTERM, interrupt)

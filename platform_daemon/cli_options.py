@@ -16,7 +16,12 @@ SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
-VariantOption = Annotated[str | None, typer.Option("--variant", help="thread or jewel; default: what the file says.")]
+VariantOption = Annotated[
+    str | None, typer.Option("--variant", help="thread, jewel or another declared model; default: what the file says.")
+]
+TermOption = Annotated[
+    list[str] | None, typer.Option("--with-term", help="A further torque term, as quadratic_drag; may be repeated.")
+]
 CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
 
 

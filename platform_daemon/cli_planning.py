@@ -12,11 +12,15 @@ from rich.table import Table
 
 from drivers.errors import InputError
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_options import TermOption
 from platform_daemon.cli_tables import COLUMNS
 
 
 def predict(
     resonator: Annotated[str, typer.Option(help="thread, jewel, or a resonator file.")],
+    variant: Annotated[str | None, typer.Option(help="The model to be fitted; default: the resonator's.")] = None,
+    term: TermOption = None,
+    expect: Annotated[list[str] | None, typer.Option("--expect", help="NAME=VALUE expected of the model.")] = None,
     window: Annotated[list[str] | None, typer.Option(help="n50, d30 or seconds; may be repeated.")] = None,
     deflection_deg: Annotated[float | None, typer.Option(help="phi_max; default: the paper's.")] = None,
     noise: Annotated[str, typer.Option(help="Noise of x,y,z per sample, A m^2/s.")] = "0.014,0.021,0.055",
@@ -25,7 +29,7 @@ def predict(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
-    from platform_daemon.analysis import parse_window
+    from platform_daemon.fit_request import checked_variant, parse_values, parse_window
     from platform_daemon.planning import PAPER_DEFLECTION_DEG
     from platform_daemon.planning import predict as bound
     from platform_daemon.settings import load_specimen
@@ -41,6 +45,8 @@ def predict(
         phi_max_rad=math.radians(degrees),
         noise_am2_per_s=_levels(noise),
         sampling_rate_hz=rate_hz,
+        variant=checked_variant(variant or specimen.variant, term or ()),
+        expected=parse_values(expect or [], "--expect"),
     )
     Console(width=150).print(_table(found))
     write_json(json_file, found)

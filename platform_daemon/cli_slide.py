@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,7 @@ import typer
 
 from drivers.errors import InputError
 from platform_daemon.cli_files import must_not_exist, write_json
-from platform_daemon.cli_options import CalibrationOption, ForceOption, JsonOption, VariantOption
+from platform_daemon.cli_options import CalibrationOption, ForceOption, JsonOption, TermOption, VariantOption
 
 
 def slide(
@@ -19,12 +20,15 @@ def slide(
     step: Annotated[float | None, typer.Option(help="From window to window, s; default: no overlap.")] = None,
     damping: Annotated[str, typer.Option("--lambda", help="Jewel: auto, free or fixed (to the D30 value).")] = "auto",
     variant: VariantOption = None,
+    term: TermOption = None,
     calibration: CalibrationOption = None,
     out: Annotated[Path | None, typer.Option(help="PNG to write.")] = None,
     json_file: JsonOption = None,
     force: ForceOption = False,
 ) -> None:
     """Fit window by window: with a complete model f_nat, m_r, lambda and T_f/I are flat lines."""
+    from platform_daemon.estimation.sliding import LambdaMode
+    from platform_daemon.fit_request import FitRefused
     from platform_daemon.plots_sliding import save_sliding_png
     from platform_daemon.sliding import flatness_lines, slide_frame, sliding_report
     from platform_daemon.store import open_recording, read_calibration
@@ -36,11 +40,18 @@ def slide(
         recording = recording.with_calibration(read_calibration(calibration), str(calibration))
     must_not_exist(out, force)
     must_not_exist(json_file, force)
-    found = slide_frame(recording, frame, variant, window, step, damping)  # type: ignore[arg-type]
+    mode: LambdaMode = damping  # type: ignore[assignment]
+    names = "--window", "--step"
+    try:
+        found = slide_frame(recording, frame, variant, window, step, mode, terms=term or (), options=names)
+    except FitRefused as refused:
+        print(f"error: {refused}", file=sys.stderr)
+        raise typer.Exit(3) from None
     print("\n".join(flatness_lines(found)))
     if out is not None:
         save_sliding_png(found, f"{file.name}, frame {frame}, {variant or recording.variant}", out)
         print(out)
     write_json(json_file, {"file": str(file), "frame": frame, **sliding_report(found)})
     if not any(w.fit.verdict == "good" for w in found.windows):
+        print("every window was refused", file=sys.stderr)
         raise typer.Exit(3)

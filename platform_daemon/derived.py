@@ -37,7 +37,7 @@ def frame_quantities(variant: str, frame: Mapping[str, Any]) -> dict[str, float 
     p = _values(frame)
     ring_down = RingDown.from_parameters(variant, p)
     return {
-        "quality_factor": quality_factor(p["f_nat_hz"], p["lambda_per_s"]) if p["lambda_per_s"] > 0 else None,
+        "quality_factor": quality_factor(p["f_nat_hz"], p["lambda_per_s"]) if p.get("lambda_per_s", 0.0) > 0 else None,
         "equivalent_quality_factor": _equivalent(ring_down, frame["window_s"]),
         "equivalent_quality_factor_to_infinity": _equivalent(ring_down, math.inf),
     }
@@ -51,10 +51,11 @@ def series_quantities(report: Mapping[str, Any], times_s: list[float | None]) ->
     good = [f for f in report["frames"] if f["verdict"] == "good"]
     notes: list[str] = []
     turned = [f for f in good if _RODRIGUES[0] in f["parameters"]]
-    if not turned:
-        notes.append("orientation: no good frame with a calibration")
+    if len(turned) < 2:
+        # The one frame is its own reference: an error of zero would say nothing.
+        notes.append(f"orientation: {len(turned)} good frames with a calibration; an error needs two")
     return {
-        "orientation_error": _orientation_errors(turned) if turned else None,
+        "orientation_error": _orientation_errors(turned) if len(turned) > 1 else None,
         "allan_deviation": _allan(good, [times_s[f["frame"]] for f in good], notes),
         "notes": notes,
     }

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from platform_daemon.estimation.sliding import CONSTANTS, SlidingFit
+from platform_daemon.estimation.sliding import SlidingFit
 from platform_daemon.plots import COLOURS, save_figure
 from platform_daemon.sliding import amplitude_course
 
@@ -27,7 +27,7 @@ def save_sliding_png(found: SlidingFit, title: str, path: Path) -> None:
 
 def draw_sliding(found: SlidingFit, title: str) -> Figure:
     """A panel per constant that was fitted, with its weighted mean; phi_max; grey where a window was refused."""
-    names = [n for n in CONSTANTS if found.course(n)[0].size]
+    names = [n for n in found.constants if found.course(n)[0].size]
     figure = Figure(figsize=(10, 1.9 * (len(names) + 1) + 0.8), layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(names) + 1, 1, sharex=True, squeeze=False)[:, 0]
@@ -44,7 +44,7 @@ def draw_sliding(found: SlidingFit, title: str) -> Figure:
 
 
 def _constant(axes: Axes, found: SlidingFit, name: str) -> None:
-    label, factor = _LABELS[name]
+    label, factor = _LABELS.get(name, (name, 1.0))
     time, value, sd = found.course(name)
     axes.errorbar(time, value * factor, sd * factor, fmt="o", ms=3, capsize=2, lw=0.9, color=COLOURS[0])
     axes.set_ylabel(label)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
 from drivers.errors import InputError
-from platform_daemon.analysis import choose_variant
-from platform_daemon.estimation.sliding import CONSTANTS, LambdaMode, SlidingFit, WindowFit, fit_sliding
+from platform_daemon.estimation.sliding import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
+from platform_daemon.fit_request import FitRefused, choose_variant
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Recording
@@ -21,21 +22,30 @@ def slide_frame(
     window_s: float | None,
     step_s: float | None,
     lambda_mode: LambdaMode = "auto",
+    *,
+    terms: Sequence[str] = (),
+    options: tuple[str, str] = ("window_s", "step_s"),
 ) -> SlidingFit:
-    """Fit a frame window by window.  Raises InputError for lengths that do not fit, and what reading it raises."""
-    chosen = choose_variant(recording, variant)
+    """Fit a frame window by window; options: what the caller calls the two lengths.
+
+    Raises InputError for lengths that do not fit, FitRefused if they cannot be chosen, and what reading it raises.
+    """
+    chosen = choose_variant(recording, variant, terms)
     record, _ = ring_down(recording.rx_volts(frame), recording.sequence.rate_hz, recording.calibration)
     noise = recording_noise(recording).for_shot(record).model
     try:
         return fit_sliding(record, chosen, window_s, step_s, lambda_mode=lambda_mode, noise=noise)
+    except ReferenceRefusedError as refused:
+        remedy = f"give the length of the windows with {options[0]}, in seconds"
+        raise FitRefused("no windows", where=f"frame {frame}", why=str(refused), remedy=remedy) from None
     except ValueError as error:
-        remedy = "give other lengths with window_s and step_s, in seconds"
+        remedy = f"give other lengths with {' and '.join(options)}, in seconds"
         raise InputError("no windows", where=f"frame {frame}", why=str(error), remedy=remedy) from None
 
 
 def sliding_report(found: SlidingFit) -> dict[str, Any]:
     """JSON form: every window with its estimates or the reason of its refusal, and how flat each constant is."""
-    flat = {name: found.flatness(name) for name in CONSTANTS}
+    flat = {name: found.flatness(name) for name in found.constants}
     return {
         "window_s": found.window_s,
         "step_s": found.step_s,
@@ -62,7 +72,7 @@ def _window(window: WindowFit) -> dict[str, Any]:
 def flatness_lines(found: SlidingFit) -> list[str]:
     """For the terminal: one line per constant, then why windows are missing."""
     lines = []
-    for name in CONSTANTS:
+    for name in found.constants:
         flat = found.flatness(name)
         if flat is not None:
             slope = flat.slope_per_s / flat.slope_sd

@@ -93,6 +93,6 @@ def test_slide_draws_flat_lines_and_says_how_flat(tmp_path):
     report = json.loads((tmp_path / "s.json").read_text())
     assert [w["verdict"] for w in report["windows"]] == ["good"] * 8
     assert report["flatness"]["m_r_am2"]["probability"] > 1e-4
-    assert_one_line_error(run("slide", path, "--window", "5"), 2, "window_s")
+    assert_one_line_error(run("slide", path, "--window", "5"), 2, "--window")
     assert_one_line_error(run("slide", path, "--lambda", "loose"), 2, "--lambda")
     assert_one_line_error(run("slide", path, "--frame", "9"), 2, "frame 9")

@@ -13,6 +13,7 @@ from platform_daemon.api.models import PredictBody, ProblemModel
 from platform_daemon.api.recording_routes import opened
 from platform_daemon.derived import frame_envelopes, frame_quantities, frame_times_s, series_quantities
 from platform_daemon.engine.engine import UnknownId
+from platform_daemon.fit_request import FitRefused, checked_variant, why_refused
 from platform_daemon.harmonics import harmonics_report
 from platform_daemon.planning import PAPER_DEFLECTION_DEG, predict
 from platform_daemon.settings import load_specimen
@@ -52,11 +53,16 @@ def get_envelopes(
 
 
 def _report(identifier: str, context: Context) -> tuple[dict[str, Any], str]:
-    """(report, recording) of a fit that has ended well.  Raises UnknownId, InputError."""
+    """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
     job = context.engine.job("fit", identifier)
     if "frames" not in job.result:
-        why = f"it is {job.state}"
-        raise InputError("the fit has no result", where=identifier, why=why, remedy="wait until its state is done")
+        why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
+        remedy = "remove the cause and fit anew" if job.state.final else "wait until its state is done"
+        raise InputError("the fit has no result", where=identifier, why=why, remedy=remedy)
+    refused = why_refused(job.result["frames"])
+    if refused is not None:
+        remedy = "see the reasons; another window, variant or calibration may do"
+        raise FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
     return job.result, job.request["recording"]
 
 
@@ -68,14 +74,15 @@ def get_sliding(
     window_s: Length = None,
     step_s: Length = None,
     damping: Annotated[Literal["auto", "free", "fixed"], Query(alias="lambda")] = "auto",
-    variant: Literal["thread", "jewel"] | None = None,
+    variant: Annotated[str | None, Query(max_length=100)] = None,
+    term: Annotated[list[str] | None, Query(max_length=8)] = None,
 ) -> dict[str, Any]:
     """Fits along one ring-down, window by window; with a complete model the constants are flat.
 
     Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
     (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
     """
-    found = slide_frame(opened(identifier, context), frame, variant, window_s, step_s, damping)
+    found = slide_frame(opened(identifier, context), frame, variant, window_s, step_s, damping, terms=term or ())
     return {"recording": identifier, "frame": frame, **sliding_report(found)}
 
 
@@ -109,4 +116,6 @@ def post_predict(body: PredictBody) -> dict[str, Any]:
         noise_am2_per_s=body.noise_am2_per_s,
         sampling_rate_hz=body.sampling_rate_hz,
         fixed=tuple(body.fixed),
+        variant=checked_variant(body.variant or specimen.variant, body.terms),
+        expected=body.expected,
     )

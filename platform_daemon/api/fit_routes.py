@@ -7,12 +7,13 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from platform_daemon.analysis import FitRequest, check_fixed, choose_variant, fit_recording
+from platform_daemon.analysis import fit_recording
 from platform_daemon.api.context import Shared, job_body
 from platform_daemon.api.models import FitBody, JobModel, ProblemModel
 from platform_daemon.api.recording_routes import opened
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.files import write_whole
+from platform_daemon.fit_request import FitRequest, check_fixed, choose_variant, why_refused
 
 router = APIRouter(prefix="/fits", tags=["fits"])
 ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
@@ -26,7 +27,8 @@ def _body(job: Job) -> dict[str, Any]:
 def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
     """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
     recording = opened(body.recording, context)
-    ask = FitRequest(choose_variant(recording, body.variant), body.window, body.fixed or None, body.hints or None)
+    variant = choose_variant(recording, body.variant, body.terms)
+    ask = FitRequest(variant, body.window, body.fixed or None, body.hints or None)
     check_fixed(ask, calibrated=recording.calibration is not None)
 
     def work(job: Job) -> None:
@@ -36,6 +38,9 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
                 raise Cancelled
 
         job.result = {**fit_recording(recording, ask, progress=tell), "file": recording.path.name}
+        refused = why_refused(job.result["frames"])
+        if refused is not None:
+            job.warnings.append(f"every frame was refused: {refused}")
         write_whole(context.fits / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
 
     job = context.engine.analyse(body.model_dump(mode="json"), recording.frames, work)

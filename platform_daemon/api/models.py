@@ -39,7 +39,8 @@ class AcquisitionBody(AcquisitionRequest):
 
 
 class FitBody(BaseModel):
-    """A fit of a stored recording; window: "n50", "d30" or seconds; variant only if the recording has none.
+    """A fit of a stored recording; window: "n50", "d30" or seconds; variant: thread, jewel or another declared model;
+    default: what the recording says.  terms: further torque terms, as quadratic_drag.
 
     fixed: parameters held, by name; hints: losses held only in frames whose window cannot tell them apart.
     """
@@ -51,14 +52,18 @@ class FitBody(BaseModel):
     )
 
     recording: Annotated[str, Field(pattern=NAME, max_length=200)]
-    variant: Literal["thread", "jewel"] | None = None
+    variant: Annotated[str, Field(max_length=100)] | None = None
+    terms: Annotated[list[str], Field(max_length=8)] = Field(default_factory=list)
     window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] = "d30"
     fixed: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
     hints: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
 
 
 class PredictBody(BaseModel):
-    """A planned measurement; phi_max_rad: default the paper's; noise of x, y, z per sample; fixed: names held."""
+    """A planned measurement; phi_max_rad: default the paper's; noise of x, y, z per sample; fixed: names held.
+
+    variant, terms: the model to be fitted, default the resonator's; expected: values that its file does not hold.
+    """
 
     model_config = ConfigDict(
         extra="forbid",
@@ -73,6 +78,9 @@ class PredictBody(BaseModel):
     noise_am2_per_s: tuple[Positive, Positive, Positive] = PAPER_NOISE_AM2_PER_S
     sampling_rate_hz: Positive = 125e6 / 2048
     fixed: Annotated[list[str], Field(max_length=9)] = []
+    variant: Annotated[str, Field(max_length=100)] | None = None
+    terms: Annotated[list[str], Field(max_length=8)] = []
+    expected: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = {}
 
 
 class ProgressModel(BaseModel):

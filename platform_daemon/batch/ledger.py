@@ -103,7 +103,7 @@ def _state(path: Path) -> dict[str, int] | None:
 def _digest(settings: Settings) -> str:
     """Of everything that a result depends on beside the file."""
     fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hints))
-    text = [__version__, settings.variant, settings.window, fixed, settings.derived, hints]
+    text = [__version__, settings.variant, settings.window, fixed, settings.derived, hints, settings.terms]
     digest = hashlib.sha256(json.dumps(text).encode())
     if settings.calibration is not None:
         c = settings.calibration[0]

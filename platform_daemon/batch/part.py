@@ -9,15 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.analysis import (
-    FitRequest,
-    Window,
-    check_fixed,
-    choose_variant,
-    fit_stored_frame,
-    recording_report,
-)
+from platform_daemon.analysis import fit_stored_frame, recording_report
 from platform_daemon.derived import frame_quantities, frame_times_s, series_quantities
+from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant
 from platform_daemon.store import Calibration, Recording, open_recording
 
 
@@ -26,7 +20,7 @@ class Settings:
     """How to fit every file of a batch.
 
     Attributes:
-        variant: "thread" or "jewel"; None: what each file says.
+        variant: a declared model; None: what each file says.  terms: further torque terms.
         window: "n50", "d30" or seconds.
         fixed, hints: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
@@ -39,6 +33,7 @@ class Settings:
     calibration: tuple[Calibration, str] | None = None
     derived: bool = False
     hints: dict[str, float] | None = None
+    terms: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,9 @@ def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording, FitR
         recording = open_recording(path)
         if settings.calibration is not None:
             recording = recording.with_calibration(*settings.calibration)
-        ask = FitRequest(choose_variant(recording, settings.variant), settings.window, settings.fixed, settings.hints)
+        ask = FitRequest(
+            choose_variant(recording, settings.variant, settings.terms), settings.window, settings.fixed, settings.hints
+        )
         check_fixed(ask, calibrated=recording.calibration is not None)
         yield recording, ask
 

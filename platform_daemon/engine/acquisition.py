@@ -15,12 +15,13 @@ import structlog
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__
-from platform_daemon.analysis import FitRequest, file_report, fit_frame, fit_table, frame_report, refused_report
+from platform_daemon.analysis import file_report, fit_frame, fit_table, frame_report, refused_report
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.estimation import FitResult, SeriesNoise
+from platform_daemon.fit_request import FitRequest
 from platform_daemon.recording_noise import hear
 from platform_daemon.store import Calibration, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan

@@ -19,7 +19,8 @@ The way of one shot through the room:
     disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
     ambiguity                    did all starts lead to one minimum?
     residual, residual_trace     what is left over; leftover: with what the fit could still move
-    companion, misfit            a second oscillation in it, flat tops, colour; beat: seen where no fit got through
+    companion, compression       a second oscillation in it, a receiver that compresses; misfit: whether that matters
+    cause                        why no fit got through (beat)
     verdict                      good or refused
     publish, judgement, losses   published parameters, covariance, doubts -> result (start_label), or refusal
 

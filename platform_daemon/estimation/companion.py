@@ -17,7 +17,7 @@ import numpy as np
 from scipy.fft import next_fast_len, rfft
 
 from .arrays import Array, ComplexArray
-from .leftover import Leftover
+from .leftover import Leftover, known_of, noise_of, without
 
 _PADDING = 4  # grid points per resolved frequency step
 _BAND = (0.2, 3.5)  # of the fundamental, in which candidates are sought
@@ -63,9 +63,9 @@ def find_companion(leftover: Leftover) -> Companion | None:
 def _scan(given: Leftover) -> Companion | None:
     """Best frequency over one stretch."""
     channels, n = given.scaled.shape
-    known = _orthonormal(np.concatenate([given.derivatives, _gains(given.motion)]))
-    left = given.scaled - np.tensordot(np.tensordot(known, given.scaled, 2), known, 1)
-    noise = float(np.median(np.abs(rfft(left, axis=1)) ** 2)) / (n * np.log(2.0))
+    known = known_of(given)
+    left = without(given.scaled, known)
+    noise = noise_of(left)
     misfit = float(np.sum(left**2)) - noise * left.size
     size = next_fast_len(_PADDING * n, real=True)
     low, high = (int(b * given.fundamental_hz / given.rate_hz * size) for b in _BAND)
@@ -115,24 +115,6 @@ def _decay(left: Array, frequency_hz: float, rate_hz: float, noise: float) -> tu
     time = (np.arange(_STRETCHES) + 0.5) * n / rate_hz
     (slope, _), covariance = np.polyfit(time, np.log(np.maximum(sizes, 1e-300)), 1, w=1.0 / sd, cov="unscaled")
     return -float(slope), float(np.sqrt(covariance[0, 0]))
-
-
-def _gains(motion: Array) -> Array:
-    """The fitted motion of each channel and its quadrature, (2 channels, channels, n)."""
-    from scipy.signal import hilbert  # here, because hardly any fit gets this far
-
-    channels = motion.shape[0]
-    quadrature = np.imag(hilbert(motion, axis=1))
-    return np.concatenate([np.eye(channels)[:, :, None] * part[:, None, :] for part in (motion, quadrature)])
-
-
-def _orthonormal(rows: Array) -> Array:
-    """An orthonormal basis of the space of rows (k, channels, n)."""
-    flat = rows.reshape(rows.shape[0], -1)
-    norms = np.linalg.norm(flat, axis=1)
-    flat = flat[norms > 0.0] / norms[norms > 0.0, None]
-    _, values, basis = np.linalg.svd(flat, full_matrices=False)
-    return np.asarray(basis[values > 1e-9 * values[0]].reshape(-1, *rows.shape[1:]))
 
 
 def _real(transform: ComplexArray) -> Array:

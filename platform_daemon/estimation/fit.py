@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping
 from dataclasses import replace
 
+import numpy as np
+
+from .cause import refuse_by_cause
 from .disturbances import without_disturbances
 from .growing import Fitted, Problem
 from .hints import hint_notes, hinted, needed_hints
-from .judgement import Explanation, compare, is_suspect
+from .judgement import Comparison, Explanation, compare, needs_comparison, refuse_decided
 from .knowledge import held
 from .models import RingDownModel, model_named, rivals_of
-from .noise import NoiseModel
+from .noise import OWN, NoiseModel
 from .record import RingDownRecord
-from .refusal import RefusedError
+from .refusal import Refusal, RefusedError
 from .residual import Residual
 from .result import FitResult
 from .screening import few_at_full_scale
@@ -86,28 +90,48 @@ def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
 
 
 def _fit(task: Task, model: RingDownModel) -> FitResult:
-    """Fit, compare with rival models if the result is suspect, judge."""
-    problem, best = solve(task, model)
+    """Fit, compare with rival models if the result is suspect or could be, judge."""
+    try:
+        problem, best = solve(task, model)
+    except RefusedError as refused:
+        if refused.code is Refusal.NO_CONVERGENCE:
+            refuse_by_cause(task, model)
+        raise
     residual = residual_left(task, problem, best)
+    if task.record.quantity == "angle" and task.noise.source == OWN and not residual.coloured:
+        # Beside so few harmonics of so few periods noise is seen too dimly for honest errors.
+        task = task.at_level(math.sqrt(best.normal.chi2 / task.degrees(problem)), "the fit's white residual")
+        problem, best = solve(task, model)
+        residual = residual_left(task, problem, best)
     task = replace(task, doubts=(*problem.doubts, *few_at_full_scale(task.record)))
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
-    dof = task.degrees(problem)
-    doubtful = _compared(task, problem, best) if is_suspect(best.normal.chi2 / dof, dof) else ()
+    better = _compared(task, problem, best, residual)
+    refuse_decided([other for other in better if other.complete])
     result = judged(task, problem, best, residual)
-    return replace(result, warnings=(*result.warnings, *doubtful))
+    # What leaves a misfit itself can be right only where the residual does not show another cause.
+    refuse_decided(better)
+    return replace(result, warnings=(*result.warnings, *(f"other_variant: {other.seen}" for other in better)))
 
 
-def _compared(task: Task, problem: Problem, best: Fitted) -> tuple[str, ...]:
-    """Warnings from the rivals of a model, which may also refuse it."""
-    warnings: tuple[str, ...] = ()
-    for other in rivals_of(problem.model) if task.record.quantity != "angle" else ():
+def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) -> list[Comparison]:
+    """The rivals of a model that explain the record better, where that could be.
+
+    The rivals are given the record that is freed from hum and drift already, with the same noise, so that all are
+    measured against the same data. What the model's joint fit with them has absorbed speaks for the model.
+    """
+    found: list[Comparison | None] = []
+    dof = task.degrees(problem)
+    signal = float(np.sum(best.moments.energy / problem.noise_sd**2))
+    rivals = rivals_of(problem.model) if task.record.quantity != "angle" else ()
+    wanted = needs_comparison(best.normal.chi2, signal, dof, coloured=residual.coloured)
+    for other in rivals if wanted else ():
         try:
             other_problem, other_best = solve(task, other)
         except RefusedError:
             continue
         dof = task.degrees(other_problem)
-        warnings += compare(_explanation(problem, best, dof), _explanation(other_problem, other_best, dof), dof)
-    return warnings
+        found.append(compare(_explanation(problem, best, dof), _explanation(other_problem, other_best, dof), dof))
+    return [comparison for comparison in found if comparison is not None]
 
 
 def _explanation(problem: Problem, best: Fitted, dof: int) -> Explanation:

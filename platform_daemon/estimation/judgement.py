@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,8 @@ from .refusal import Refusal, RefusedError
 POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
 _UNEXPLAINED_R2 = 0.9
 _MISFIT = 6.0  # standard deviations of chi^2
-_BETTER = 36.0  # fall of chi^2
+_LEFT_BY_WRONG = 1e-5  # of the signal's energy, in 0.24 s; more in longer windows
+_BETTER = 25.0  # fall of chi^2
 _MOST = 0.5  # of a loss
 _LARGEST_RELATIVE_STD = 0.05
 _LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
@@ -37,9 +38,13 @@ def refuse_unexplained(model_name: str, r2: float, chi2_per_dof: float) -> None:
         )
 
 
-def is_suspect(chi2_per_dof: float, dof: int) -> bool:
-    """Leaves significantly more than noise: reason to ask whether another declared model does better."""
-    return chi2_per_dof > 1.0 + _MISFIT * math.sqrt(2.0 / dof)
+def needs_comparison(chi2: float, signal: float, dof: int, *, coloured: bool) -> bool:
+    """Leaves significantly more than noise, or has so much noise that a wrong variant would not: ask the rivals.
+
+    signal: the record's energy in units of the noise, of which a wrong variant leaves a share.
+    """
+    unseen = _MISFIT * math.sqrt(2.0 * dof)
+    return coloured or chi2 - dof > unseen or _LEFT_BY_WRONG * signal < unseen
 
 
 @dataclass(frozen=True)
@@ -51,22 +56,42 @@ class Explanation:
     losses: Mapping[str, float]
 
 
-def compare(model: Explanation, other: Explanation, dof: int) -> tuple[str, ...]:
-    """Warn if another declared model explains a record better; refuse if it takes most of this model's losses over.
+@dataclass(frozen=True)
+class Comparison:
+    """Another declared model explains a record better.
+
+    Attributes:
+        seen: by how much.
+        decisive: it takes most of the model's losses over, or the model has none: the other one is right.
+        complete: it leaves hardly more than noise.
+    """
+
+    seen: str
+    decisive: bool
+    complete: bool
+
+
+def compare(model: Explanation, other: Explanation, dof: int) -> Comparison | None:
+    """What speaks against a model; None if the other one does not explain the record significantly better.
 
     A record with a small undeclared effect must pass, since diagnosis starts from it: a little friction beside the
     viscous loss of a thread does not make it a jewel.
-
-    Raises:
-        RefusedError: the other model is the right one.
     """
     if (model.chi2_per_dof - other.chi2_per_dof) * dof < _BETTER:
-        return ()
+        return None
+    if any(loss < 0.0 for name, loss in other.losses.items() if name not in model.losses):
+        return None  # no variant of that name feeds energy in
     seen = f"{model.name}: chi2/dof = {model.chi2_per_dof:.4g}, while {other.name} reaches {other.chi2_per_dof:.4g}"
     shared = [name for name in model.losses if name in other.losses]
-    if any(abs(other.losses[name]) < _MOST * abs(model.losses[name]) for name in shared):
-        raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, seen)
-    return (f"other_variant: {seen}",)
+    taken = any(abs(other.losses[name]) < _MOST * abs(model.losses[name]) for name in shared)
+    return Comparison(seen, taken or not model.losses, other.chi2_per_dof < POOR_CHI2)
+
+
+def refuse_decided(comparisons: Sequence[Comparison]) -> None:
+    """Refuse a model if one of these is decisive."""
+    for comparison in comparisons:
+        if comparison.decisive:
+            raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, comparison.seen)
 
 
 def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:

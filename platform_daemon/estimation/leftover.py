@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.fft import rfft
 
 from .arrays import Array
 from .assemble import coefficients
@@ -84,3 +85,36 @@ def _derivatives(model: RingDownModel, state: FitState, first: int, blocks: int,
         means = basis.reshape(basis.shape[0], end - begin, block).mean(axis=2)
         out[..., begin:end] = np.einsum("cbp,bn->pcn", jacobian, means)
     return out
+
+
+def known_of(given: Leftover) -> Array:
+    """Orthonormal basis (k, channels, n) of what the fit and a gain per channel can move."""
+    return _orthonormal(np.concatenate([given.derivatives, _gains(given.motion)]))
+
+
+def without(signal: Array, known: Array) -> Array:
+    """A signal (channels, n) without its part in the space of an orthonormal basis (k, channels, n)."""
+    return np.asarray(signal - np.tensordot(np.tensordot(known, signal, 2), known, 1))
+
+
+def noise_of(left: Array) -> float:
+    """Power of the noise in a point of a residual (channels, n), by the median of its spectrum."""
+    return float(np.median(np.abs(rfft(left, axis=1)) ** 2)) / (left.shape[1] * math.log(2.0))
+
+
+def _gains(motion: Array) -> Array:
+    """The fitted motion of each channel and its quadrature, (2 channels, channels, n)."""
+    from scipy.signal import hilbert  # here, because hardly any fit gets this far
+
+    channels = motion.shape[0]
+    quadrature = np.imag(hilbert(motion, axis=1))
+    return np.concatenate([np.eye(channels)[:, :, None] * part[:, None, :] for part in (motion, quadrature)])
+
+
+def _orthonormal(rows: Array) -> Array:
+    """An orthonormal basis of the space of rows (k, channels, n)."""
+    flat = rows.reshape(rows.shape[0], -1)
+    norms = np.linalg.norm(flat, axis=1)
+    flat = flat[norms > 0.0] / norms[norms > 0.0, None]
+    _, values, basis = np.linalg.svd(flat, full_matrices=False)
+    return np.asarray(basis[values > 1e-9 * values[0]].reshape(-1, *rows.shape[1:]))

@@ -5,9 +5,12 @@ A small undeclared effect must pass, since diagnosis starts from it; what would 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from .companion import Companion
+from .compression import Compression
 from .refusal import Refusal, RefusedError
 from .residual import Residual
 
@@ -26,6 +29,25 @@ _TOPS = 12  # block means
 _BEYOND = 1.005
 _CLEAR = 4.0  # standard deviations of a block mean
 _FLAT = 0.2
+_BENT = 0.5  # of the misfit
+_HARDLY_BENT = 0.3
+_MOST_BEND = 1.5  # in linear approximation; nothing bends so far
+_LARGEST_BEND = 0.05  # of the signal at its peak: an error that m_r may not have
+_PROBABLY = 0.6  # of the misfit, where no fit got through
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found in a misfit that was worth a search: a second oscillation, a receiver that compresses."""
+
+    second: Companion | None = None
+    bent: Compression | None = None
+
+    @property
+    def may_be_clipped(self) -> bool:
+        """Flat tops look much like a compression; a beat that lifts and lowers the tops does not."""
+        other = 0.0 if self.second is None else self.second.share
+        return self.bent is None or self.bent.share > max(_HARDLY_BENT, other)
 
 
 def is_worth_a_search(residual: Residual) -> bool:
@@ -33,14 +55,16 @@ def is_worth_a_search(residual: Residual) -> bool:
     return residual.coloured and residual.unexplained > _WORTH_A_SEARCH
 
 
-def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, second: Companion | None) -> None:
+def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, found: Findings) -> None:
     """Refuse flat tops, two resonators, and a residual above 2 % of the signal's power that no steady tone explains.
 
     A second oscillation below 3 % of the fitted one is an undeclared effect (a side mode) and passes with a warning:
     it cannot move m_r or the angle by more than about its own size, and 5 % is the error that a result may have at
     all. Losses are less robust: they can move by many of their standard deviations.
     """
-    if residual.coloured:
+    second = found.second
+    refuse_compressed(found.bent)
+    if residual.coloured and found.may_be_clipped:
         _refuse_clipped(residual)
     if second is not None and _is_resonator(second) and second.relative > _SMALLEST_COMPANION:
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
@@ -52,6 +76,29 @@ def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, seco
         raise RefusedError(
             Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {100.0 * misfit:.2g} % of the signal's power is left over"
         )
+
+
+def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> None:
+    """Name the cause why a fit failed by what a coarse fit of the whole record leaves over, if it shows.
+
+    No numbers are at stake, so that less is asked of a second oscillation than of one that refuses a good fit.
+    """
+    refuse_compressed(found.bent)
+    if found.may_be_clipped:
+        _refuse_clipped(residual)
+    second = found.second
+    if second is not None and second.share > _PROBABLY and second.relative > _SMALLEST_COMPANION:
+        raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+
+
+def refuse_compressed(bent: Compression | None) -> None:
+    """Refuse a receiver that bends the signal by more than a twentieth."""
+    if bent is not None and bent.share > _BENT and _LARGEST_BEND < bent.at_peak < _MOST_BEND:
+        raise RefusedError(Refusal.SATURATED, _bent(bent))
+
+
+def _bent(bent: Compression) -> str:
+    return f"channel {bent.channel} falls {100.0 * bent.at_peak:.2g} % behind the motion at its peak"
 
 
 def _refuse_clipped(residual: Residual) -> None:
@@ -91,9 +138,12 @@ def _described(second: Companion) -> str:
     return f"{second.frequency_hz:.6g} Hz, with {100.0 * second.relative:.2g} % of the fitted oscillation's size"
 
 
-def misfit_warnings(residual: Residual, chi2_per_dof: float, second: Companion | None) -> tuple[str, ...]:
+def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) -> tuple[str, ...]:
     """What the residual says about a result that may pass all the same."""
     warnings = []
+    second, bent = found.second, found.bent
+    if bent is not None and bent.share > _BENT and bent.at_peak > 0.0:
+        warnings.append(f"saturated: {_bent(bent)}")
     time_s, share, significance = residual.outburst()
     if second is not None and (_is_tone(second) or _is_resonator(second)):
         warnings.append(f"{'steady_tone' if _is_tone(second) else 'side_mode'}: {_described(second)}")

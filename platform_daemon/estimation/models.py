@@ -15,6 +15,7 @@ from .terms import (
     HERTZ_FRICTION,
     LINEAR_RESTORING,
     MAGNETIC_RESTORING,
+    TERMS,
     VISCOUS_DAMPING,
     Coefficient,
     TorqueTerm,
@@ -144,22 +145,32 @@ _MODELS = (
     THREAD,
     JEWEL,
     # eq:Jewel_ODE_norm_simp, the approximation that the paper compares with.
-    RingDownModel("jewel_constant_friction", (MAGNETIC_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION)),
+    RingDownModel(
+        "jewel_constant_friction", (MAGNETIC_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION), rivals=("jewel",)
+    ),
     # equ:ODE_norm.
-    RingDownModel("undamped", (MAGNETIC_RESTORING,)),
+    RingDownModel("undamped", (MAGNETIC_RESTORING,), rivals=("thread", "jewel")),
     # The regime sin(phi) ~ phi of equ:ODE_norm, with the losses of either bearing.
-    RingDownModel("undamped_small_angle", (LINEAR_RESTORING,)),
-    RingDownModel("thread_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING)),
-    RingDownModel("jewel_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION)),
+    RingDownModel("undamped_small_angle", (LINEAR_RESTORING,), rivals=("thread", "jewel")),
+    RingDownModel("thread_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING), rivals=("thread",)),
+    RingDownModel("jewel_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION), rivals=("jewel",)),
 )
 MODELS = {model.name: model for model in _MODELS}
 
 
 def model_named(name: str) -> RingDownModel:
-    """The declared model of this name; ValueError lists the known ones."""
-    if name not in MODELS:
-        raise ValueError(f"unknown variant {name!r}: expected one of {', '.join(sorted(MODELS))}")
-    return MODELS[name]
+    """The declared model of this name, or one with further torque terms, as in "thread+quadratic_drag".
+
+    Raises:
+        ValueError: an unknown name, with the known ones, or a term that the model contains already.
+    """
+    declared, *terms = name.split("+")
+    if declared not in MODELS:
+        raise ValueError(f"unknown variant {declared!r}: expected one of {', '.join(MODELS)}")
+    unknown = [term for term in terms if term not in TERMS]
+    if unknown:
+        raise ValueError(f"unknown torque term {unknown[0]!r}: expected one of {', '.join(TERMS)}")
+    return MODELS[declared].with_terms(name, *(TERMS[term] for term in terms)) if terms else MODELS[declared]
 
 
 def rivals_of(model: RingDownModel) -> tuple[RingDownModel, ...]:

@@ -23,6 +23,7 @@ _SWEEP_MARGIN = 0.01
 _LOWEST_BINS = 4
 _LINE_BINS = 6.5  # half width of a tone's line
 _TINY = 1e-300
+OWN = "the record itself"
 _T = TypeVar("_T")
 
 
@@ -63,6 +64,10 @@ class NoiseModel:
             self._results[key] = work(self, *args)
         return cast(_T, self._results[key])
 
+    def at_level(self, ratio: float, source: str) -> NoiseModel:
+        """The model with so many times its standard deviation, known from elsewhere."""
+        return replace(self, sd=self.sd * ratio, psd=self.psd * ratio**2, source=source)
+
     def without_tones(self, tones_hz: Array) -> NoiseModel:
         """The model with what stands beside in place of the lines of steady tones (tones,)."""
         grid = self.frequency_hz
@@ -94,7 +99,7 @@ def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel
     each = np.full(mask.size, spectra.degrees)
     psd = bridge(spectra.density.mean(axis=0), mask, each)
     grid, degrees = spectra.frequency_hz, np.where(mask, 0.0, each)
-    return NoiseModel(sd_of(grid, psd), grid, psd, degrees, spectra.correlated_bins, "the record itself")
+    return NoiseModel(sd_of(grid, psd), grid, psd, degrees, spectra.correlated_bins, OWN)
 
 
 def sd_of(grid: Array, psd: Array) -> Array:

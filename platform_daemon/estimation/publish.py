@@ -74,9 +74,9 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
 @cache
 def _order(names: tuple[str, ...]) -> list[int]:
     """Places of the names in the public order."""
-    return sorted(range(len(names)), key=lambda k: _public_order(names[k]))
+    return sorted(range(len(names)), key=lambda k: public_order(names[k]))
 
 
-def _public_order(name: str) -> tuple[int, str]:
+def public_order(name: str) -> tuple[int, str]:
     """Position in PARAMETER_NAMES; names of later terms come after them."""
     return (PARAMETER_NAMES.index(name) if name in PARAMETER_NAMES else len(PARAMETER_NAMES), name)

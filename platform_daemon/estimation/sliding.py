@@ -26,6 +26,10 @@ _WINDOWS_PER_DECAY = 8.0
 _FEWEST_PERIODS = 24.0
 
 
+class ReferenceRefusedError(ValueError):
+    """The D30 fit, from which the length of the windows was to be taken, was refused."""
+
+
 @dataclass(frozen=True)
 class WindowFit:
     """The fit of one window.
@@ -80,6 +84,13 @@ class SlidingFit:
         """(centre in s, value, standard deviation) of a parameter over the windows that determine it, (n,) each."""
         return _columns(self.windows, name)
 
+    @property
+    def constants(self) -> tuple[str, ...]:
+        """Names of what a complete model keeps constant, in the fits that there are."""
+        fits = [w.fit for w in self.windows if w.fit.fitted is not None]
+        own = {c.name: None for fit in fits if fit.fitted is not None for c in fit.fitted.model.coefficients}
+        return (*CONSTANTS, *(name for name in own if name not in CONSTANTS))
+
     def flatness(self, name: str) -> Flatness | None:
         """None if fewer than three windows that do not overlap determine the parameter."""
         apart = self.windows[:: max(1, math.ceil(self.window_s / self.step_s * (1.0 - 1e-9)))]
@@ -123,8 +134,8 @@ def fit_sliding(
         noise: measured elsewhere; None: from the record itself.
 
     Raises:
-        ValueError: lengths that are not positive or longer than the record, an unknown variant or mode, or no length
-            given while the D30 fit was refused.
+        ValueError: lengths that are not positive or longer than the record, an unknown variant or mode.
+        ReferenceRefusedError: no length was given while the D30 fit was refused.
     """
     if lambda_mode not in ("auto", "free", "fixed"):
         raise ValueError(f"lambda_mode must be 'auto', 'free' or 'fixed', not {lambda_mode!r}")
@@ -145,7 +156,7 @@ def _noise(record: RingDownRecord) -> NoiseModel | None:
 
 def _length(reference: FitResult) -> float:
     if reference.window_s is None:
-        raise ValueError(f"give the length of the windows: the D30 fit was refused ({reference.reason})")
+        raise ReferenceRefusedError(f"the D30 fit was refused ({reference.reason})")
     shortest = _FEWEST_PERIODS / reference.parameters["f_nat_hz"].value
     return max(reference.window_s / _WINDOWS_PER_DECAY, shortest)
 
@@ -162,7 +173,8 @@ def _spans(record: RingDownRecord, length_s: float, step_s: float) -> list[tuple
 
 def _held(reference: FitResult, mode: LambdaMode) -> dict[str, float]:
     """lambda of the reference, if there is friction beside it that could hide it."""
-    if mode == "free" or not {_LAMBDA, "tf_over_i_rad_per_s2"} <= set(reference.parameters):
+    losses = () if reference.fitted is None else reference.fitted.model.losses
+    if mode == "free" or _LAMBDA not in losses or len(losses) < 2:
         return {}
     return {_LAMBDA: reference.parameters[_LAMBDA].value}
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 
 from .ambiguity import ambiguity
 from .beat import find_beat
 from .gauss_newton import FitState
-from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
+from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, Schedule, fit_growing
 from .judgement import POOR_CHI2, refuse_faint
 from .knowledge import free_mask, knowledge_of, with_fixed
 from .models import RingDownModel
@@ -18,8 +20,11 @@ from .start_label import NoLabelError
 from .task import Task
 from .trajectory import LostTrajectoryError
 from .weighting import weighted_by_harmonic
+from .workspace import EXACT
 
 _SHORT_PERIODS = 12.0
+_COARSE = (0.2, 1.0)  # of the rms signal of a channel
+_LOOSE = Schedule(2.0, 3.0, 3.0, 1.0, 1 << 60, 1 << 60, EXACT)
 FAILURES = (NoConvergenceError, LostTrajectoryError, NoLabelError, np.linalg.LinAlgError)
 
 
@@ -36,6 +41,22 @@ def solve(task: Task, model: RingDownModel) -> tuple[Problem, Fitted]:
         if refused.code is Refusal.NO_CONVERGENCE and task.periods < _SHORT_PERIODS:
             raise RefusedError(Refusal.TOO_SHORT, f"no minimum found in {task.periods:.1f} periods") from refused
         raise
+
+
+def solve_coarsely(task: Task, model: RingDownModel) -> tuple[Problem, Fitted] | None:
+    """A minimum where none was found: as if the noise were a part of the signal, so that a misfit hardly counts."""
+    samples = task.record.samples[:, task.chosen.first : task.chosen.last]
+    rms = np.sqrt(np.mean(samples.var(axis=1)))
+    start = find_start(task.record, model, task.chosen.first, task.chosen.last, task.frequency_hz, task.noise_sd)
+    for part, amplitude in product(_COARSE, start.amplitudes):
+        state = by_convention(with_fixed(start.state(amplitude), model, task.fixed))
+        free = free_mask(model, state.size, task.fixed)
+        problem = Problem(task.record, model, np.maximum(task.noise_sd, part * rms), free, task.chosen.first)
+        try:
+            return problem, fit_growing(problem, state, start.periods, task.chosen.last, _LOOSE)
+        except FAILURES:
+            continue
+    return None
 
 
 def _weighted(problem: Problem, best: Fitted, task: Task) -> Fitted:

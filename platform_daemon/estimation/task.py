@@ -14,8 +14,10 @@ from .noise import NoiseModel, estimate_noise
 from .periods import FEW_PERIODS, counted_periods
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
-from .screening import refuse_few_periods, screen
+from .screening import FEWEST_PERIODS, refuse_few_periods, screen
 from .windows import SampleRange, Window, select_window
+
+_SLOWEST_HZ = 20.0  # a fifth of the slowest resonator whose dm/dt can be seen
 
 
 @dataclass(frozen=True)
@@ -41,6 +43,10 @@ class Task:
         """Periods in the window."""
         return self.samples * self.record.dt_s * self.frequency_hz
 
+    def at_level(self, ratio: float, source: str) -> Task:
+        """The task with so many times the noise."""
+        return replace(self, noise=self.noise.at_level(ratio, source), noise_sd=self.noise_sd * ratio)
+
     def degrees(self, problem: Problem) -> int:
         """Degrees of freedom of the residual."""
         return self.record.channels * self.samples - int(problem.free.sum())
@@ -61,8 +67,23 @@ def task_of(record: RingDownRecord, window: Window, noise: NoiseModel | None, fi
         seen = record.samples[:, chosen.first : chosen.last]
         counted = counted_periods(seen, record.dt_s, line.frequency_hz)
         task = replace(task, frequency_hz=counted / (task.samples * record.dt_s))
+    _refuse_slow_change(task, window)
     refuse_few_periods(task.samples * record.dt_s, task.frequency_hz)
     return task
+
+
+def _refuse_slow_change(task: Task, window: Window) -> None:
+    """Refuse what is no oscillation of a resonator: it lasts for less than a period, or for a few far too slow ones.
+
+    Strong noise at low frequencies, or a drift, stands out so where it hides the signal.
+    """
+    record, frequency = task.record, task.frequency_hz
+    whole = (record.end - record.valid_from) * record.dt_s * frequency
+    periods = task.periods if window == "d30" else whole
+    slow = record.quantity != "angle" and frequency < _SLOWEST_HZ
+    if periods < 1.0 or (slow and periods < FEWEST_PERIODS):
+        seen = f"{periods:.1f} periods of {frequency:.3g} Hz are the strongest feature: a drift or slow noise"
+        raise RefusedError(Refusal.NO_SIGNAL, seen)
 
 
 def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:

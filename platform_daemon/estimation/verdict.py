@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
-from .companion import Companion, find_companion
+from .companion import find_companion
+from .compression import find_compression
 from .growing import Fitted, Problem
 from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
 from .knowledge import refuse_out_of_bounds
 from .leftover import leftover_of
 from .losses import tangled_losses
-from .misfit import is_worth_a_search, misfit_warnings, refuse_misfit
+from .misfit import Findings, is_worth_a_search, misfit_warnings, refuse_misfit
 from .publish import by_convention, publish
 from .refusal import Refusal, RefusedError
 from .residual import Residual, residual_of
@@ -35,9 +36,9 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     if is_unexplained(r2, chi2):
         refuse_beat(task)
     refuse_unexplained(model.name, r2, chi2)
-    second = _second_oscillation(task, problem, best, residual)
+    found = findings(task, problem, best, residual)
     if record.quantity != "angle":
-        refuse_misfit(model.name, task.frequency_hz, residual, second)
+        refuse_misfit(model.name, task.frequency_hz, residual, found)
     state = by_convention(best.state)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
@@ -51,7 +52,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     return FitResult(
         verdict="good",
         warnings=(
-            *misfit_warnings(residual, chi2, second),
+            *misfit_warnings(residual, chi2, found),
             *task.doubts,
             *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
         ),
@@ -74,13 +75,14 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     )
 
 
-def _second_oscillation(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Companion | None:
-    """What else oscillates in the record, if the residual is worth a search."""
+def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
+    """What stands in the residual, if it is worth a search."""
     if task.record.quantity == "angle" or not is_worth_a_search(residual):
-        return None
+        return Findings()
     args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
     try:
-        return find_companion(leftover_of(residual, *args))
+        leftover = leftover_of(residual, *args)
+        return Findings(find_companion(leftover), find_compression(leftover))
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 

@@ -91,3 +91,28 @@ def test_a_plan_that_makes_no_sense_is_a_problem(client, body):  # noqa: F811
 )
 def test_what_is_not_there_is_a_problem(client, recording, fit, path, status):  # noqa: F811
     problem(client.get(path.format(fit=fit["id"], recording=recording)), status)
+
+
+def test_a_refused_fit_says_so_and_why_wherever_it_is_asked(client, recording):  # noqa: F811
+    asked = {"recording": recording, "window": 0.5, "variant": "undamped"}
+    job = finished(client, client.post("/fits", json=asked).headers["location"])
+    assert any("model_does_not_explain" in warning for warning in job["warnings"])
+    for path in (f"/fits/{job['id']}/derived", f"/fits/{job['id']}/frames/0/envelopes"):
+        found = problem(client.get(path), 422)
+        assert found["type"] == "/problems/fit-refused"
+        assert "model_does_not_explain" in found["detail"]
+        assert "wait" not in found["detail"]
+
+
+def test_models_and_terms_of_the_catalogue_can_be_asked_for(client, recording):  # noqa: F811
+    asked = {"recording": recording, "window": 0.5, "terms": ["quadratic_drag"]}
+    job = finished(client, client.post("/fits", json=asked).headers["location"])
+    assert "quadratic_drag_per_rad" in job["result"]["frames"][0]["parameters"]
+    assert client.get(f"/fits/{job['id']}/derived").status_code == 200
+    found = problem(client.post("/fits", json={"recording": recording, "variant": "spring"}), 422)
+    assert "jewel_constant_friction" in found["detail"]
+    query = {"window_s": 0.2, "variant": "jewel", "term": "quadratic_drag"}
+    slid = client.get(f"/recordings/{recording}/frames/0/sliding", params=query).json()
+    assert "quadratic_drag_per_rad" in slid["windows"][0]["parameters"]
+    body = {"resonator": "thread", "terms": ["quadratic_drag"], "expected": {"quadratic_drag_per_rad": 1e-3}}
+    assert "quadratic_drag_per_rad" in client.post("/predict", json=body).json()["windows"][0]["std"]

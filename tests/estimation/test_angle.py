@@ -81,3 +81,23 @@ def test_passages_and_turning_points_are_found_in_coarse_steps_with_their_zero()
 @pytest.mark.parametrize("samples", [np.zeros(4000), np.random.default_rng(0).normal(size=4000), np.arange(4000.0)])
 def test_what_does_not_swing_is_refused(samples):
     assert fit_ring_down(RingDownRecord(samples[None], 1000.0, "angle"), "thread", 1e9).verdict == "refused"
+
+
+@pytest.mark.parametrize("periods", [8, 14, 30])
+def test_errors_of_a_short_angle_record_are_honest_though_its_noise_was_not_told(periods):
+    s = 0.7 + 2 * math.pi * np.arange(periods * 120) / 120
+    angle = half_swings(lambda p, v, sigma, _: -math.sin(p) - 0.01 * v, 1.0, s, 1e-11)[0]
+    pulls = []
+    for seed in range(25):
+        noisy = angle + np.random.default_rng(seed).normal(0, 0.005, angle.size)
+        result = fit_ring_down(RingDownRecord(noisy[None], 120.0, "angle"), "thread", 1e9)
+        assert result.verdict == "good", result.reason
+        assert "residual" in result.noise_source
+        assert result.chi2_per_dof == pytest.approx(1.0, abs=0.02)
+        known = fit_ring_down(
+            RingDownRecord(noisy[None], 120.0, "angle"), "thread", 1e9, noise=NoiseModel.white(np.array([0.005]), 120.0)
+        )
+        f, true = result.parameters["f_nat_hz"], known.parameters["f_nat_hz"]
+        assert f.std == pytest.approx(true.std, rel=5 / math.sqrt(2 * angle.size))
+        pulls.append((f.value - 1.0) / f.std)
+    assert 0.6 < np.std(pulls) < 1.5

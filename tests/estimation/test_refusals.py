@@ -16,8 +16,8 @@ def noisy(truth=None, seconds=0.5, seed=0):
     return with_noise(dmdt(truth or Truth(), seconds), np.random.default_rng(seed))
 
 
-def refused(signal, variant="thread", window="d30", rate_hz=RATE_HZ, **more):
-    result = fit_ring_down(RingDownRecord(signal, rate_hz, "dmdt", **more), variant, window)
+def refused(signal, variant="thread", window="d30", rate_hz=RATE_HZ, quantity="dmdt", **more):
+    result = fit_ring_down(RingDownRecord(signal, rate_hz, quantity, **more), variant, window)
     assert result.verdict == "refused"
     assert result.parameters == {}
     assert result.covariance.size == 0
@@ -178,3 +178,13 @@ def test_garbage_is_refused_and_never_raises(seed):
         for quantity in ("dmdt", "voltage"):
             result = fit_ring_down(RingDownRecord(garbage, RATE_HZ, quantity), variant)
             assert result.verdict == "refused", (variant, quantity, result)
+
+
+@pytest.mark.parametrize("quantity", ["dmdt", "voltage"])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_signal_buried_in_brown_noise_is_called_no_signal_not_a_short_record(quantity, seed):
+    rng = np.random.default_rng(seed)
+    signal = noisy(seconds=1.0)
+    wandering = signal + np.cumsum(rng.standard_normal(signal.shape), axis=1)
+    assert refused(wandering, window="d30", quantity=quantity) == "no_signal"
+    assert refused(wandering, window=0.5, quantity=quantity) in {"no_signal", "too_short"}

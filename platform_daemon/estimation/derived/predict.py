@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array
-from ..result import PARAMETER_NAMES
+from ..publish import public_order
 from ..rotation import cross_matrix, rodrigues_jacobian, rotation_from_rodrigues
 from ..sampling import DIPOLE
 from ..trajectory import Trajectory
@@ -119,7 +119,7 @@ def _check(plan: Plan, window_s: float) -> None:
     if not (math.isfinite(window_s) and window_s > 0.0 and plan.sampling_rate_hz > 0.0):
         raise ValueError(f"window {window_s!r} s and sampling rate {plan.sampling_rate_hz!r} Hz must be positive")
     unfixable = {*_RODRIGUES, "phi_max_rad", "psi_start_rad"} & set(plan.fixed)
-    if unfixable or not set(plan.fixed) <= set(PARAMETER_NAMES):
+    if unfixable or not set(plan.fixed) <= set(plan.parameters):
         raise ValueError(f"only f_nat_hz, m_r_am2 and coefficients can be fixed, not {sorted(plan.fixed)}")
 
 
@@ -136,7 +136,7 @@ def _derivatives(plan: Plan, window_s: float) -> tuple[tuple[str, ...], Array]:
     for name, step in steps.items():
         up, down = (_local_signal(plan, {name: sign * step}, samples, window_s) for sign in (1.0, -1.0))
         rows[name] = moment * rotation @ (up - down) / (2.0 * step)
-    names = tuple(sorted((n for n in rows if n not in plan.fixed), key=PARAMETER_NAMES.index))
+    names = tuple(sorted((n for n in rows if n not in plan.fixed), key=public_order))
     return names, np.stack([rows[n] for n in names])
 
 
