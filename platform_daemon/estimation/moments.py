@@ -20,7 +20,7 @@ from .swing_table import look_up_values
 
 
 @fast_part
-def _write_basis(values, head, observable, nodes, w, theta, columns, at, basis):  # type: ignore[no-untyped-def]
+def write_basis(values, head, observable, nodes, w, theta, columns, at, basis):  # type: ignore[no-untyped-def]
     """Basis functions at the nodes into basis[:, at : at + m] from the values in the mirrored frame."""
     m = nodes.size
     side = head[HEAD_SIDE]
@@ -90,7 +90,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
                 spread(y, 3 * group, begin, stop, x, dx, scratch, sums, squares)
             to_nodes(matrix, sums, filled, collected)
             look_up_values(weights[h], values[0 if mirrored or heads[h, HEAD_SIDE] > 0.0 else 1], here)
-            _write_basis(here, heads[h], observable, nodes, w, theta, columns, filled, basis)
+            write_basis(here, heads[h], observable, nodes, w, theta, columns, filled, basis)
             filled += m
             for channel in range(channels):
                 products[channel, b - 1] += sums[channel, 0]

@@ -10,6 +10,7 @@ import numpy as np
 from .arrays import Array, IntArray
 from .chebyshev import grid, size_weights
 from .models import RingDownModel
+from .sampling import DIPOLE
 from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
 from .swing_table import build_table
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
@@ -58,6 +59,15 @@ class Walk:
     def angle(self) -> float:
         """Where the next half swing begins."""
         return float(self.at[WALK_ANGLE])
+
+    def at_rest(self, observable: int) -> Array:
+        """The basis (sampling.py) of a rotor that is stuck, (n_basis,): dm/dt is silent, an angle is constant."""
+        constant = np.zeros(7 + 2 * self.columns)
+        constant[-1] = 1.0
+        if observable != DIPOLE:
+            constant[0] = self.angle
+            constant[6:-1:2] = math.copysign(1.0, self.angle) * self.at[WALK : WALK + self.columns]
+        return constant
 
     def reaches(self, s_end: float) -> bool:
         """True if it has ended, and not before s_end."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .arrays import Array
+from .basis_table import fill_basis_from_table
 from .chebyshev import nodes_for, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
@@ -18,7 +19,7 @@ from .sampling import DIPOLE
 from .swing_chain import HEAD_SIDE, WALK, WALK_START
 from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
-from .trajectory import EARLIEST, Dynamics, LostTrajectoryError
+from .trajectory import EARLIEST, Dynamics, LostTrajectoryError, Trajectory
 
 __all__ = ["COARSE", "EXACT", "WIDEST_BAND", "Moments", "Workspace"]
 
@@ -55,14 +56,10 @@ class _Pass:
         """The remaining samples of a rotor that is stuck: dm/dt is silent, an angle is constant."""
         dt_s, w, theta = self._clock
         first, last = self._window
-        at, columns = self._walk.at, self._walk.columns
+        at = self._walk.at
         y = self._y[:, max(first, math.ceil((at[WALK_START] - theta) / (w * dt_s))) : last]
         gram, products, energy = self._sums
-        constant = np.zeros(gram.shape[0])
-        constant[-1] = 1.0
-        if self._observable != DIPOLE:
-            constant[0] = self._walk.angle
-            constant[6:-1:2] = math.copysign(1.0, self._walk.angle) * at[WALK : WALK + columns]
+        constant = self._walk.at_rest(self._observable)
         gram += y.shape[1] * np.outer(constant, constant)
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
@@ -167,6 +164,29 @@ class Workspace:
         if not self._symmetric:
             each[0] = np.where(walk.heads[:count, HEAD_SIDE, None] > 0.0, each[0], each[1])
         return np.asarray(each[0].reshape(count, 2, -1))
+
+    def basis(self, dynamics: Dynamics, first: int, last: int, dt_s: float, observable: int) -> Array:
+        """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
+
+        Like Trajectory.basis, but from the tables where these know the motion.
+
+        Raises:
+            LostTrajectoryError: the parameters describe no oscillation.
+        """
+        d = dynamics
+        if self.model.time_dependent or d.w * first * dt_s + d.theta < 0.0:
+            return Trajectory(self.model, d, last * dt_s).basis(first, last, dt_s, observable)
+        out, done = np.zeros((7 + 2 * self.columns, last - first)), 0
+        for walk, tables, count in self._ways(d, d.w * last * dt_s + d.theta, observable):
+            done = fill_basis_from_table(
+                int(first), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
+                self._symmetric, observable, tables.grid.nodes, tables.grid.to_nodes, tables.values, out,
+            )  # fmt: skip
+        if walk.status == STATUS_STUCK:
+            out[:, done:] = walk.at_rest(observable)[:, None]
+        elif walk.status != STATUS_OK:
+            raise LostTrajectoryError(_LOST)
+        return out
 
     def _ways(self, d: Dynamics, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
         """Stretches of a walk until s_end, walked already or anew."""

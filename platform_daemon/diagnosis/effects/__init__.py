@@ -1,0 +1,1 @@
+"""Effects that a diagnosis has names for, one module per kind."""

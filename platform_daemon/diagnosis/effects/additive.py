@@ -1,0 +1,101 @@
+"""Additive effects stand in the data beside the signal: tones, decaying oscillations, decaying offsets."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+import numpy as np
+
+from platform_daemon.estimation.arrays import Array
+
+from ..look import Look
+from .base import Candidate, Detail, Effect
+from .receiver import AXES
+
+MAINS = Effect(
+    "mains_interference", "A m^2/s", 0, ("blank_shots",), "lines at multiples of 50 or 60 Hz, in blank shots too",
+    "mains",
+)  # fmt: skip
+LINE = Effect(
+    "spectral_line", "A m^2/s", 0, ("blank_shots",), "a line that is as strong at the end, in blank shots too",
+    "switching converters, motors, other instruments",
+)  # fmt: skip
+SIDE_MODE = Effect(
+    "side_mode", "A m^2/s", 0, ("other_excitation_axis", "second_amplitude"),
+    "a line that decays, with a phase tied to the excitation", "modes of the suspended magnet other than its rotation",
+)  # fmt: skip
+TRANSIENT = Effect(
+    "switch_transient", "A m^2/s", 0, ("blank_shots",), "an offset that decays from the start of the window",
+    "charge of the switch, recovery of the amplifier",
+)  # fmt: skip
+EFFECTS = (MAINS, LINE, SIDE_MODE, TRANSIENT)
+
+
+def tone(effect: Effect, frequencies_hz: tuple[float, ...], base_hz: float, trials: float) -> Candidate:
+    """Steady tones on all channels, their phases and sizes each shot's own."""
+    columns = partial(_waves, frequencies_hz, math.inf, None)
+    detail = Detail(frequency_hz=base_hz)
+    return Candidate(effect, detail, columns=columns, shared=False, size=0, trials=trials)
+
+
+def side_mode(
+    frequency_hz: float, tau_s: float, channel: int | None, channels: int, *, shared: bool, trials: float
+) -> Candidate:
+    """A decaying oscillation on one channel of the record, or on all of them."""
+    count = 2 * (channels if channel is None else 1)
+    detail = Detail(_axis(channel, channels), frequency_hz, tau_s)
+    columns = partial(_waves, (frequency_hz,), tau_s, channel)
+    parts: tuple[Candidate, ...] = ()
+    if channel is None and shared:
+        each = [side_mode(frequency_hz, tau_s, c, channels, shared=True, trials=trials) for c in range(channels)]
+        parts = tuple(each)
+    return Candidate(SIDE_MODE, detail, columns=columns, shared=shared, size=count, parts=parts, trials=trials)
+
+
+def transient(tau_s: float, channel: int | None, channels: int, *, trials: float) -> Candidate:
+    """A decaying offset on one channel of the record, or on all of them."""
+    count = channels if channel is None else 1
+    columns = partial(_offsets, tau_s, channel)
+    every = range(channels) if channel is None and channels > 1 else ()
+    parts = tuple(transient(tau_s, c, channels, trials=trials) for c in every)
+    detail = Detail(_axis(channel, channels), tau_s=tau_s)
+    return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, trials=trials)
+
+
+def _axis(channel: int | None, channels: int) -> str | None:
+    return AXES[channel] if channel is not None and channels == len(AXES) else None
+
+
+def _spread(rows: Array, channel: int | None, channels: int) -> Array:
+    """Columns (k, channels, m) that put rows (j, m) on one channel, or on every channel for itself."""
+    which = range(channels) if channel is None else [channel]
+    out = np.zeros((len(which) * rows.shape[0], channels, rows.shape[1]))
+    for n, c in enumerate(which):
+        out[n * rows.shape[0] : (n + 1) * rows.shape[0], c] = rows
+    return out
+
+
+def _passed(look: Look, frequency_hz: float) -> Array:
+    """What the filters of the grids let through at a frequency, at every instant (m,)."""
+    rate, parts = look.started.shot.rate_hz, []
+    for g in look.started.grids:
+        half = g.taps.size // 2
+        turn = 2.0 * np.pi * frequency_hz / rate * np.arange(-half, half + 1)
+        parts.append(np.full(g.count, float(np.sum(g.taps * np.cos(turn)))))
+    return np.concatenate(parts)
+
+
+def _waves(frequencies_hz: tuple[float, ...], tau_s: float, channel: int | None, look: Look) -> Array:
+    rows = []
+    fall = np.exp(-look.time_s / tau_s)
+    for f in frequencies_hz:
+        turn = 2.0 * np.pi * f * look.time_s
+        size = fall * _passed(look, f)
+        rows += [size * np.cos(turn), size * np.sin(turn)]
+    return _spread(np.stack(rows), channel, look.residual.shape[0])
+
+
+def _offsets(tau_s: float, channel: int | None, look: Look) -> Array:
+    fall = np.exp(-look.time_s / tau_s)
+    return _spread(fall[None], channel, look.residual.shape[0])

@@ -1,0 +1,157 @@
+"""Receiver effects act on the whole signal: gains, delays, poles, crosstalk, compression.
+
+They act on the digitiser's channels; where calibration mixes these into dm/dt, so does the change. It is computed from
+the model's signal, never from the data, whose noise would change with it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from platform_daemon.estimation.arrays import Array
+
+from ..look import Look
+from .base import Candidate, Change, Detail, Effect, Public, as_it_is
+
+AXES = "xyz"
+_SMALL = 1e-12  # a strength whose square is nothing
+_CAL_2F, _TURN, _AMPLITUDE = "calibrate_2f", "turn_90_deg", "second_amplitude"
+GAIN = Effect(
+    "channel_gain", "1", 0, (_TURN, _CAL_2F), "v3 in N50, u2 in D30; changes sign if turned by 90 degrees",
+    "calibration error; pole of a coil or an AC coupling",
+)  # fmt: skip
+DELAY = Effect(
+    "channel_delay", "s", 0, (_CAL_2F, _TURN), "u2 in phase, the same in every window", "filters that differ"
+)
+LOW_PASS = Effect(
+    "receive_lowpass", "s", 1, (_CAL_2F, _TURN), "u2 in phase; all channels: u2 and v3 in amplitude",
+    "capacitance of coil and cable, bandwidth of the amplifier",
+)  # fmt: skip
+COMPRESSION = Effect(
+    "receiver_compression", "1/V^2", 0, (_AMPLITUDE,), "v3 and v1 grow as phi^3", "amplifier near its limit",
+)  # fmt: skip
+CROSSTALK = Effect("crosstalk", "1", 0, (_TURN, _CAL_2F), "v2 in phase", "coupling of coils, cables and channels")
+
+_LARGEST = {"1": 0.3, "s": 1e-3}
+# Central difference of order 8.
+_STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+
+
+def derivative(samples: Array, rate_hz: float) -> Array:
+    """Time derivative of (channels, n); the four samples at either end repeat their neighbours' value."""
+    inner = np.stack([np.correlate(row, _STENCIL, mode="valid") for row in samples]) * rate_hz
+    return np.pad(inner, ((0, 0), (4, 4)), mode="edge")
+
+
+def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candidate]:
+    """Everything that can happen to so many channels; f_hz: natural frequency, for gains of single harmonics."""
+    each = range(channels)
+    if quantity == "angle":
+        return [_single(GAIN, 0, _gain, axis=None)]
+    found = [_single(GAIN, c, _gain) for c in each]
+    found += [_single(DELAY, c, _delay) for c in each]
+    found += [_single(LOW_PASS, c, _low_pass) for c in each]
+    found += [_candidate(LOW_PASS, Detail(), _low_pass_all, _root)]
+    found += [_single(COMPRESSION, c, _compression) for c in each]
+    found += [_candidate(COMPRESSION, Detail(), _compression_all)]
+    found += [
+        _candidate(CROSSTALK, Detail(start=AXES[a], end=AXES[b]), partial(_mix, a, b))
+        for a in each for b in each if a != b
+    ]  # fmt: skip
+    harmonics = [(f_hz, False), (2.0 * f_hz, True)]
+    found += [
+        _candidate(GAIN, Detail(axis=None if c is None else AXES[c], frequency_hz=f), partial(_band_gain, c, even))
+        for f, even in harmonics for c in [*each, None]
+    ]  # fmt: skip
+    return found
+
+
+def _single(
+    effect: Effect, channel: int, change: Callable[[int, Look, float], Array], axis: str | None = ""
+) -> Candidate:
+    """An effect of one channel."""
+    return _candidate(effect, Detail(axis=AXES[channel] if axis == "" else axis), partial(change, channel))
+
+
+def _candidate(effect: Effect, detail: Detail, change: Change, public: Public = as_it_is) -> Candidate:
+    largest = _LARGEST.get(effect.unit, math.inf)
+    return Candidate(effect, detail, columns=partial(_column, change), change=change, public=public, largest=largest)
+
+
+def _column(change: Change, look: Look) -> Array:
+    """The first-order change per unit of strength, (1, channels, m)."""
+    return change(look, _SMALL)[None] / _SMALL
+
+
+def _in(look: Look, changes: Array) -> Array:
+    """Changes (channels, m) at the digitiser as changes of the record's channels."""
+    return np.asarray(look.started.shot.from_volts @ changes)
+
+
+def _on(look: Look, channel: int, row: Array) -> Array:
+    """A change of one channel of the digitiser."""
+    changes = np.zeros_like(look.volts)
+    changes[channel] = row
+    return _in(look, changes)
+
+
+def _slopes(look: Look) -> Array:
+    """Time derivative at the digitiser, (channels, m)."""
+    return np.asarray(look.started.shot.to_volts @ look.slope)
+
+
+def _bends(look: Look) -> Array:
+    """Second time derivative at the digitiser, (channels, m)."""
+    slopes, rate = _slopes(look), look.started.shot.rate_hz
+    pieces = zip(look.started.white.slices, look.started.grids, strict=True)
+    return np.concatenate([derivative(slopes[:, where], rate / grid.factor) for where, grid in pieces], axis=1)
+
+
+def _gain(channel: int, look: Look, strength: float) -> Array:
+    return _on(look, channel, strength * look.volts[channel])
+
+
+def _delay(channel: int, look: Look, strength: float) -> Array:
+    bend = 0.5 * strength**2 * _bends(look)[channel] if strength != _SMALL else 0.0
+    return _on(look, channel, bend - strength * _slopes(look)[channel])
+
+
+def _low_pass(channel: int, look: Look, strength: float) -> Array:
+    bend = strength**2 * _bends(look)[channel] if strength != _SMALL else 0.0
+    return _on(look, channel, bend - strength * _slopes(look)[channel])
+
+
+def _low_pass_all(look: Look, strength: float) -> Array:
+    """A delay common to all channels is a phase of the motion: the droop, of second order, is what is seen.
+
+    The strength is tau^2 with the sign of tau.
+    """
+    return _in(look, 0.5 * strength * _bends(look))
+
+
+def _root(strength: float, sd: float, _: float, __: float) -> tuple[float, float]:
+    """A time constant from its square."""
+    tau = math.sqrt(abs(strength))
+    return math.copysign(tau, strength), sd / max(2.0 * tau, math.sqrt(sd))
+
+
+def _compression(channel: int, look: Look, strength: float) -> Array:
+    return _on(look, channel, -strength * look.volts[channel] ** 3)
+
+
+def _compression_all(look: Look, strength: float) -> Array:
+    return _in(look, -strength * look.volts**3)
+
+
+def _mix(source: int, target: int, look: Look, strength: float) -> Array:
+    return _on(look, target, strength * look.volts[source])
+
+
+def _band_gain(channel: int | None, even: bool, look: Look, strength: float) -> Array:
+    """Of the odd or the even harmonics only, as a pole that lies between them makes it."""
+    part = look.started.shot.to_volts @ (look.even if even else look.odd)
+    return _in(look, strength * part) if channel is None else _on(look, channel, strength * part[channel])

@@ -1,0 +1,78 @@
+"""Torque effects: the terms of estimation/terms that the declared models lack, with their sign rules."""
+
+from __future__ import annotations
+
+from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.terms import TERMS, TorqueTerm
+
+from .base import Candidate, Effect
+
+_LONGER, _AMPLITUDE, _TURN, _BIAS = "longer_window", "second_amplitude", "turn_90_deg", "bias_field"
+_KANJ = "Kanj et al. 2022, losses of magneto-mechanical resonators"
+EFFECTS = (
+    Effect(
+        "coulomb_friction", "rad/s^2", 1, (_LONGER, _AMPLITUDE),
+        "lambda(window) rises as 1/phi; v1 in amplitude", f"dry friction in joints and fibres: {_KANJ}",
+    ),
+    Effect(
+        "hertz_friction", "rad/s^2", 1, (_LONGER, _AMPLITUDE),
+        "as dry friction, weaker at large angles", "eq:Jewel_ODE_norm, of a jewel bearing",
+    ),
+    Effect(
+        "quadratic_drag", "1/rad", 1, (_AMPLITUDE, _LONGER),
+        "lambda(window) falls with the amplitude", "inertial drag of air; Nelson and Olsson 1986",
+    ),
+    Effect(
+        "angle_dependent_damping", "1/s", 0, (_AMPLITUDE, _LONGER),
+        "lambda(window) follows phi^2", f"streaming, eddy currents that depend on the gap: {_KANJ}",
+    ),
+    Effect(
+        "restoring_anharmonicity", "1", 0, (_AMPLITUDE, _TURN),
+        "f_nat(window) follows phi^2; u2 in amplitude", "stretch of the thread, higher moments of the magnets",
+    ),
+    Effect(
+        "torsion_stiffness", "1", 1, (_AMPLITUDE, _BIAS),
+        "as restoring anharmonicity -k/3, with f_nat shifted", "torsion of the thread",
+    ),
+    Effect(
+        "bias_torque", "rad/s^2", 0, (_AMPLITUDE, _BIAS),
+        "v2, u3 and u1: the swing is not symmetric", "twisted thread, eccentric weight",
+    ),
+)  # fmt: skip
+DRIFT = Effect(
+    "frequency_drift", "Hz/s", 0, (_LONGER,), "f_nat(window) follows the time, whatever the amplitude",
+    "heating, creep of the magnets' distance",
+)  # fmt: skip
+STRIBECK = Effect(
+    "stribeck_friction", "1", 0, (_LONGER, _AMPLITUDE), "T_f(window) rises as the motion dies", "Stribeck 1902",
+)  # fmt: skip
+_STRIBECK_SPEEDS = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)  # rad/s
+
+
+def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[Candidate]:
+    """Terms without a hidden scale that the model does not contain already, in the order of the list.
+
+    jewel_law: the Hertz contact's law holds at the angles of these shots.
+    """
+    unfit = {t.name for t in model.terms} | (set() if jewel_law else {"hertz_friction"})
+    return [Candidate(effect, term=TERMS[effect.id]) for effect in EFFECTS if effect.id not in unfit]
+
+
+def drift_candidate() -> Candidate:
+    """f_nat that moves through the window."""
+    return Candidate(
+        DRIFT,
+        term=TERMS["frequency_drift"],
+        public=lambda q, sd, f_nat, _: (q * f_nat, sd * f_nat),
+    )
+
+
+def stribeck_candidates(model: RingDownModel) -> list[Candidate]:
+    """Only where there is Hertz friction; its velocity scale is hidden."""
+    term: TorqueTerm = TERMS["stribeck_friction"]
+    if "hertz_friction" not in {t.name for t in model.terms} or term in model.terms:
+        return []
+    return [
+        Candidate(STRIBECK, term=term, hidden=(speed,), public=lambda a, sd, _, friction: (a / friction, sd / friction))
+        for speed in _STRIBECK_SPEEDS
+    ]

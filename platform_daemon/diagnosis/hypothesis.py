@@ -1,0 +1,142 @@
+"""A declared model together with the effects that are supposed to act as well, and how their strengths are stored."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.models import RingDownModel
+
+from .effects.base import Candidate
+from .look import Look
+
+
+def _rank(candidate: Candidate) -> int:
+    """Torque effects, then receiver effects, then shared additive ones, then those of each shot."""
+    if candidate.term is not None:
+        return 0
+    return 1 if candidate.change is not None else 2 if candidate.shared else 3
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """Effects beside a declared model.
+
+    Common to all shots are the strengths of torque and receiver effects and the sizes of shared additive ones, in
+    this order; additive effects that every shot has for itself are linear and never stored.
+    """
+
+    model: RingDownModel
+    effects: tuple[Candidate, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "effects", tuple(sorted(self.effects, key=_rank)))
+
+    def plus(self, *effects: Candidate) -> Hypothesis:
+        """With further effects."""
+        return Hypothesis(self.model, (*self.effects, *effects))
+
+    def without(self, effect: Candidate) -> Hypothesis:
+        """With all but one."""
+        return Hypothesis(self.model, tuple(e for e in self.effects if e is not effect))
+
+    @cached_property
+    def torques(self) -> tuple[Candidate, ...]:
+        """Effects in the equation of motion."""
+        return tuple(c for c in self.effects if _rank(c) == 0)
+
+    @cached_property
+    def receivers(self) -> tuple[Candidate, ...]:
+        """Effects on the receive side."""
+        return tuple(c for c in self.effects if _rank(c) == 1)
+
+    @cached_property
+    def common(self) -> tuple[Candidate, ...]:
+        """Effects with strengths common to all shots."""
+        return tuple(c for c in self.effects if _rank(c) < 3)
+
+    @cached_property
+    def own(self) -> tuple[Candidate, ...]:
+        """Additive effects of every shot."""
+        return tuple(c for c in self.effects if _rank(c) == 3)
+
+    @cached_property
+    def augmented(self) -> RingDownModel:
+        """The declared model with the torque terms of the effects."""
+        terms = [c.term for c in self.torques if c.term is not None]
+        if not terms:
+            return self.model
+        return self.model.with_terms("+".join([self.model.name, *(t.name for t in terms)]), *terms)
+
+    @cached_property
+    def slices(self) -> tuple[slice, ...]:
+        """Where the strengths of each common effect stand among all of them."""
+        ends = np.cumsum([0, *(c.size for c in self.common)])
+        return tuple(slice(int(a), int(b)) for a, b in itertools.pairwise(ends))
+
+    @property
+    def size(self) -> int:
+        """Number of common strengths."""
+        return sum(c.size for c in self.common)
+
+    def strength_places(self) -> list[int]:
+        """Parameters of the augmented FitState that are strengths, one per torque effect."""
+        places, place = [], 3 + len(self.model.coefficients)
+        for c in self.torques:
+            assert c.term is not None
+            places.append(place)
+            place += len(c.term.coefficients)
+        return places
+
+    def declared(self, size: int) -> np.ndarray:
+        """Parameters of an augmented FitState of this size that each shot has for itself, bool (size,)."""
+        mask = np.ones(size, dtype=bool)
+        first = 3 + len(self.model.coefficients)
+        mask[first : 3 + len(self.augmented.coefficients)] = False
+        return mask
+
+    def extended(self, state: FitState, strengths: Array) -> FitState:
+        """A state of the declared model as one of the augmented model."""
+        values = [*state.dynamics.values[: len(self.model.coefficients)]]
+        for c, strength in zip(self.torques, strengths, strict=False):
+            values += [float(strength), *c.hidden]
+        return replace(state, dynamics=replace(state.dynamics, values=tuple(values)))
+
+    def reduced(self, state: FitState) -> FitState:
+        """A state of the augmented model as one of the declared model."""
+        values = state.dynamics.values[: len(self.model.coefficients)]
+        return replace(state, dynamics=replace(state.dynamics, values=values))
+
+    def changes(self, seen: Look, strengths: Array) -> Array:
+        """What the receiver effects change in the model's channels, (channels, m); products of two are left out."""
+        out = np.zeros_like(seen.signal)
+        for c, strength in zip(self.receivers, strengths[len(self.torques) :], strict=False):
+            if c.change is not None and strength != 0.0:
+                out += c.change(seen, float(strength))
+        return out
+
+    def shared_columns(self, seen: Look) -> Array:
+        """Columns of receiver and shared additive effects in units of the noise, (q, rows)."""
+        return _columns([c for c in self.common if c.term is None], seen)
+
+    def own_columns(self, seen: Look) -> Array:
+        """Columns of the additive effects of every shot in units of the noise, (q, rows)."""
+        return _columns(list(self.own), seen)
+
+    def additive_part(self, strengths: Array, shared: Array) -> Array:
+        """What shared additive effects of these strengths add to the data in units of the noise, (rows,).
+
+        shared: from shared_columns.
+        """
+        count = len(self.receivers)
+        return np.asarray(strengths[len(self.torques) + count :] @ shared[count:])
+
+
+def _columns(candidates: list[Candidate], seen: Look) -> Array:
+    found = [seen.started.white(c.columns(seen)) for c in candidates if c.columns is not None]
+    return np.concatenate([np.empty((0, seen.whitened.size)), *found])

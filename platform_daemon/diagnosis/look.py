@@ -1,0 +1,119 @@
+"""The local linear picture of one shot: what is left of the data at a state, and how it moves with every parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.trajectory import Trajectory
+from platform_daemon.estimation.workspace import Workspace
+
+from .shots import Started
+
+
+@dataclass(frozen=True)
+class Look:
+    """A shot at a state of a model, on its grids, all pieces side by side.
+
+    Attributes:
+        started: the shot with its grids.
+        state: the state looked from.
+        odd, even: (channels, m) parts of the model's channels from f1 and f2, near odd and even multiples of the
+            fundamental, without offsets.
+        slopes: (2, channels, m) time derivatives of these two parts.
+        residual: (channels, m) data minus model.
+        jacobian: (p, channels, m) d model / d parameter, in the order of FitState.moved.
+    """
+
+    started: Started
+    state: FitState
+    odd: Array
+    even: Array
+    slopes: Array
+    residual: Array
+    jacobian: Array
+
+    @classmethod
+    def of_basis(cls, started: Started, state: FitState, basis: Array) -> Look:
+        """The model's channels only, from the kernel's basis (b, m): no residual, no Jacobian."""
+        d, gains = state.dynamics, state.observation.gains(state.dynamics.w)
+        odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
+        slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
+        nothing = np.zeros((0, *odd.shape))
+        return cls(started, state, odd, even, slopes, residual=nothing, jacobian=nothing)
+
+    @property
+    def time_s(self) -> Array:
+        """(m,)."""
+        return self.started.time_s
+
+    @cached_property
+    def signal(self) -> Array:
+        """(channels, m) the model's channels, without offsets."""
+        return np.asarray(self.odd + self.even)
+
+    @cached_property
+    def slope(self) -> Array:
+        """(channels, m) its time derivative."""
+        return np.asarray(self.slopes.sum(axis=0))
+
+    @cached_property
+    def whitened(self) -> Array:
+        """Residual in units of its noise, flat (channels m,)."""
+        return self.started.white(self.residual)
+
+    @cached_property
+    def base(self) -> Array:
+        """Jacobian in units of the noise, (p, channels m)."""
+        return self.started.white(self.jacobian)
+
+    @cached_property
+    def volts(self) -> Array:
+        """The model's channels at the digitiser, (channels, m)."""
+        return np.asarray(self.started.shot.to_volts @ self.signal)
+
+
+def look(started: Started, model: RingDownModel, state: FitState) -> Look:
+    """Evaluate a state.
+
+    Raises:
+        LostTrajectoryError: the state does not oscillate.
+    """
+    basis = basis_at(started, model, state)
+    seen = Look.of_basis(started, state, basis)
+    residual = started.data - seen.signal - state.offsets[:, None]
+    return replace(seen, residual=residual, jacobian=_jacobian(model, state, basis))
+
+
+def basis_at(started: Started, model: RingDownModel, state: FitState) -> Array:
+    """The kernel's basis at the instants, (b, m)."""
+    d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
+    # Torques that depend on time are integrated once; the others have tables.
+    places = [(g.first, g.last, g.factor / rate) for g in started.grids]
+    if model.time_dependent:
+        trajectory = Trajectory(model, d, max(last * dt_s for _, last, dt_s in places))
+        return np.concatenate([trajectory.basis(*place, observable) for place in places], axis=1)
+    workspace = Workspace(model)
+    return np.concatenate([workspace.basis(d, *place, observable) for place in places], axis=1)
+
+
+def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> Array:
+    """(p, channels, m) from the kernel's basis (b, m)."""
+    d, obs = state.dynamics, state.observation
+    gains, by_w, by_own = obs.gains(d.w), obs.gains_by_w(d.w), obs.gains_by_own(d.w)
+    chain = d.chain(model)
+    dynamic, channels, m = chain.shape[0], gains.shape[0], basis.shape[1]
+    out = np.zeros((state.size, channels, m))
+    moved1 = chain.T @ basis[2 : 2 + 2 * dynamic : 2]
+    moved2 = chain.T @ basis[3 : 3 + 2 * dynamic : 2]
+    out[:dynamic] = moved1[:, None] * gains[:, :1] + moved2[:, None] * gains[:, 1:]
+    out[1] += by_w @ basis[:2]
+    out[dynamic : dynamic + obs.size] = by_own @ basis[:2]
+    for channel in range(channels):
+        out[dynamic + obs.size + channel, channel] = 1.0
+    return out

@@ -1,0 +1,135 @@
+"""Public parameters of all shots under a hypothesis, and the disagreement of short and long windows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation import fit_ring_down
+from platform_daemon.estimation.gauss_newton import Normal
+from platform_daemon.estimation.publish import Published, publish
+from platform_daemon.estimation.result import FitResult
+from platform_daemon.estimation.trajectory import LostTrajectoryError
+
+from .hypothesis import Hypothesis
+from .predict import additive, own_sizes, received, window_of
+from .refit import Refit
+
+_ANGLES = {"psi_start_rad"}
+_PAIRED = 4  # shots from which the scatter itself is the standard error
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean over the shots, its standard deviation from the shots' own errors, and the scatter between shots."""
+
+    value: float
+    std: float
+    scatter: float | None
+
+
+def published(at: Refit, k: int) -> Published:
+    """Public parameters of shot k, with errors that include those of the common strengths.  LostTrajectoryError."""
+    linear, state = at.linear[k], at.full_state(k)
+    mask = at.hypothesis.declared(state.size)
+    spread = linear.own_covariance()
+    if at.hypothesis.size:
+        within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
+        spread = spread + within @ at.covariance @ within.T
+    matrix = np.zeros((state.size, state.size))
+    matrix[np.ix_(mask, mask)] = np.linalg.pinv(spread, hermitian=True, rcond=1e-14)
+    nothing = np.zeros(state.offsets.size)
+    normal = Normal(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
+    return publish(at.hypothesis.augmented, state, normal, mask)
+
+
+def means(at: Refit) -> dict[str, Mean]:
+    """Mean public parameters of all shots; angles on the circle."""
+    rows = []
+    for k in range(len(at.linear)):
+        try:
+            rows.append(published(at, k).parameters)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            continue
+    names = [n for n, e in rows[0].items() if e.std is not None] if rows else []
+    return {name: _mean(name, rows) for name in names}
+
+
+def _mean(name: str, rows: Sequence[Mapping[str, object]]) -> Mean:
+    values = np.array([row[name].value for row in rows])  # type: ignore[attr-defined]
+    stds = np.array([row[name].std for row in rows])  # type: ignore[attr-defined]
+    centre = 0.0
+    if name in _ANGLES:
+        centre = math.atan2(np.sin(values).mean(), np.cos(values).mean())
+        values = np.remainder(values - centre + math.pi, 2.0 * math.pi) - math.pi
+    mean = centre + float(values.mean())
+    scatter = float(values.std(ddof=1)) if values.size > 1 else None
+    mean = mean % (2.0 * math.pi) if name in _ANGLES else mean
+    return Mean(mean, float(np.sqrt(np.sum(stds**2))) / values.size, scatter)
+
+
+def window_disagreement(at: Refit, pool: Executor) -> dict[str, float]:
+    """|mean of N50 - D30| over its standard error, by parameter: both windows fitted with the strengths held.
+
+    Empty where a window cannot be fitted (an angle, a record too short).
+    """
+    pairs = list(pool.map(lambda k: _both(at, k), range(len(at.started))))
+    good = [p for p in pairs if p is not None]
+    if not good:
+        return {}
+    names = [
+        n for n in good[0][0].parameters if all(n in p[0].covariance_names and n in p[1].covariance_names for p in good)
+    ]
+    return {name: _sigma(name, good) for name in names}
+
+
+def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
+    started, hypothesis = at.started[k], at.hypothesis
+    if started.shot.record.quantity == "angle":
+        return None
+    record = replace(started.shot.record, samples=_clean(at, k))
+    fixed: dict[str, float] = {}
+    for c, strength in zip(hypothesis.torques, at.strengths, strict=False):
+        assert c.term is not None
+        values = [float(strength), *c.hidden]
+        fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
+    model, noise = hypothesis.augmented, started.shot.noise
+    try:
+        short = fit_ring_down(record, model, "n50", noise=noise, fixed=fixed)
+        long = fit_ring_down(record, model, "d30", noise=noise, fixed=fixed)
+    except ValueError:
+        return None
+    return (short, long) if short.verdict == long.verdict == "good" else None
+
+
+def _clean(at: Refit, k: int) -> np.ndarray:
+    """Samples of a shot without receiver and additive effects; beyond the window as they were."""
+    started, hypothesis = at.started[k], at.hypothesis
+    samples = started.shot.record.samples
+    if not (hypothesis.receivers or any(c.additive for c in hypothesis.effects)):
+        return samples
+    linear, state = at.linear[k], at.states[k]
+    own = own_sizes(hypothesis, linear, at.strengths)
+    bare = received(started, Hypothesis(hypothesis.model, hypothesis.torques), state, at.strengths)
+    first, last = window_of(started)
+    out = samples.copy()
+    changed = received(started, hypothesis, state, at.strengths) - bare
+    out[:, first:last] -= changed + additive(hypothesis, linear, at.strengths, own)
+    return out
+
+
+def _sigma(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) -> float:
+    differences = np.array([short.parameters[name].value - long.parameters[name].value for short, long in pairs])
+    if name in _ANGLES:
+        differences = np.remainder(differences + math.pi, 2.0 * math.pi) - math.pi
+    k = differences.size
+    if k >= _PAIRED:
+        error = float(differences.std(ddof=1)) / math.sqrt(k)
+    else:
+        variances = [(s.parameters[name].std or 0.0) ** 2 - (d.parameters[name].std or 0.0) ** 2 for s, d in pairs]
+        error = math.sqrt(max(sum(variances), 1e-300)) / k
+    return float(abs(differences.mean()) / error)

@@ -1,0 +1,17 @@
+"""Threads over shots: the numerical libraries are kept from starting threads of their own, which would only wait."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
+
+from threadpoolctl import threadpool_limits
+
+
+@contextmanager
+def shot_pool() -> Iterator[Executor]:
+    """A thread per core."""
+    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        yield pool

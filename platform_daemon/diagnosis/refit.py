@@ -1,0 +1,240 @@
+"""Joint fit of several shots: every shot keeps its declared parameters, effects have common strengths.
+
+Gauss-Newton from fits of the declared model. Torque effects are in the equation of motion, receiver effects change
+the model's channels (Candidate.change), additive effects are linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import qr, solve_triangular
+
+from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.trajectory import LostTrajectoryError
+
+from .hypothesis import Hypothesis
+from .look import Look, look
+from .shots import Started
+
+_MOST_STEPS = 12
+_SETTLED = 0.02  # fall of chi^2 that a further step would bring
+_SMALLEST = 1e-3  # fraction of a step
+_NOTHING = 1e-9  # share of a column that must be left beside the others
+
+
+@dataclass(frozen=True)
+class Linear:
+    """One shot at one state: its own parameters in triangular form, the common strengths beside them.
+
+    Attributes:
+        seen: the look.
+        own: orthonormal columns of the additive effects that the shot has for itself, (rows, k).
+        q, triangle, scale: factors of the declared parameters' scaled columns beside `own`.
+        columns: (rows, common) of the common strengths beside `own`.
+        residual: (rows,) beside `own`.
+    """
+
+    seen: Look
+    own: Array
+    q: Array
+    triangle: Array
+    scale: Array
+    columns: Array
+    residual: Array
+
+    @property
+    def chi2(self) -> float:
+        """Of the residual as it is."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def parameters(self) -> int:
+        """Of this shot alone."""
+        return int(self.q.shape[1] + self.own.shape[1])
+
+    def beside(self, columns: Array) -> Array:
+        """Columns (rows, ...) without what lies within the shot's own parameters."""
+        for _ in range(2):
+            columns = columns - self.own @ (self.own.T @ columns)
+            columns = columns - self.q @ (self.q.T @ columns)
+        return columns
+
+    def projected(self, columns: Array) -> tuple[Array, Array, Array]:
+        """Of columns (k, rows) beside the shot's own parameters: information (k, k), gradient, power (k,)."""
+        inside = np.concatenate([columns @ self.own, columns @ self.q], axis=1)
+        whole = columns @ columns.T
+        gradient = columns @ self.residual - inside[:, self.own.shape[1] :] @ (self.q.T @ self.residual)
+        return whole - inside @ inside.T, gradient, np.diag(whole).copy()
+
+    def own_step(self, common: Array) -> Array:
+        """Best step of the declared parameters beside a step of the common strengths."""
+        target = self.q.T @ (self.residual - self.columns @ common)
+        return np.asarray(solve_triangular(self.triangle, target)) * self.scale
+
+    def own_covariance(self) -> Array:
+        """Of the declared parameters at fixed common strengths, (p, p)."""
+        inverse = solve_triangular(self.triangle, np.eye(self.triangle.shape[0])) * self.scale[:, None]
+        return np.asarray(inverse @ inverse.T)
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A joint minimum.
+
+    states: of every shot, of the declared model. strengths (q,) and their covariance (q, q) in the order of
+    hypothesis.common; linear: every shot at its state.
+    """
+
+    started: Sequence[Started]
+    hypothesis: Hypothesis
+    states: tuple[FitState, ...]
+    strengths: Array
+    covariance: Array
+    linear: tuple[Linear, ...]
+
+    @property
+    def chi2(self) -> float:
+        """Of all shots."""
+        return sum(a.chi2 for a in self.linear)
+
+    @property
+    def dof(self) -> float:
+        """Its expectation, if nothing is missing."""
+        return sum(s.dof - a.parameters for s, a in zip(self.started, self.linear, strict=True)) - self.hypothesis.size
+
+    @property
+    def noise_factor(self) -> float:
+        """By how much gains of chi^2 are to be divided where the noise is larger than was measured."""
+        return max(1.0, self.chi2 / self.dof)
+
+    def full_state(self, k: int) -> FitState:
+        """Of shot k, with the torque strengths among its coefficients."""
+        return self.hypothesis.extended(self.states[k], self.strengths)
+
+
+def refit(
+    started: Sequence[Started],
+    hypothesis: Hypothesis,
+    pool: Executor,
+    states: Sequence[FitState] | None = None,
+    guess: Array | None = None,
+) -> Refit:
+    """Minimise chi^2 of all shots.
+
+    states: of the declared model, to begin at; None: as the shots were started. guess: strengths (q,); None: 0.
+
+    Raises:
+        LostTrajectoryError: a state does not oscillate.
+    """
+    strengths = np.zeros(hypothesis.size) if guess is None else np.asarray(guess, dtype=np.float64)
+    states = [s.state for s in started] if states is None else list(states)
+    at = _linearised(started, hypothesis, states, strengths, pool)
+    for _ in range(_MOST_STEPS):
+        common, predicted = _common_step(at, hypothesis.size)
+        if predicted < _SETTLED * max(1.0, _chi2(at) / sum(s.dof for s in started)):
+            break
+        better = _line_search(started, hypothesis, states, strengths, at, common, pool)
+        if better is None:
+            break
+        states, strengths, at = better
+    return Refit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
+
+
+def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linear:
+    """One shot at a state of the declared model with the strengths put in.
+
+    Raises:
+        LostTrajectoryError: the state does not oscillate.
+    """
+    full = hypothesis.extended(state, strengths)
+    seen = look(started, hypothesis.augmented, full)
+    if hypothesis.receivers:
+        seen = replace(seen, residual=seen.residual - hypothesis.changes(seen, strengths))
+    shared = hypothesis.shared_columns(seen)
+    columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
+    residual = seen.whitened - hypothesis.additive_part(strengths, shared)
+    base = seen.base[hypothesis.declared(full.size)].T
+    own = _orthonormal(hypothesis.own_columns(seen).T)
+    if own.shape[1]:
+        base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
+    norm = np.linalg.norm(base, axis=0)
+    scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
+    q, triangle = qr(base * scale, mode="economic")
+    return Linear(seen, own, q, triangle, scale, columns, residual)
+
+
+def _orthonormal(columns: Array) -> Array:
+    """Orthonormal columns that span the same space."""
+    if columns.shape[1] == 0:
+        return columns
+    norm = np.linalg.norm(columns, axis=0)
+    q, triangle, _ = qr(columns / np.where(norm > 0.0, norm, 1.0), mode="economic", pivoting=True)
+    size = np.abs(np.diag(triangle))
+    return np.asarray(q[:, size > _NOTHING * max(size[0], _NOTHING)])
+
+
+def _linearised(
+    started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array, pool: Executor
+) -> list[Linear]:
+    """All shots at their states."""
+
+    def one(start: Started, state: FitState) -> Linear:
+        return linearise(start, hypothesis, state, strengths)
+
+    return list(pool.map(one, started, states))
+
+
+def _chi2(at: Sequence[Linear]) -> float:
+    return sum(a.chi2 for a in at)
+
+
+def _information(at: Sequence[Linear], size: int) -> tuple[Array, Array]:
+    """Matrix and gradient of the common strengths beside everything that the shots have for themselves."""
+    matrix, gradient = np.zeros((size, size)), np.zeros(size)
+    for a in at:
+        rest = a.columns - a.q @ (a.q.T @ a.columns)
+        matrix += rest.T @ rest
+        gradient += rest.T @ a.residual
+    return matrix, gradient
+
+
+def _common_step(at: Sequence[Linear], size: int) -> tuple[Array, float]:
+    """Best step of the common strengths, and the fall of chi^2 it brings together with the shots' own steps."""
+    matrix, gradient = _information(at, size)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    step = scale * np.linalg.lstsq(matrix * np.outer(scale, scale), gradient * scale, rcond=1e-13)[0]
+    own = sum(float(np.sum((a.q.T @ a.residual) ** 2)) for a in at)
+    return step, float(gradient @ step) + own
+
+
+def _covariance(at: Sequence[Linear], size: int) -> Array:
+    if size == 0:
+        return np.zeros((0, 0))
+    matrix, _ = _information(at, size)
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    return np.asarray(np.linalg.pinv(matrix * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale))
+
+
+def _line_search(
+    started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
+    at: list[Linear], common: Array, pool: Executor,
+) -> tuple[list[FitState], Array, list[Linear]] | None:  # fmt: skip
+    """The longest of ever shorter steps that goes down, or None."""
+    before = _chi2(at)
+    fraction = 1.0
+    while fraction > _SMALLEST:
+        moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]
+        there = strengths + fraction * common
+        try:
+            trial = _linearised(started, hypothesis, moved, there, pool)
+        except LostTrajectoryError:
+            trial = []
+        if trial and _chi2(trial) < before:
+            return moved, there, trial
+        fraction *= 0.3
+    return None

@@ -1,0 +1,345 @@
+"""Which effects explain what is left: score tests of everything, refits of the leaders, alone and in combination.
+
+Effects are added until nothing significant is left, or nothing helps any more. Two effects that act together can hide
+behind a third that mimics their sum; therefore sets of every size are drawn from the first picture too, not only by
+adding to the best smaller set.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation.trajectory import LostTrajectoryError
+
+from .effects.base import Candidate
+from .generic import Residues, residues
+from .hypothesis import Hypothesis
+from .picture import Block, Picture, Score, picture
+from .refit import Refit, refit
+from .scan import leftovers, side_modes, tones, transients
+from .significance import LEVEL, log_chance
+
+_LARGEST_SET = 3
+_LEADERS = 6
+_NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
+_CLOSE = 12.0  # fall of chi^2, the same
+_PAIRS_FROM = 24  # blocks
+_TRIPLES_FROM = 12  # pairs
+_NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
+_MOST_ADDITIVE = 6
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Tried:
+    """A candidate set with its evidence."""
+
+    candidates: tuple[Candidate, ...]
+    strengths: tuple[float, ...]
+    sd: tuple[float, ...]
+    gain: float
+    log_p: float
+    allowed: bool
+    refitted: bool
+
+
+@dataclass(frozen=True)
+class Found:
+    """The end of a search.
+
+    Attributes:
+        base: the joint fit of the declared model.
+        best: the joint fit with everything that was accepted.
+        picture: of all other candidates beside it.
+        residues: what is left without a name.
+        before: the same beside the declared model.
+        tried: single candidates beside the declared model, best first.
+        trials: number of candidates, by which chances are corrected.
+        look_again: all candidates beside another refit.
+        forbidden: the best set fits only with a sign that physics does not allow.
+    """
+
+    base: Refit
+    best: Refit
+    picture: Picture
+    residues: Residues
+    before: Residues
+    tried: tuple[Tried, ...]
+    trials: float
+    look_again: Callable[[Refit], Picture]
+    forbidden: tuple[Candidate, ...] = ()
+
+
+def search(base: Refit, candidates: Sequence[Candidate], pool: Executor, tell: Progress) -> Found:
+    """Add effects to the declared model until nothing that has a name is left.
+
+    candidates: torque and receiver candidates; additive ones are looked for here.
+
+    Raises:
+        LostTrajectoryError: the declared model itself describes no oscillation.
+    """
+    return _Search(base, list(candidates), pool, tell).run()
+
+
+class _Search:
+    """State of a search."""
+
+    def __init__(self, base: Refit, named: list[Candidate], pool: Executor, tell: Progress) -> None:
+        self._base, self._named, self._pool, self._tell = base, named, pool, tell
+        self._trials = float(len(named) + len(transients(base)) + 3)
+        self._scanned: tuple[Refit, tuple[list[Candidate], list[Candidate]]] | None = None
+
+    def run(self) -> Found:
+        """Alternate between effects of each shot's own and sets of common ones."""
+        before = residues(self._base, self._pool)
+        self._tell("scores of all candidates", 0.25)
+        root, best = self._base, self._base
+        first = seen = self._picture(root)
+        tried = self._singles(first)
+        forbidden: tuple[Candidate, ...] = ()
+        size = additive = 0
+        while True:
+            own = self._best_own(best) if additive < _MOST_ADDITIVE else None
+            common = self._best_common(seen)
+            if own is not None and own[0] < min(LEVEL, common):
+                # What stands beside the signal is taken out first: the sets start anew beside it.
+                root = self._refit(root.hypothesis.plus(own[1]), root) or root
+                best = self._refit(best.hypothesis.plus(own[1]), best) or best
+                first = self._picture(root)
+                seen = first if size == 0 else self._picture(best)
+                additive += 1
+                continue
+            if common >= LEVEL or size == _LARGEST_SET:
+                break
+            size += 1
+            self._tell(f"refits of sets of {size}", 0.3 + 0.15 * size)
+            better, banned = self._grown(first, seen, best, size)
+            if better is None:
+                forbidden = banned
+                break
+            best, seen = better, self._picture(better)
+        after = residues(best, self._pool) if best is not self._base else before
+        return Found(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
+
+    def _scan(self, at: Refit) -> tuple[list[Candidate], list[Candidate]]:
+        """(tones, side modes) in what a refit leaves over; looked for once."""
+        if self._scanned is None or self._scanned[0] is not at:
+            left = leftovers(at, self._pool)
+            self._scanned = at, (tones(at, left), side_modes(at, left))
+        return self._scanned[1]
+
+    def _picture(self, at: Refit) -> Picture:
+        taken = {c.key for c in at.hypothesis.effects}
+        shared = [c for c in self._scan(at)[1] if c.shared]
+        offered = [c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _twin(c, at)]
+        return picture(at, offered, self._pool)
+
+    def _singles(self, seen: Picture) -> tuple[Tried, ...]:
+        """Every candidate by itself, the most surprising first."""
+        rows = []
+        for block in seen.blocks:
+            score = seen.gain([block])
+            if score is not None:
+                c = block.candidate
+                log_p = log_chance(score.gain, c.size, self._trials * c.trials)
+                rows.append(
+                    Tried(
+                        (c,),
+                        tuple(score.strengths),
+                        tuple(score.sd),
+                        score.gain,
+                        log_p,
+                        _allowed([block], score),
+                        False,
+                    )
+                )
+        return tuple(sorted(rows, key=lambda t: (t.log_p, -t.gain)))
+
+    def _best_common(self, seen: Picture) -> float:
+        """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
+        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.refit.chi2, 0.0) / seen.refit.noise_factor
+        best = 0.0
+        for sets, trials in ((_each(seen), 1.0), (_pairs(seen), 0.5 * self._trials)):
+            for blocks, score in sets:
+                if score.gain > floor:
+                    best = min(best, self._log_p(blocks, score, trials))
+        return best
+
+    def _log_p(self, blocks: Sequence[Block], score: Score, more: float = 1.0) -> float:
+        trials = self._trials * more
+        for b in blocks:
+            trials *= b.candidate.trials
+        return log_chance(score.gain, sum(b.candidate.size for b in blocks), trials)
+
+    def _best_own(self, at: Refit) -> tuple[float, Candidate] | None:
+        """The most surprising effect that every shot has for itself."""
+        lines, sides = self._scan(at)
+        offered = [*lines, *(c for c in sides if not c.shared)]
+        floor = _NEGLIGIBLE * max(self._base.chi2 - at.chi2, 0.0)
+        best: tuple[float, Candidate] | None = None
+        for c in offered:
+            if _twin(c, at):
+                continue
+            gain, directions = self._own_gain(at, c)
+            if gain * at.noise_factor > floor:
+                log_p = log_chance(gain, directions, self._trials * c.trials)
+                if best is None or log_p < best[0]:
+                    best = log_p, c
+        return best
+
+    def _own_gain(self, at: Refit, candidate: Candidate) -> tuple[float, int]:
+        """Fall of chi^2 over the noise factor, and the number of columns."""
+
+        def one(k: int) -> tuple[float, int]:
+            linear = at.linear[k]
+            assert candidate.columns is not None
+            columns = at.started[k].white(candidate.columns(linear.seen)).T
+            rest = linear.beside(columns)
+            q, _ = np.linalg.qr(rest)
+            return float(np.sum((q.T @ linear.beside(linear.residual)) ** 2)), columns.shape[1]
+
+        parts = list(self._pool.map(one, range(len(at.linear))))
+        return sum(p[0] for p in parts) / at.noise_factor, sum(p[1] for p in parts)
+
+    def _grown(
+        self, first: Picture, seen: Picture, best: Refit, size: int
+    ) -> tuple[Refit | None, tuple[Candidate, ...]]:
+        """The best refit with a set of this size; None if it is no better than what there is."""
+        leaders = self._leaders(first, seen, size)
+        fits = [f for f in (self._refit(h, start, guess) for h, start, guess in leaders) if f is not None]
+        fits.sort(key=lambda f: f.chi2)
+        allowed = [f for f in fits if signs_allowed(f)]
+        banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
+        if not allowed:
+            return None, banned
+        fall = (best.chi2 - allowed[0].chi2) / allowed[0].noise_factor
+        added = allowed[0].hypothesis.size - best.hypothesis.size
+        new = [c for c in allowed[0].hypothesis.common if c.key not in {o.key for o in best.hypothesis.common}]
+        sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
+        return (allowed[0], banned) if sure else (None, banned)
+
+    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit, np.ndarray]]:
+        """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
+        sets = {1: _each, 2: _pairs, 3: _triples}[size](first)
+        proposals = [(score.gain, first, blocks, score) for blocks, score in sets if _allowed(blocks, score)]
+        if size > 1:
+            explained = (first.refit.chi2 - seen.refit.chi2) / seen.refit.noise_factor
+            proposals += [
+                (explained + score.gain, seen, blocks, score)
+                for blocks, score in _each(seen) if _allowed(blocks, score)
+            ]  # fmt: skip
+        proposals.sort(key=lambda p: -p[0])
+        chosen: list[tuple[Hypothesis, Refit, np.ndarray]] = []
+        known: set[frozenset[object]] = set()
+        for gain, at, blocks, score in proposals:
+            if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
+                break
+            hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
+            keys = frozenset(c.key for c in hypothesis.effects)
+            if keys not in known:
+                known.add(keys)
+                chosen.append((hypothesis, at.refit, _guess(hypothesis, at.refit, blocks, score)))
+        return chosen
+
+    def _refit(self, hypothesis: Hypothesis, at: Refit, guess: np.ndarray | None = None) -> Refit | None:
+        try:
+            start = carried(at, hypothesis) if guess is None else guess
+            return refit(self._base.started, hypothesis, self._pool, at.states, start)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return None
+
+
+def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
+    """Strengths of a refit as a beginning for another hypothesis; 0 for what is new."""
+    known = {c.key: at.strengths[s] for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True)}
+    out = np.zeros(hypothesis.size)
+    for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
+        if c.key in known:
+            out[s] = known[c.key]
+    return out
+
+
+def _guess(hypothesis: Hypothesis, at: Refit, blocks: Sequence[Block], score: Score) -> np.ndarray:
+    """Strengths after the linear step."""
+    accepted = at.hypothesis.size
+    moved = replace(at, strengths=at.strengths + score.steps[:accepted])
+    out = carried(moved, hypothesis)
+    place = accepted
+    for b in blocks:
+        for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
+            if c.key == b.candidate.key:
+                out[s] = score.steps[place : place + c.size]
+        place += b.candidate.size
+    return out
+
+
+def signs_allowed(at: Refit) -> bool:
+    """True if no strength has a sign that physics forbids."""
+    pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
+    return all(c.allows(float(at.strengths[s][0])) for c, s in pairs)
+
+
+def _allowed(blocks: Sequence[Block], score: Score) -> bool:
+    """The same for a linear step."""
+    place = 0
+    for b in blocks:
+        if not b.candidate.allows(float(score.strengths[place])):
+            return False
+        place += b.candidate.size
+    return True
+
+
+def _twin(candidate: Candidate, at: Refit) -> bool:
+    """True if a hidden scale or a place of the same effect is in the refit already."""
+    for c in at.hypothesis.effects:
+        if c.effect is not candidate.effect:
+            continue
+        if c.hidden or (c.detail.tau_s is not None and c.detail.frequency_hz is None):
+            return True
+        if c.detail.frequency_hz and candidate.detail.frequency_hz:
+            near = abs(c.detail.frequency_hz - candidate.detail.frequency_hz)
+            return near < 3.0 / float(at.started[0].time_s[-1])
+    return False
+
+
+_Sets = list[tuple[list[Block], Score]]
+
+
+def _each(seen: Picture) -> _Sets:
+    scores = [([b], seen.gain([b])) for b in seen.blocks]
+    found = [(b, s) for b, s in scores if s is not None]
+    return sorted(found, key=lambda pair: -pair[1].gain)
+
+
+def _pairs(seen: Picture) -> _Sets:
+    singles = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
+    scores = [([a, b], seen.gain([a, b])) for a, b in itertools.combinations(singles, 2) if _compatible(a, b)]
+    found = [(b, s) for b, s in scores if s is not None]
+    return sorted(found, key=lambda pair: -pair[1].gain)
+
+
+def _triples(seen: Picture) -> _Sets:
+    singles = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
+    found = []
+    for pair, _ in _pairs(seen)[:_TRIPLES_FROM]:
+        for third in singles:
+            if all(third is not b and _compatible(third, b) for b in pair):
+                score = seen.gain([*pair, third])
+                if score is not None:
+                    found.append(([*pair, third], score))
+    return sorted(found, key=lambda item: -item[1].gain)
+
+
+def _compatible(a: Block, b: Block) -> bool:
+    """False for two scales of one effect, which are one effect."""
+    if a.candidate.effect is not b.candidate.effect:
+        return True
+    scaled = a.candidate.hidden or a.candidate.detail.tau_s is not None
+    return not scaled and not set(a.where) & set(b.where)

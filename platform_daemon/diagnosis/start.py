@@ -1,0 +1,58 @@
+"""From shots to fits of the declared model that later steps begin at, whatever the fit thinks of its residual."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.publish import by_convention
+from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.solving import solve
+from platform_daemon.estimation.task import task_of
+from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.turning_points import turning_points
+
+from .shots import Shot, Started, grids_for, whitening_for
+
+_LEFT = 0.12  # of the first amplitude: what is below says little and may be stuck
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A shot that cannot be looked at, and why."""
+
+    shot: Shot
+    reason: str
+
+
+def start(shots: Sequence[Shot], model: RingDownModel, pool: Executor) -> tuple[list[Started], list[Refused]]:
+    """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record."""
+    results = list(pool.map(lambda shot: _start(shot, model), shots))
+    return [r for r in results if isinstance(r, Started)], [r for r in results if isinstance(r, Refused)]
+
+
+def _start(shot: Shot, model: RingDownModel) -> Started | Refused:
+    try:
+        _, fitted = solve(task_of(shot.record, "d30", shot.noise, {}), model)
+        state = by_convention(fitted.state)
+        last = _end(shot, model, state)
+    except (RefusedError, LostTrajectoryError) as error:
+        return Refused(shot, str(error))
+    frequency_hz = state.dynamics.w / (2.0 * math.pi)
+    grids = grids_for(shot.record, last, frequency_hz)
+    return Started(shot, state, grids, whitening_for(shot, grids, frequency_hz))
+
+
+def _end(shot: Shot, model: RingDownModel, state: FitState) -> int:
+    """Sample at which the motion has become small."""
+    record = shot.record
+    times, sizes = turning_points(model, state.dynamics, record.end * record.dt_s)
+    small = np.flatnonzero(sizes < _LEFT * abs(state.dynamics.amplitude))
+    until_s = float(times[small[0]]) if small.size else float(times[-1])
+    return min(record.end, max(record.valid_from, math.ceil(until_s * shot.rate_hz)))
