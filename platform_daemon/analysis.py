@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from drivers.errors import PlatformError
 from platform_daemon import __version__
+from platform_daemon.adopted.names import Variant, notes_of
 from platform_daemon.estimation import (
     FitResult,
     RingDownRecord,
@@ -57,7 +58,7 @@ def _fit_record(
         return FitResult(verdict="refused", reason=f"saturated: {clipped}")
     record, assumed = calibrated
     of_shot = (noise or SeriesNoise()).for_shot(record)
-    fit = fit_ring_down(record, ask.variant, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
+    fit = fit_ring_down(record, ask.model, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
     notes = (*fit.notes, *assumed, *([of_shot.note] if of_shot.note else []))
     few = (f"saturated: {clipped}, too few to spoil the result",) if clipped is not None and fit.parameters else ()
     return replace(fit, warnings=(*fit.warnings, *few), notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
@@ -190,14 +191,14 @@ def file_report(
 ) -> dict[str, Any]:
     """The fixed JSON form for one file from its frames' reports."""
     windows = [f["window_s"] for f in frames if f["verdict"] == "good"]
-    notes = []
+    notes = notes_of(ask.variant)
     if calibration is None:
         notes.append(
             "no calibration: only voltage-domain quantities can be estimated (f_nat, lambda, T_f/I, phi_max, psi)"
         )
     return {
         "file": str(Path(file)),
-        "variant": ask.variant,
+        "variant": ask.label,
         "window": ask.window,
         "window_s": median(windows) if windows else None,
         "calibration": None if calibration is None else calibration.identifier,
@@ -262,14 +263,15 @@ def _table_row(fit: FitResult | str, names: tuple[str, ...]) -> dict[str, Any]:
 
 
 def picture(
-    recording: Recording, frame: int, variant: str | None, window: Window, terms: Sequence[str] = ()
+    recording: Recording, frame: int, variant: Variant | None, window: Window, terms: Sequence[str] = ()
 ) -> RingDownPicture:
     """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
+    recording, chosen = choose_variant(recording, variant, terms)
     rate = recording.sequence.rate_hz
     volts = recording.rx_volts(frame)
     taken = ring_down(volts, rate, recording.calibration)
     record, _ = taken
-    ask = FitRequest(choose_variant(recording, variant, terms), window)
+    ask = FitRequest(chosen, window)
     fit = _fit_record(volts, taken, ask, recording_noise(recording))
     good = fit.verdict == "good"
     n = record.samples.shape[1]

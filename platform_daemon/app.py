@@ -13,6 +13,7 @@ import structlog
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, InputError, RecordingError
 from drivers.registry import build_platform
+from platform_daemon.adopted import Library
 from platform_daemon.api.context import Context
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.journal import Journal
@@ -23,7 +24,7 @@ from platform_daemon.store import read_calibration, recover
 log = structlog.get_logger()
 
 
-def start_engine(file: PlatformFile, journal: Journal | None = None) -> Engine:
+def start_engine(file: PlatformFile, journal: Journal | None = None, models: Library | None = None) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
     try:
@@ -32,7 +33,7 @@ def start_engine(file: PlatformFile, journal: Journal | None = None) -> Engine:
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     try:
-        return Engine(platform, file.limits, file.text, journal)
+        return Engine(platform, file.limits, file.text, journal, models)
     except Exception:
         platform.close()
         raise
@@ -48,10 +49,12 @@ def _calibration_from(path: Path) -> ReceiveCalibration:
 
 @dataclass(frozen=True)
 class DataFolder:
-    """Where a daemon keeps its recordings, fits and jobs; `lock` is held as long as the process lives."""
+    """Where a daemon keeps what it makes; `lock` is held as long as the process lives."""
 
     recordings: Path
     fits: Path
+    diagnoses: Path
+    models: Path
     jobs: Path
     lock: TextIO
 
@@ -61,7 +64,8 @@ def open_data_folder(folder: Path) -> DataFolder:
 
     Raises InputError if another daemon works in this folder, OSError if it cannot be made.
     """
-    for name in ("recordings", "fits", "jobs"):
+    names = ("recordings", "fits", "diagnoses", "models", "jobs")
+    for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)
     lock = (folder / ".lock").open("w")
     try:
@@ -70,14 +74,14 @@ def open_data_folder(folder: Path) -> DataFolder:
         lock.close()
         remedy = "stop it, or give this one another --data folder"
         raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
-    made = DataFolder(folder / "recordings", folder / "fits", folder / "jobs", lock)
+    made = DataFolder(**{name: folder / name for name in names}, lock=lock)
     recover(made.recordings)
     return made
 
 
 def create_context(engine: Engine, data: DataFolder) -> Context:
     """What the API serves; compiles the fit in the background and says so under /ready."""
-    context = Context(engine, data.recordings, data.fits, {"estimator": False})
+    context = Context(engine, data.recordings, data.fits, data.diagnoses, Library(data.models), {"estimator": False})
     threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
     return context
 

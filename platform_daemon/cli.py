@@ -1,6 +1,6 @@
-"""The command line: `platform-daemon serve | measure | fit | slide | info | plot | predict | bench fit | config check`.
+"""The command line: `platform-daemon serve | measure | fit | slide | diagnose | info | plot | predict | ...`.
 
-Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing to fit or diagnose; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -19,19 +19,24 @@ from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
+from platform_daemon.cli_diagnose import diagnose
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
+from platform_daemon.cli_models import adopt, models_app
 from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
     JsonOption,
+    ModelsOption,
     PlatformOption,
     SetOption,
     TermOption,
     VariantOption,
     WindowOption,
     interrupt,
+    library,
     progress_bar,
+    variant_named,
 )
 from platform_daemon.cli_planning import predict
 from platform_daemon.cli_slide import slide
@@ -41,9 +46,12 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__d
 config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
+app.add_typer(models_app, name="models")
+app.command()(adopt)
 app.command()(fit)
 app.command()(predict)
 app.command()(slide)
+app.command()(diagnose)
 
 
 def main() -> None:
@@ -87,7 +95,7 @@ def _root(
 ) -> None:
     """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 
-    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing to fit or diagnose; 130 interrupted.
     """
     if version:
         print(__version__)
@@ -115,7 +123,7 @@ def serve(
     file = load_platform(platform, overrides or ())
     listener = _listen(host, port)
     folder = open_data_folder(data)
-    engine = start_engine(file, Journal(folder.jobs))
+    engine = start_engine(file, Journal(folder.jobs), library(folder.models))
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
     signal.signal(signal.SIGTERM, interrupt)
     try:
@@ -151,6 +159,8 @@ def measure(
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
     window: WindowOption = "d30",
+    variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
+    models: ModelsOption = None,
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
     comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
@@ -173,6 +183,7 @@ def measure(
         "blank_shots": blank_shots,
         "sequence": base | {k: v for k, v in changed.items() if v is not None},
         "window": parse_window(window),
+        "variant": variant,
         "sample": sample,
         "operator": operator,
         "comment": comment,
@@ -181,7 +192,8 @@ def measure(
     must_not_exist(json_file, force)
     must_not_exist(out, force)
     signal.signal(signal.SIGTERM, interrupt)
-    engine, interrupted = start_engine(load_platform(platform, overrides or ())), False
+    engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
+    interrupted = False
     try:
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
         try:
@@ -238,6 +250,7 @@ def plot(
     png: Annotated[Path | None, typer.Option(help="PNG to write; default: beside the recording.")] = None,
     variant: VariantOption = None,
     term: TermOption = None,
+    models: ModelsOption = None,
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
     force: ForceOption = False,
@@ -253,7 +266,7 @@ def plot(
         recording = recording.with_calibration(read_calibration(calibration), str(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
     must_not_exist(target, force)
-    save_png(picture(recording, frame, variant, parse_window(window), term or ()), target)
+    save_png(picture(recording, frame, variant_named(variant, models), parse_window(window), term or ()), target)
     print(target)
 
 

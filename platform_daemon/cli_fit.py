@@ -17,11 +17,13 @@ from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
     JsonOption,
+    ModelsOption,
     TermOption,
     VariantOption,
     WindowOption,
     interrupt,
     progress_bar,
+    variant_named,
 )
 from platform_daemon.cli_tables import fit_line, fit_table_text
 
@@ -35,6 +37,7 @@ def fit(
     files: Annotated[list[Path], typer.Argument(help="Recordings.")],
     variant: VariantOption = None,
     term: TermOption = None,
+    models: ModelsOption = None,
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
     fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
@@ -56,7 +59,9 @@ def fit(
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
-    settings = Settings(variant, parse_window(window), fixed, other, derived, hints, tuple(term or ()))
+    settings = Settings(
+        variant_named(variant, models), parse_window(window), fixed, other, derived, hints, tuple(term or ())
+    )
     must_not_exist(json_file, force)
     _check_ledger(jsonl, resume, force)
     signal.signal(signal.SIGTERM, interrupt)

@@ -5,11 +5,14 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 from types import FrameType
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+if TYPE_CHECKING:
+    from platform_daemon.adopted import Library, Variant
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
@@ -17,12 +20,31 @@ JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the resul
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
 VariantOption = Annotated[
-    str | None, typer.Option("--variant", help="thread, jewel or another declared model; default: what the file says.")
+    str | None,
+    typer.Option("--variant", help="thread, jewel, another declared or an adopted model; default: the file's."),
+]
+ModelsOption = Annotated[
+    Path | None,
+    typer.Option("--models", envvar="PLATFORM_DAEMON_MODELS", help="Folder of adopted models; default: data/models."),
 ]
 TermOption = Annotated[
     list[str] | None, typer.Option("--with-term", help="A further torque term, as quadratic_drag; may be repeated.")
 ]
 CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
+
+
+def library(folder: Path | None) -> Library:
+    """The adopted models in a folder; default: where `serve` keeps them."""
+    from platform_daemon.adopted import Library
+
+    return Library(folder or Path("data", "models"))
+
+
+def variant_named(text: str | None, folder: Path | None) -> Variant | None:
+    """A declared or adopted model; None: what a file says.  Raises InputError."""
+    from platform_daemon.adopted import resolve
+
+    return resolve(text, library(folder))
 
 
 def interrupt(number: int, frame: FrameType | None) -> None:

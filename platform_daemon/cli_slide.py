@@ -10,7 +10,15 @@ import typer
 
 from drivers.errors import InputError
 from platform_daemon.cli_files import must_not_exist, write_json
-from platform_daemon.cli_options import CalibrationOption, ForceOption, JsonOption, TermOption, VariantOption
+from platform_daemon.cli_options import (
+    CalibrationOption,
+    ForceOption,
+    JsonOption,
+    ModelsOption,
+    TermOption,
+    VariantOption,
+    variant_named,
+)
 
 
 def slide(
@@ -21,6 +29,7 @@ def slide(
     damping: Annotated[str, typer.Option("--lambda", help="Jewel: auto, free or fixed (to the D30 value).")] = "auto",
     variant: VariantOption = None,
     term: TermOption = None,
+    models: ModelsOption = None,
     calibration: CalibrationOption = None,
     out: Annotated[Path | None, typer.Option(help="PNG to write.")] = None,
     json_file: JsonOption = None,
@@ -42,8 +51,9 @@ def slide(
     must_not_exist(json_file, force)
     mode: LambdaMode = damping  # type: ignore[assignment]
     names = "--window", "--step"
+    chosen = variant_named(variant, models)
     try:
-        found = slide_frame(recording, frame, variant, window, step, mode, terms=term or (), options=names)
+        found = slide_frame(recording, frame, chosen, window, step, mode, terms=term or (), options=names)
     except FitRefused as refused:
         print(f"error: {refused}", file=sys.stderr)
         raise typer.Exit(3) from None

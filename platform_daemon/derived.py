@@ -25,12 +25,13 @@ from platform_daemon.estimation.derived import (
     orientation_spread,
     quality_factor,
 )
+from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.store import Recording
 
 _RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 
 
-def frame_quantities(variant: str, frame: Mapping[str, Any]) -> dict[str, float | None]:
+def frame_quantities(variant: str | RingDownModel, frame: Mapping[str, Any]) -> dict[str, float | None]:
     """Q of the viscous losses alone, and the equivalent Q over the window and to infinity, of one good frame."""
     if frame["verdict"] != "good":
         return {}
@@ -61,7 +62,7 @@ def series_quantities(report: Mapping[str, Any], times_s: list[float | None]) ->
     }
 
 
-def frame_envelopes(variant: str, frame: Mapping[str, Any], points: int) -> dict[str, list[float]]:
+def frame_envelopes(variant: str | RingDownModel, frame: Mapping[str, Any], points: int) -> dict[str, list[float]]:
     """Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.  Raises ValueError without m_r."""
     found: Envelopes = envelopes(RingDown.from_parameters(variant, _values(frame)), frame["window_s"], points)
     return {

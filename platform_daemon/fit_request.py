@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from drivers.errors import InputError, RecordingError
+from platform_daemon.adopted.model import AdoptedModel
+from platform_daemon.adopted.names import Variant, label_of, model_of, under_model
 from platform_daemon.estimation import PARAMETER_NAMES
 from platform_daemon.estimation.models import MODELS, RingDownModel, model_named
 from platform_daemon.estimation.terms import TERMS
@@ -33,30 +35,40 @@ class FitRequest:
     """How to fit.
 
     Attributes:
-        variant: a declared model, with further torque terms after "+" if there are any.
+        variant: a declared model, with further torque terms after "+" if there are any; or an adopted one.
         window: "n50", "d30" or seconds.
         fixed: parameters held, by name.
         hints: losses held only in frames whose window cannot tell them apart.
     """
 
-    variant: str
+    variant: Variant
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
     hints: Mapping[str, float] | None = None
 
+    @property
+    def model(self) -> RingDownModel:
+        """What is fitted."""
+        return model_of(self.variant)
+
+    @property
+    def label(self) -> str:
+        """What results are marked with: the declared name, or NAME@VERSION."""
+        return label_of(self.variant)
+
 
 def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
     """Raises InputError for a parameter that cannot be held or hinted at, or not at that value."""
-    model = model_named(ask.variant)
+    model = ask.model
     allowed = ["f_nat_hz", *(c.name for c in model.coefficients), *(["m_r_am2"] if calibrated else [])]
     for name, value in (ask.fixed or {}).items():
         if name not in allowed:
-            why = f"a {ask.variant} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
+            why = f"a {ask.label} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
             raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
         _check_value(model, name, value, "fixed")
     for name, value in (ask.hints or {}).items():
         if name not in model.losses:
-            why = f"the losses of a {ask.variant} are {', '.join(model.losses)}"
+            why = f"the losses of a {ask.label} are {', '.join(model.losses)}"
             raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")
         _check_value(model, name, value, "hints")
 
@@ -99,8 +111,18 @@ def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
     return values or None
 
 
-def choose_variant(recording: Recording, variant: str | None, terms: Sequence[str] = ()) -> str:
-    """The caller's variant, else the file's, with further torque terms.  Raises InputError if there is none."""
+def choose_variant(
+    recording: Recording, variant: Variant | None, terms: Sequence[str] = ()
+) -> tuple[Recording, Variant]:
+    """The caller's variant, else the file's, with further torque terms; the recording as that model wants it.
+
+    Raises InputError if there is none.
+    """
+    if isinstance(variant, AdoptedModel):
+        if terms:
+            remedy = "diagnose with --base and adopt what is found, or leave the terms out"
+            raise InputError("an adopted model takes no further terms", where=variant.label, remedy=remedy)
+        return under_model(recording, variant), variant
     chosen = variant or recording.variant
     if chosen is None:
         raise RecordingError(
@@ -108,7 +130,7 @@ def choose_variant(recording: Recording, variant: str | None, terms: Sequence[st
             where=f"{recording.path}: /resonator/variant",
             remedy="name it with --variant thread or --variant jewel",
         )
-    return checked_variant(chosen, terms)
+    return recording, checked_variant(chosen, terms)
 
 
 def checked_variant(variant: str, terms: Sequence[str] = ()) -> str:

@@ -34,7 +34,8 @@ class _Asked:
         arrays = () if used is None else (used.sensitivity, used.frequency_hz, used.frequency_response)
         stat = Path(recording.path).stat()
         content = tuple(None if a is None else np.asarray(a).tobytes() for a in arrays)
-        self._key = (recording.path, stat.st_mtime_ns, stat.st_size, content)
+        undone = () if used is None else used.receiver
+        self._key = (recording.path, stat.st_mtime_ns, stat.st_size, content, undone)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Asked) and self._key == other._key

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
+from platform_daemon.adopted.receiver import undone
 from platform_daemon.estimation import CalibrationError, RingDownRecord, calibrate
 from platform_daemon.store import Calibration
 
@@ -35,4 +36,4 @@ def ring_down(
         valid_from=done.valid_from,
         valid_to=done.valid_to,
     )
-    return record, tuple(done.notes)
+    return undone(record, calibration.sensitivity, calibration.receiver), tuple(done.notes)

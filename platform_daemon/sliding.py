@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from drivers.errors import InputError
+from platform_daemon.adopted.names import Variant, model_of
 from platform_daemon.estimation.sliding import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
 from platform_daemon.fit_request import FitRefused, choose_variant
 from platform_daemon.recording_noise import recording_noise
@@ -18,7 +19,7 @@ from platform_daemon.store import Recording
 def slide_frame(
     recording: Recording,
     frame: int,
-    variant: str | None,
+    variant: Variant | None,
     window_s: float | None,
     step_s: float | None,
     lambda_mode: LambdaMode = "auto",
@@ -30,11 +31,11 @@ def slide_frame(
 
     Raises InputError for lengths that do not fit, FitRefused if they cannot be chosen, and what reading it raises.
     """
-    chosen = choose_variant(recording, variant, terms)
+    recording, chosen = choose_variant(recording, variant, terms)
     record, _ = ring_down(recording.rx_volts(frame), recording.sequence.rate_hz, recording.calibration)
     noise = recording_noise(recording).for_shot(record).model
     try:
-        return fit_sliding(record, chosen, window_s, step_s, lambda_mode=lambda_mode, noise=noise)
+        return fit_sliding(record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise)
     except ReferenceRefusedError as refused:
         remedy = f"give the length of the windows with {options[0]}, in seconds"
         raise FitRefused("no windows", where=f"frame {frame}", why=str(refused), remedy=remedy) from None

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from platform_daemon.adopted import Library
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
@@ -30,8 +31,8 @@ def engine_with() -> Iterator[Callable[..., Engine]]:
     """Makes engines on the shipped simulated platform with overrides; closes them all."""
     made: list[Engine] = []
 
-    def make(*overrides: str, jobs: Path | None = None) -> Engine:
-        made.append(start_engine(load_platform("simulated", overrides), Journal(jobs)))
+    def make(*overrides: str, jobs: Path | None = None, models: Library | None = None) -> Engine:
+        made.append(start_engine(load_platform("simulated", overrides), Journal(jobs), models))
         return made[-1]
 
     yield make

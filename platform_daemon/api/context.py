@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
+from platform_daemon.adopted import Library
 from platform_daemon.api.problems import problem
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
@@ -15,11 +16,13 @@ from platform_daemon.engine.jobs import Job
 
 @dataclass(frozen=True)
 class Context:
-    """Engine, folder of recordings, folder of fit results, and what has warmed up."""
+    """Engine, folders of recordings, fit results and diagnoses, adopted models, and what has warmed up."""
 
     engine: Engine
     recordings: Path
     fits: Path
+    diagnoses: Path
+    models: Library
     warm: dict[str, bool]
 
 

@@ -8,11 +8,13 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Query
 
 from drivers.errors import InputError
+from platform_daemon.adopted import model_of, resolve
 from platform_daemon.api.context import Context, Shared
 from platform_daemon.api.models import PredictBody, ProblemModel
 from platform_daemon.api.recording_routes import opened
 from platform_daemon.derived import frame_envelopes, frame_quantities, frame_times_s, series_quantities
 from platform_daemon.engine.engine import UnknownId
+from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.fit_request import FitRefused, checked_variant, why_refused
 from platform_daemon.harmonics import harmonics_report
 from platform_daemon.planning import PAPER_DEFLECTION_DEG, predict
@@ -31,7 +33,8 @@ def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
     Keys as `platform-daemon fit --derived` writes them.
     """
     report, recording = _report(identifier, context)
-    frames = [{"frame": f["frame"], **frame_quantities(report["variant"], f)} for f in report["frames"]]
+    model = _model(report, context)
+    frames = [{"frame": f["frame"], **frame_quantities(model, f)} for f in report["frames"]]
     return {"frames": frames, **series_quantities(report, frame_times_s(opened(recording, context)))}
 
 
@@ -47,9 +50,16 @@ def get_envelopes(
         why = "it does not exist" if chosen is None else chosen["reason"]
         raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
     try:
-        return {"frame": frame, **frame_envelopes(report["variant"], chosen, points)}
+        return {"frame": frame, **frame_envelopes(_model(report, context), chosen, points)}
     except ValueError as error:
         raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
+
+
+def _model(report: dict[str, Any], context: Context) -> RingDownModel:
+    """The model that a stored fit used.  Raises InputError if it was adopted elsewhere."""
+    variant = resolve(report["variant"], context.models)
+    assert variant is not None
+    return model_of(variant)
 
 
 def _report(identifier: str, context: Context) -> tuple[dict[str, Any], str]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
+from platform_daemon.adopted import resolve
 from platform_daemon.analysis import fit_recording
 from platform_daemon.api.context import Shared, job_body
 from platform_daemon.api.models import FitBody, JobModel, ProblemModel
@@ -27,7 +28,7 @@ def _body(job: Job) -> dict[str, Any]:
 def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
     """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
     recording = opened(body.recording, context)
-    variant = choose_variant(recording, body.variant, body.terms)
+    recording, variant = choose_variant(recording, resolve(body.variant, context.models), body.terms)
     ask = FitRequest(variant, body.window, body.fixed or None, body.hints or None)
     check_fixed(ask, calibrated=recording.calibration is not None)
 

@@ -59,6 +59,15 @@ class FitBody(BaseModel):
     hints: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
 
 
+class RetireBody(BaseModel):
+    """Why a version of an adopted model is taken out of use, and by whom; both are kept."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    reason: Annotated[str, Field(min_length=1, max_length=2000)]
+    by: Annotated[str, Field(max_length=200)] = ""
+
+
 class PredictBody(BaseModel):
     """A planned measurement; phi_max_rad: default the paper's; noise of x, y, z per sample; fixed: names held.
 

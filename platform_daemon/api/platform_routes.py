@@ -20,7 +20,18 @@ router = APIRouter(tags=["platform"])
 @router.get("/", summary="Where everything is")
 def root() -> dict[str, Any]:
     """Entry points of the API."""
-    paths = ("platform", "acquisitions", "recordings", "fits", "resonators", "health", "ready", "docs", "openapi.json")
+    paths = (
+        "platform",
+        "acquisitions",
+        "recordings",
+        "fits",
+        "models",
+        "resonators",
+        "health",
+        "ready",
+        "docs",
+        "openapi.json",
+    )
     return {"name": "platform-daemon", "version": __version__, "links": {p: f"/{p}" for p in paths}}
 
 

@@ -13,6 +13,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from drivers import errors
+from platform_daemon.adopted import UnknownModel
 from platform_daemon.engine.engine import UnknownId
 from platform_daemon.store import StorageError, UnknownRecording
 
@@ -21,6 +22,7 @@ MEDIA_TYPE = "application/problem+json"
 
 STATUS: dict[type[errors.PlatformError], int] = {
     UnknownId: 404,
+    UnknownModel: 404,
     UnknownRecording: 404,
     StorageError: 507,
     errors.InputError: 422,

@@ -12,6 +12,7 @@ from typing import Any
 
 from drivers.errors import InputError
 from platform_daemon import __version__
+from platform_daemon.adopted.model import AdoptedModel
 from platform_daemon.batch.part import Settings
 
 _HEAD = b'{"path": "'
@@ -103,7 +104,9 @@ def _state(path: Path) -> dict[str, int] | None:
 def _digest(settings: Settings) -> str:
     """Of everything that a result depends on beside the file."""
     fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hints))
-    text = [__version__, settings.variant, settings.window, fixed, settings.derived, hints, settings.terms]
+    variant = settings.variant
+    named = f"{variant.label} {variant.digest}" if isinstance(variant, AdoptedModel) else variant
+    text = [__version__, named, settings.window, fixed, settings.derived, hints, settings.terms]
     digest = hashlib.sha256(json.dumps(text).encode())
     if settings.calibration is not None:
         c = settings.calibration[0]

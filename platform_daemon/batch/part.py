@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from platform_daemon.adopted.names import Variant
 from platform_daemon.analysis import fit_stored_frame, recording_report
 from platform_daemon.derived import frame_quantities, frame_times_s, series_quantities
 from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant
@@ -20,14 +21,14 @@ class Settings:
     """How to fit every file of a batch.
 
     Attributes:
-        variant: a declared model; None: what each file says.  terms: further torque terms.
+        variant: a declared or an adopted model; None: what each file says.  terms: further torque terms.
         window: "n50", "d30" or seconds.
         fixed, hints: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
         derived: give derived quantities too.
     """
 
-    variant: str | None = None
+    variant: Variant | None = None
     window: Window = "d30"
     fixed: dict[str, float] | None = None
     calibration: tuple[Calibration, str] | None = None
@@ -51,9 +52,8 @@ def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording, FitR
         recording = open_recording(path)
         if settings.calibration is not None:
             recording = recording.with_calibration(*settings.calibration)
-        ask = FitRequest(
-            choose_variant(recording, settings.variant, settings.terms), settings.window, settings.fixed, settings.hints
-        )
+        recording, variant = choose_variant(recording, settings.variant, settings.terms)
+        ask = FitRequest(variant, settings.window, settings.fixed, settings.hints)
         check_fixed(ask, calibrated=recording.calibration is not None)
         yield recording, ask
 
@@ -84,7 +84,7 @@ def fit_part(source: Source, settings: Settings, first: int, last: int) -> list[
 
 def _fit_frame(recording: Recording, k: int, ask: FitRequest, derived: bool) -> dict[str, Any]:
     frame = fit_stored_frame(recording, k, ask)
-    return {**frame, "derived": frame_quantities(ask.variant, frame)} if derived else frame
+    return {**frame, "derived": frame_quantities(ask.model, frame)} if derived else frame
 
 
 def put_together(source: Source, settings: Settings, frames: list[dict[str, Any]]) -> dict[str, Any]:

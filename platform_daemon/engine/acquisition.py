@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import structlog
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__
+from platform_daemon.adopted import AdoptedModel, label_of
 from platform_daemon.analysis import file_report, fit_frame, fit_table, frame_report, refused_report
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.engine.live import LiveHarmonics
@@ -49,6 +50,8 @@ class Acquisition:
         self._platform, self._plan, self._target = platform, plan, target
         self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
         self._calibration = store_calibration(platform)
+        undone = plan.model.receiver if isinstance(plan.model, AdoptedModel) else ()
+        self._of_fits = replace(self._calibration, receiver=undone)
         self._live = live
         self._fits: list[Future[FitResult] | str] = []
         self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
@@ -123,13 +126,13 @@ class Acquisition:
         if window is None:
             self._fits.append("no on-line fit was asked for")
             return
-        heard = self._executor.submit(hear, self._noise, rx, rate_hz, self._calibration, blank=shot.blank)
+        heard = self._executor.submit(hear, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
             self._fits.append("a blank shot, without excitation")
             return
-        ask = FitRequest(self._plan.specimen.variant, window)
-        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._calibration, ask, self._noise))
+        ask = FitRequest(self._plan.model, window)
+        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._of_fits, ask, self._noise))
 
     def _finish(self, job: Job, series: SeriesWriter) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
@@ -138,14 +141,14 @@ class Acquisition:
         started = time.monotonic()
         window = self._plan.request.window
         fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits]
-        tables = [] if window is None else [fit_table(str(window), self._plan.specimen.variant, fits)]
+        tables = [] if window is None else [fit_table(str(window), label_of(self._plan.model), fits)]
         job.at(stored, "write")
         path = series.finish(tables)
         if path is None:
             return
         if window is not None:
             reports = [_report(k, fit) for k, fit in enumerate(fits)]
-            ask = FitRequest(self._plan.specimen.variant, window)
+            ask = FitRequest(self._plan.model, window)
             job.result = {**job.result, "fit": file_report(path.name, ask, reports, self._calibration)}
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 

@@ -14,6 +14,7 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, InterlockError, PlatformError
 from drivers.platform import Platform
+from platform_daemon.adopted import Library
 from platform_daemon.engine.acquisition import Acquisition
 from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
@@ -36,17 +37,23 @@ class UnknownId(InputError):
 class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
-    config_text is stored in every recording.  On-line fits and fit jobs have a thread each, so that neither holds up a
-    shot nor the other.
+    config_text is stored in every recording; models: adopted ones that on-line fits may use. On-line fits and
+    analysis jobs have a thread each, so that neither holds up a shot nor the other.
     """
 
     def __init__(
-        self, platform: Platform, limits: SafetyLimits, config_text: str, journal: Journal | None = None
+        self,
+        platform: Platform,
+        limits: SafetyLimits,
+        config_text: str,
+        journal: Journal | None = None,
+        models: Library | None = None,
     ) -> None:
         self.platform = platform
         self.config_text = config_text
         self.live = LiveHarmonics()
         self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
+        self._models = models
         self._journal = journal or Journal(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
         self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
@@ -61,7 +68,7 @@ class Engine:
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
-        return plan_acquisition(request, self.side)
+        return plan_acquisition(request, self.side, self._models)
 
     def acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False) -> Job:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended."""
@@ -79,9 +86,16 @@ class Engine:
         )
         return self._submit(job, partial(self._behind_interlock, work))
 
-    def analyse(self, request: dict[str, Any], frames: int, work: Callable[[Job], None]) -> Job:
-        """Run `work(job)` in the analysis thread, as a job of its own."""
-        job = self._register(Job("fit", request, frames, "frames"))
+    def analyse(
+        self,
+        request: dict[str, Any],
+        total: float,
+        work: Callable[[Job], None],
+        kind: str = "fit",
+        unit: str = "frames",
+    ) -> Job:
+        """Run `work(job)` in the analysis thread, as a job of its own kind."""
+        job = self._register(Job(kind, request, total, unit))
         self._fits.submit(self._run, job, work)
         return job
 

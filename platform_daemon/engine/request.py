@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from drivers.errors import ConfigError, SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
+from platform_daemon.adopted import Library, Variant, label_of, resolve
+from platform_daemon.fit_request import checked_variant
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
@@ -23,7 +25,8 @@ class AcquisitionRequest(BaseModel):
 
     resonator: name of a resonator file; shots: excited shots; blank_shots: shots without excitation before them;
     sequence: keys that differ from the resonator's preset, with units in their names; window: evaluation window of the
-    on-line fit ("n50", "d30" or seconds), None: no fit; sample, operator and comment go into the recording.
+    on-line fit ("n50", "d30" or seconds), None: no fit; variant: its model, declared or adopted, None: the
+    resonator's; sample, operator and comment go into the recording.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -33,6 +36,7 @@ class AcquisitionRequest(BaseModel):
     blank_shots: Annotated[int, Field(ge=0, le=10_000)] = 0
     sequence: dict[str, Any] = Field(default_factory=dict)
     window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = "d30"
+    variant: Annotated[str, Field(max_length=100)] | None = None
     sample: Text = ""
     operator: Text = ""
     comment: Text = ""
@@ -40,11 +44,12 @@ class AcquisitionRequest(BaseModel):
 
 @dataclass(frozen=True)
 class AcquisitionPlan:
-    """Everything decided: specimen, the checked shots (blank ones first), the settle check."""
+    """Everything decided: specimen, the model of the fits, the checked shots (blank ones first), the settle check."""
 
     request: AcquisitionRequest
     specimen: Specimen
     specimen_text: str
+    model: Variant
     sequence: SequenceRequest
     excited: ShotPlan
     blank: ShotPlan
@@ -62,6 +67,7 @@ class AcquisitionPlan:
         return {
             "resonator": self.specimen.name,
             "variant": self.specimen.variant,
+            "model": label_of(self.model),
             "shots": total,
             "shot": shot,
             "duration_s": total * (self.excited.timeline.duration_s + self.sequence.pause_s),
@@ -71,9 +77,17 @@ class AcquisitionPlan:
         }
 
 
-def plan_acquisition(request: AcquisitionRequest, side: TransmitSide) -> AcquisitionPlan:
-    """The checked plan.  Raises ConfigError for a wrong key, SequenceRejected outside the envelope; nothing moves."""
+def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Library | None = None) -> AcquisitionPlan:
+    """The checked plan.
+
+    Raises ConfigError for a wrong key, InputError for an unknown model, SequenceRejected outside the envelope;
+    nothing moves.
+    """
     specimen, text = load_specimen(request.resonator)
+    model = resolve(request.variant or specimen.variant, models)
+    assert model is not None
+    if isinstance(model, str):
+        model = checked_variant(model)
     twice = {"repetitions", "blank_shots"} & set(request.sequence)
     if twice:
         remedy = "give the counts as `shots` and `blank_shots`"
@@ -86,4 +100,4 @@ def plan_acquisition(request: AcquisitionRequest, side: TransmitSide) -> Acquisi
     excited = compile_shot(sequence, side)
     blank = compile_shot(sequence, side, blank=True)
     check = settling(excited, specimen, side.limits.settle_warning)
-    return AcquisitionPlan(request, specimen, text, sequence, excited, blank, check)
+    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check)

@@ -29,34 +29,11 @@ def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
 
 
 @fast_kernel
-def squares_after(chain, gains, by_w, by_own, offsets, gram, products, energy, step):  # type: ignore[no-untyped-def]
-    """Sum of squared residuals by channel, (channels,), once the linear model has taken a step (size,)."""
-    b = gram.shape[0]
-    values = np.empty(b)
-    jacobian = np.empty((b, step.size))
-    squares = np.empty(energy.size)
-    for channel in range(energy.size):
-        coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
-        for j in range(b):
-            for k in range(step.size):
-                values[j] += jacobian[j, k] * step[k]
-        total = energy[channel]
-        for j in range(b):
-            explained = 0.0
-            for k in range(b):
-                explained += gram[j, k] * values[k]
-            total -= values[j] * (2.0 * products[channel, j] - explained)
-        # Rounding can make the squares of a noise-free record negative.
-        squares[channel] = max(total, 0.0)
-    return squares
-
-
-@fast_kernel
 def assemble(  # type: ignore[no-untyped-def]
-    chain, gains, by_w, by_own, offsets, gram, products, energy, weights, gradient, matrix, squares
+    chain, gains, by_w, by_own, offsets, gram, products, energy, weights, step, gradient, matrix, squares
 ):
     """Gradient (size,) and Gauss-Newton matrix (size, size) of half chi^2 with the channels' weights, and the sum of
-    squared residuals by channel, squares (channels,).
+    squared residuals by channel, squares (channels,), once the linear model has taken a step (size,).
     """
     b = gram.shape[0]
     size = gradient.size
@@ -67,7 +44,10 @@ def assemble(  # type: ignore[no-untyped-def]
     matrix.fill(0.0)
     for channel in range(weights.size):
         coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
-        turned.fill(0.0)
+        for j in range(b):
+            for p in range(size):
+                turned[j, p] = 0.0
+                values[j] += jacobian[j, p] * step[p]
         left = energy[channel]
         for j in range(b):
             explained = 0.0

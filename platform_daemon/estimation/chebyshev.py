@@ -61,12 +61,17 @@ def nodes_for(amplitude_rad: float, digits: float) -> int:
     The undamped orbit has its nearest poles at +-i K' above its middle, K from either end: the error of m nodes falls
     like rho^-m with rho = y + sqrt(1 + y^2), y = K'/K. Sensitivities need a few more.
     """
-    y = _quarter_period_ratio(round(amplitude_rad, 2))
+    return _nodes(round(amplitude_rad, 2), digits)
+
+
+@cache
+def _nodes(amplitude_rad: float, digits: float) -> int:
+    """The same, for as few amplitudes as differ in it."""
+    y = _quarter_period_ratio(amplitude_rad)
     rho = min(y + math.sqrt(1.0 + y * y), 6.0)
     return min(64, max(8, 4 * math.ceil(0.25 * (2.0 + math.log(10.0) * digits / math.log(rho)))))
 
 
-@cache
 def _quarter_period_ratio(amplitude_rad: float) -> float:
     """K'/K of the undamped orbit."""
     parameter = min(max(math.sin(0.5 * amplitude_rad) ** 2, 1e-9), 1.0 - 1e-6)

@@ -18,12 +18,15 @@ _MOST_STEPS = 14
 
 
 @fast_part
-def _dot(row, x):  # type: ignore[no-untyped-def]
-    """Scalar product of two vectors."""
-    total = 0.0
-    for k in range(x.size):
-        total += row[k] * x[k]
-    return total
+def _integrate(once, twice, a, single, double):  # type: ignore[no-untyped-def]
+    """Integrals single, double (m + 1,) of a (m,), once and twice, at all nodes and at the end."""
+    for i in range(single.size):
+        s = d = 0.0
+        for k in range(a.size):
+            s += once[i, k] * a[k]
+            d += twice[i, k] * a[k]
+        single[i] = s
+        double[i] = d
 
 
 @fast_part
@@ -43,17 +46,18 @@ def solve_half_swing(  # type: ignore[no-untyped-def]
     grad = np.zeros(c.size + 1)
     residual = np.empty(m)
     by_duration = np.empty(m)
+    single = np.empty(m + 1)
+    double = np.empty(m + 1)
     done = False
     for _ in range(_MOST_STEPS):
         square = duration * duration
+        _integrate(once, twice, a, single, double)
         for i in range(m):
-            single = _dot(once[i], a)
-            double = _dot(twice[i], a)
-            phi[i] = square * double - size
-            v[i] = duration * single
+            phi[i] = square * double[i] - size
+            v[i] = duration * single[i]
             tau, tau_phi, tau_v = acceleration(side * phi[i], side * v[i], side, codes, widths, c, grad)
             residual[i] = side * tau - a[i]
-            by_duration[i] = tau_phi * 2.0 * duration * double + tau_v * single
+            by_duration[i] = tau_phi * 2.0 * duration * double[i] + tau_v * single[i]
             for j in range(m):
                 matrix[i, j] = -square * tau_phi * twice[i, j] - duration * tau_v * once[i, j]
             matrix[i, i] += 1.0
@@ -61,7 +65,12 @@ def solve_half_swing(  # type: ignore[no-untyped-def]
             return False
         substitute(matrix, order, residual)
         substitute(matrix, order, by_duration)
-        stretch = -(_dot(once[m], a) + _dot(once[m], residual)) / _dot(once[m], by_duration)
+        excess = single[m]
+        slope = 0.0
+        for i in range(m):
+            excess += once[m, i] * residual[i]
+            slope += once[m, i] * by_duration[i]
+        stretch = -excess / slope
         if not abs(stretch) < duration:
             return False
         largest = abs(stretch) / duration
@@ -78,15 +87,17 @@ def solve_half_swing(  # type: ignore[no-untyped-def]
     if not done:
         return False
     _finish(
-        size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing
-    )
+        size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing,
+        single, double,
+    )  # fmt: skip
     return end[1] < 4.0 and duration > 0.0
 
 
 @fast_part
 def _finish(  # type: ignore[no-untyped-def]
-    size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing
-):
+    size, side, duration, columns, codes, widths, c, once, twice, a, phi, v, slopes, end, matrix, order, forcing,
+    single, double,
+):  # fmt: skip
     """Final values, sensitivities and end values from a settled solution.
 
     The factors are those of the last Newton step; one refinement with the final derivatives makes the sensitivities
@@ -98,14 +109,15 @@ def _finish(  # type: ignore[no-untyped-def]
     by_v = np.empty(m)
     rest = np.empty(m)
     grad = np.zeros(c.size + 1)
+    _integrate(once, twice, a, single, double)
     for i in range(m):
-        phi[i] = square * _dot(twice[i], a) - size
-        v[i] = duration * _dot(once[i], a)
+        phi[i] = square * double[i] - size
+        v[i] = duration * single[i]
         _, by_phi[i], by_v[i] = acceleration(side * phi[i], side * v[i], side, codes, widths, c, grad)
         for q in range(1, columns):
             forcing[q, i] = side * grad[q - 1]
     end[0] = duration
-    end[1] = square * _dot(twice[m], a) - size
+    end[1] = square * double[m] - size
     last, _, _ = acceleration(side * end[1], 0.0, side, codes, widths, c, grad)
     for q in range(columns):
         moved = -1.0 if q == 0 else 0.0
@@ -115,13 +127,15 @@ def _finish(  # type: ignore[no-untyped-def]
             rest[i] = own + by_phi[i] * moved
             d_a[i] = rest[i]
         substitute(matrix, order, d_a)
+        _integrate(once, twice, d_a, single, double)
         for i in range(m):
-            rest[i] += square * by_phi[i] * _dot(twice[i], d_a) + duration * by_v[i] * _dot(once[i], d_a) - d_a[i]
+            rest[i] += square * by_phi[i] * double[i] + duration * by_v[i] * single[i] - d_a[i]
         substitute(matrix, order, rest)
         for i in range(m):
             d_a[i] += rest[i]
+        _integrate(once, twice, d_a, single, double)
         for i in range(m):
-            slopes[q, 1, i] = square * _dot(twice[i], d_a) + moved
-            slopes[q, 2, i] = duration * _dot(once[i], d_a)
-        end[2 + q] = square * _dot(twice[m], d_a) + moved
-        end[2 + columns + q] = -duration * _dot(once[m], d_a) / (side * last)
+            slopes[q, 1, i] = square * double[i] + moved
+            slopes[q, 2, i] = duration * single[i]
+        end[2 + q] = square * double[m] + moved
+        end[2 + columns + q] = -duration * single[m] / (side * last)

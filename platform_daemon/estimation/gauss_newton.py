@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .arrays import Array, grown
-from .assemble import assemble, squares_after
+from .assemble import assemble
 from .linear import solve_scaled
 from .models import RingDownModel
 from .observation import Observation
@@ -43,12 +43,9 @@ class FitState:
         d = self.dynamics
         k = 3 + len(d.values)
         m = k + self.observation.size
-        dynamics = Dynamics(
-            w=d.w + float(step[1]),
-            theta=d.theta + float(step[0]),
-            amplitude=grown(d.amplitude, float(step[2])),
-            values=tuple(q + float(dq) for q, dq in zip(d.values, step[3:k], strict=True)),
-        )
+        by_theta, by_w, by_amplitude, *by_values = step[:k].tolist()
+        values = tuple(q + dq for q, dq in zip(d.values, by_values, strict=True))
+        dynamics = Dynamics(d.w + by_w, d.theta + by_theta, grown(d.amplitude, by_amplitude), values)
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])
 
     def mirrored(self) -> FitState:
@@ -92,11 +89,7 @@ class Normal:
 def normal_equations(model: RingDownModel, state: FitState, moments: Moments, noise_sd: Array) -> Normal:
     """Weighted least squares of a window from its moments; noise_sd (channels,)."""
     weights = noise_sd**-2.0
-    size, squares = state.size, np.empty(weights.size)
-    gradient, matrix = np.empty(size), np.empty((size, size))
-    assemble(
-        *linearised(model, state), moments.gram, moments.products, moments.energy, weights, gradient, matrix, squares
-    )
+    gradient, matrix, squares = assembled(model, state, moments, weights)
     chi2 = weights * squares
     data_chi2 = float(weights @ moments.energy)
     return Normal(float(chi2.sum()), chi2, squares, gradient, matrix, moments.samples, data_chi2)
@@ -104,9 +97,20 @@ def normal_equations(model: RingDownModel, state: FitState, moments: Moments, no
 
 def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:
     """The normal equations with the residual that a small step leaves, by the linear model itself."""
-    squares = squares_after(*linearised(model, state), moments.gram, moments.products, moments.energy, step)
+    squares = assembled(model, state, moments, np.ones(normal.squares_by_channel.size), step)[2]
     by_channel = normal.chi2_by_channel * (squares / np.maximum(normal.squares_by_channel, 1e-300))
     return replace(normal, chi2=float(by_channel.sum()), chi2_by_channel=by_channel, squares_by_channel=squares)
+
+
+def assembled(
+    model: RingDownModel, state: FitState, moments: Moments, weights: Array, step: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Gradient, matrix and squares by channel (assemble.py), by the linear model after a step."""
+    size = state.size
+    out = np.empty(size), np.empty((size, size)), np.empty(weights.size)
+    step = np.zeros(size) if step is None else step
+    assemble(*linearised(model, state), moments.gram, moments.products, moments.energy, weights, step, *out)
+    return out
 
 
 def linearised(model: RingDownModel, state: FitState) -> tuple[Array, Array, Array, Array, Array]:

@@ -222,8 +222,7 @@ def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) 
 
 def _stride(periods: float, half_swings: int) -> int:
     """Odd, so that half swings in both directions are seen."""
-    stride = max(1, int(2.0 * periods / half_swings))
-    return stride if stride % 2 == 1 else stride - 1
+    return int(2.0 * periods / half_swings) | 1
 
 
 @dataclass(frozen=True)

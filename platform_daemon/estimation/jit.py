@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numba
-import numba.extending
 
 _ROOM = Path(__file__).parent
 _MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
@@ -47,18 +46,28 @@ def fast_kernel(function: Callable[..., Any]) -> Any:
 
 
 def part(function: Callable[..., Any]) -> Any:
-    """A piece of kernels: compiled into those that call it, without an entrance of its own; plain Python elsewhere."""
-    return numba.extending.register_jitable(**_OPTIONS)(function)
+    """A piece of kernels: compiled once, for all that call it; plain Python elsewhere."""
+    return _inside(function, _OPTIONS)
 
 
 def fast_part(function: Callable[..., Any]) -> Any:
     """A piece of kernels whose sums may be reordered."""
-    return numba.extending.register_jitable(**_OPTIONS, **_FAST)(function)
+    return _inside(function, _OPTIONS | _FAST)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """For a few lines that many kernels share: pasted into each caller, which compiles three times faster."""
     return numba.njit(nogil=True, error_model="numpy", inline="always")(function)
+
+
+def _inside(function: Any, options: dict[str, Any]) -> Any:
+    """A function that compiled code takes for its compiled twin, which has no entrance for Python.
+
+    numba's own register_jitable compiles anew for every set of options of the callers.
+    """
+    function.compiled = numba.njit(no_cpython_wrapper=True, **options)(function)
+    function._numba_type_ = function.compiled._numba_type_  # holds it by a weak reference
+    return function
 
 
 def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:

@@ -1,74 +1,35 @@
-"""How much of a stretch harmonics 1 and 2 of a trial frequency explain: the search that start values begin with."""
+"""Block means, and the frequency that explains most of a short stretch of them, with which start values begin."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from scipy.fft import next_fast_len, rfft
 
-from .jit import fast_kernel, fast_part
-from .linear import factorise, substitute
+from .arrays import Array
+from .jit import fast_kernel
 
-
-@fast_part
-def _dot(a, b):  # type: ignore[no-untyped-def]
-    """Scalar product."""
-    total = 0.0
-    for i in range(a.size):
-        total += a[i] * b[i]
-    return total
+_PADDING = 8  # grid points per resolved frequency step
 
 
-@fast_part
-def explained_power(data, step, omega, weights):  # type: ignore[no-untyped-def]
-    """Weighted power of data (channels, n) that cos, sin of omega t and 2 omega t explain, t = i step."""
+def best_frequency(data: Array, step_s: float, lowest: float, highest: float, weights: Array) -> float:
+    """The angular frequency, rad/s, between two whose harmonics 1 and 2 explain most of data (channels, n).
+
+    weights: (channels,) of the channels' powers.
+    """
     n = data.shape[1]
-    channels = data.shape[0]
-    gram = np.zeros((4, 4))
-    sums = np.zeros((channels, 4))
-    order = np.empty(4, dtype=np.int64)
-    waves = np.empty((4, n))
-    x = np.empty(4)
-    turn_c = math.cos(omega * step)
-    turn_s = math.sin(omega * step)
-    c = 1.0
-    s = 0.0
-    for i in range(n):
-        waves[0, i] = c
-        waves[1, i] = s
-        waves[2, i] = c * c - s * s
-        waves[3, i] = 2.0 * c * s
-        c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
-    for j in range(4):
-        for k in range(j + 1):
-            gram[j, k] = _dot(waves[j], waves[k])
-            gram[k, j] = gram[j, k]
-        for channel in range(channels):
-            sums[channel, j] = _dot(waves[j], data[channel])
-    if not factorise(gram, order):
-        return 0.0
-    power = 0.0
-    for channel in range(channels):
-        for j in range(4):
-            x[j] = sums[channel, j]
-        substitute(gram, order, x)
-        for j in range(4):
-            power += weights[channel] * x[j] * sums[channel, j]
-    return power
-
-
-@fast_kernel
-def best_frequency(data, step, lowest, highest, trials, weights):  # type: ignore[no-untyped-def]
-    """The angular frequency among evenly spaced trials that explains most."""
-    best = lowest
-    most = -1.0
-    for k in range(trials):
-        omega = lowest + (highest - lowest) * k / (trials - 1)
-        power = explained_power(data, step, omega, weights)
-        if power > most:
-            most = power
-            best = omega
-    return best
+    size = next_fast_len(_PADDING * n, real=True)
+    bins_per_omega = step_s * size / (2.0 * np.pi)
+    first, last = math.ceil(lowest * bins_per_omega), min(int(highest * bins_per_omega), size // 4)
+    spectrum = rfft(data - (data.sum(axis=1) / n)[:, None], size, axis=1)[:, first : 2 * last + 1]
+    power = weights @ (spectrum.real**2 + spectrum.imag**2)
+    both = power[: last + 1 - first] + power[first::2]
+    k = int(both.argmax())
+    if 0 < k < both.size - 1:
+        left, peak, right = both[k - 1 : k + 2].tolist()
+        return (first + k + 0.5 * (right - left) / (2.0 * peak - left - right)) / bins_per_omega
+    return (first + k) / bins_per_omega
 
 
 @fast_kernel

@@ -56,7 +56,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
     y (channels, n); values (2, k, f, m) the tables of the two directions, of which mirrored motion needs only the
     first; skipped: half swings passed before these; of all of them every stride-th takes part. nodes (m,), matrix
     (m, m): Grid.nodes, Grid.to_nodes.
-    gram (b, b) lower triangle, products (channels, b), energy (channels,) grow. Returns the samples that took part.
+    gram (b, b), products (channels, b), energy (channels,) grow. Returns the samples that took part.
     """
     channels = y.shape[0]
     columns = (heads.shape[1] - HEAD) // 2
@@ -72,7 +72,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
     scratch = np.empty(SCRATCH)
     weighted = np.empty(wide)
     used = 0
-    filled = 0
+    filled = np.int64(0)  # typed: a literal would compile everything it is passed to twice
     begin = max(first, math.ceil((heads[0, HEAD_START] - theta) / (w * dt)))
     for h in range(count):
         stop = min(last, math.ceil((heads[h + 1, HEAD_START] - theta) / (w * dt)))
@@ -82,7 +82,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
             if filled == wide:
                 add_products(basis, collected, filled, products)
                 add_gram(basis, collected[3 * groups], filled, weighted, gram)
-                filled = 0
+                filled = np.int64(0)
             sums.fill(0.0)
             dx = 2.0 * w * dt / heads[h, HEAD_DURATION]
             x = 2.0 * (w * begin * dt + theta - heads[h, HEAD_START]) / heads[h, HEAD_DURATION] - 1.0
@@ -99,6 +99,9 @@ def collect_swings(  # type: ignore[no-untyped-def]
         begin = stop
     add_products(basis, collected, filled, products)
     add_gram(basis, collected[3 * groups], filled, weighted, gram)
+    for j in range(b):
+        for k in range(j):
+            gram[k, j] = gram[j, k]
     for channel in range(channels):
         energy[channel] += squares[channel]
     return used

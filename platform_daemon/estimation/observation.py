@@ -24,6 +24,16 @@ from .rotation import (
 )
 from .sampling import DIPOLE, STATE
 
+# d (v column, u column) / d (m_r, delta) of a dipole along (e_u, e_v, e_w), up to factors: (4, 2, 3).
+_BY_OWN = np.array(
+    [
+        [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
+        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]],
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
+        [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+    ]
+)
+
 
 class Observation(Protocol):
     """What the fit needs to know about the channels."""
@@ -105,21 +115,17 @@ class DipoleObservation:
 
     def gains_by_own(self, w: float) -> Array:
         """Derivatives by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
-        out = np.zeros((4, self.mixing.shape[0], 2))
-        mixed = w * self._mixed
-        out[0] = mixed[:, 1::-1]
         # R [delta]x, column v and column u: (-d_w, 0, d_u) and (0, d_w, -d_v) along (e_u, e_v, e_w).
-        turned = self.m_r * mixed
-        out[1, :, 0] = turned[:, 2]
-        out[2, :, 1] = -turned[:, 2]
-        out[3, :, 0] = -turned[:, 0]
-        out[3, :, 1] = turned[:, 1]
-        return out
+        out = _BY_OWN @ self._mixed.T
+        out[0] *= w
+        out[1:] *= w * self.m_r
+        return np.ascontiguousarray(out.transpose(0, 2, 1))
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
         m_r = grown(self.m_r, float(step[0]))
-        return replace(self, m_r=m_r, rotation=self.rotation @ rotation_from_rodrigues(step[1:]))
+        rotation = self.rotation @ rotation_from_rodrigues(step[1:])
+        return DipoleObservation(m_r, rotation, self.mixing, self.observable)
 
     def bend(self, step: Array) -> float:
         """Relative change of the moment, or angle of rotation."""

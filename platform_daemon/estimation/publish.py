@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -66,8 +67,14 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     jacobian[range(1, 1 + coefficients), range(3, dynamic)] = 1.0
     jacobian[1 + coefficients : 3 + coefficients, :dynamic] = by_state @ by_dynamics
     jacobian[dynamic:, dynamic : dynamic + state.observation.size] = obs_jacobian
-    order = sorted(range(len(names)), key=lambda k: public_order(names[k]))
+    order = _order(tuple(names))
     return [names[k] for k in order], values[order], jacobian[order]
+
+
+@cache
+def _order(names: tuple[str, ...]) -> list[int]:
+    """Places of the names in the public order."""
+    return sorted(range(len(names)), key=lambda k: public_order(names[k]))
 
 
 def public_order(name: str) -> tuple[int, str]:

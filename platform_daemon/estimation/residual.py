@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.fft import prev_fast_len, rfft
 
-from .arrays import Array
+from .arrays import Array, medians
 from .gauss_newton import FitState
 from .line_search import block_means
 from .models import RingDownModel
@@ -98,7 +98,7 @@ class Residual:
     @cached_property
     def unexplained(self) -> float:
         """Power left over beyond the median level of the residual's spectrum, relative to the model's power."""
-        floor = np.median(self.spectrum, axis=1) / math.log(2.0) * self._colour.mean(axis=1)
+        floor = medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1)
         excess = np.maximum(self._power.mean(axis=1) - floor, 0.0) * self.sd**2
         return float(excess.sum() / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
 
@@ -113,7 +113,7 @@ class Residual:
         count = self.scaled.shape[1] // length
         powers = (self.scaled[:, : count * length].reshape(-1, count, length) ** 2).sum(axis=(0, 2))
         k = int(np.argmax(powers))
-        usual = max(float(np.median(powers)), 1e-300)
+        usual = max(float(medians(powers)), 1e-300)
         sd = usual * math.sqrt(2.0 / (length * self.scaled.shape[0]))
         middle = self.start_s + (k + 0.5) * length / self.rate_hz
         return middle, float(powers[k] / powers.sum()), float(powers[k] - usual) / sd

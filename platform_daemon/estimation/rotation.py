@@ -17,7 +17,7 @@ HALF_TURN_ABOUT_U: Array = np.diag([1.0, -1.0, -1.0])
 
 def cross_matrix(vector: Array) -> Array:
     """[vector]x with [a]x b = a x b, (3, 3)."""
-    x, y, z = vector
+    x, y, z = vector.tolist()
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
@@ -70,11 +70,12 @@ def rodrigues_jacobian(rodrigues: Array) -> Array:
 
 def nearest_rotation(v: Array, u: Array) -> Array:
     """Rotation with columns e_u, e_v, e_w from a trusted direction v and a less trusted u, both (3,)."""
-    e_v = v / np.linalg.norm(v)
+    size = math.sqrt(v @ v)
+    e_v = v / size
     across = u - (u @ e_v) * e_v
-    if np.linalg.norm(across) <= 1e-9 * np.linalg.norm(v):
+    if math.sqrt(across @ across) <= 1e-9 * size:
         # No u-signal at all: any direction across v is as good as another.
         axis = np.eye(3)[int(np.argmin(np.abs(e_v)))]
         across = axis - (axis @ e_v) * e_v
-    e_u = across / np.linalg.norm(across)
-    return np.column_stack([e_u, e_v, np.cross(e_u, e_v)])
+    e_u = across / math.sqrt(across @ across)
+    return np.column_stack([e_u, e_v, cross_matrix(e_u) @ e_v])

@@ -15,6 +15,7 @@ from scipy.special import chdtrc
 
 from .arrays import Array
 from .fit import fit_ring_down
+from .models import RingDownModel
 from .noise import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .result import FitResult
@@ -115,7 +116,7 @@ class SlidingFit:
 
 def fit_sliding(
     record: RingDownRecord,
-    variant: str,
+    variant: str | RingDownModel,
     window_s: float | None = None,
     step_s: float | None = None,
     *,
@@ -126,7 +127,7 @@ def fit_sliding(
 
     Args:
         record: RX samples, dm/dt or volts.
-        variant: a declared model.
+        variant: a declared model by name, or any model.
         window_s: length of the windows; None: an eighth of the D30 window, at least 24 periods.
         step_s: from window to window; None: the length of a window, so that they do not overlap.
         lambda_mode: what to do with lambda where friction is fitted too. "auto": held at the D30 fit's value in those
@@ -181,7 +182,7 @@ def _held(reference: FitResult, mode: LambdaMode) -> dict[str, float]:
 
 def _fit_window(
     record: RingDownRecord,
-    variant: str,
+    variant: str | RingDownModel,
     first: int,
     last: int,
     noise: NoiseModel | None,

@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from .arrays import Array
+from .arrays import Array, medians
+from .line_search import block_means
 
 _BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)
 _HALF_LOBE_BINS = 4  # of the Blackman-Harris window
@@ -79,11 +80,14 @@ def _quick_look(samples: Array, sampling_rate_hz: float) -> Line | None:
     """The strongest line of a beginning; of means of neighbouring samples, if they hold most of its power."""
     block = int(sampling_rate_hz / _QUICK_RATE_HZ)
     if block > 1:
-        blocks = samples[:, : samples.shape[1] // block * block].reshape(samples.shape[0], -1, block)
-        means = blocks @ np.full(block, 1.0 / block)
-        centre = means.mean(axis=1, keepdims=True)
-        means -= centre
-        if block * np.vdot(means, means) > _KEPT * np.sum((samples - centre) ** 2):
+        n = samples.shape[1] // block
+        means = np.empty((samples.shape[0], n))
+        block_means(samples, 0, block, n, means)
+        centre = means.sum(axis=1) / n
+        means -= centre[:, None]
+        used = samples[:, : n * block]
+        power = np.vdot(used, used) if used.flags.c_contiguous else np.einsum("ij,ij", used, used)
+        if np.vdot(means, means) > _KEPT * (power / block - n * (centre @ centre)):
             return _strongest_line(means, sampling_rate_hz / block)
     return _strongest_line(samples, sampling_rate_hz)
 
@@ -105,12 +109,13 @@ def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     n = samples.shape[1]
     # Few periods are few bins: pad, so that the peak is found between them.
     size = next_fast_len(n if n >= _USUAL_SEGMENT else 2 * n, real=True)
-    centred = samples - samples.mean(axis=1, keepdims=True)
-    spectrum = rfft(centred * _window(n), size, axis=1)
-    power = np.sum(spectrum.real**2 + spectrum.imag**2, axis=0)
+    centred = samples - (samples.sum(axis=1) / n)[:, None]
+    centred *= _window(n)
+    spectrum = rfft(centred, size, axis=1)
+    power = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
     lobe = int(np.ceil(_HALF_LOBE_BINS * size / n))
     power[: 2 * lobe] = 0.0
-    floor = float(np.median(power[2 * lobe :]))
+    floor = float(medians(power[2 * lobe :]))
     peak = int(np.argmax(power))
     if power[peak] <= 0.0:
         return None

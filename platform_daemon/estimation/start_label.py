@@ -50,12 +50,13 @@ def label_of_state(phi: float, v: float) -> tuple[float, float, Array]:
     half = 0.5 * phi_max
     x = phi / phi_max
     y = -v / (2.0 * math.sin(half))
-    d_x = np.array([1.0 / phi_max, 0.0])
-    d_y = np.array([0.0, -1.0 / (2.0 * math.sin(half))])
+    by_phi = 1.0 / phi_max  # of x
+    by_v = -1.0 / (2.0 * math.sin(half))  # of y
     x_max = -x / phi_max
     y_max = -0.5 * y / math.tan(half)
-    # x^2 + y^2 = 1 stays true: x (d_x + x_max d_max) + y (d_y + y_max d_max) = 0.
-    d_max = -(x * d_x + y * d_y) / (x * x_max + y * y_max)
-    d_psi = x * (d_y + y_max * d_max) - y * (d_x + x_max * d_max)
+    # x^2 + y^2 = 1 stays true: x (d_x + x_max d_max) + y (d_y + y_max d_max) = 0; d psi = x d_y - y d_x in all.
+    share, turn = -1.0 / (x * x_max + y * y_max), x * y_max - y * x_max
+    d_max = share * x * by_phi, share * y * by_v
+    d_psi = turn * d_max[0] - y * by_phi, turn * d_max[1] + x * by_v
     psi = math.atan2(y, x) % (2.0 * math.pi)
-    return phi_max, psi if psi < 2.0 * math.pi else 0.0, np.vstack([d_max, d_psi])
+    return phi_max, psi if psi < 2.0 * math.pi else 0.0, np.array([d_max, d_psi])

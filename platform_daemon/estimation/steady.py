@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.fft import next_fast_len, rfft
 
-from .arrays import Array
+from .arrays import Array, ComplexArray, medians
 
 _BETA = 8.0
 _LOBE_BINS = 2.8  # half width of the window's main lobe
@@ -57,7 +57,7 @@ def may_hold_tones(residual: Array, spectrum: Array) -> bool:
 
     residual: (channels, n); spectrum: (channels, bins) its plain power, in units of any level, from bin 1 on.
     """
-    standing = spectrum / np.maximum(np.median(spectrum, axis=1, keepdims=True), 1e-300)
+    standing = spectrum / np.maximum(medians(spectrum), 1e-300)[:, None]
     channels, bins = np.nonzero(standing > _WORTH_A_SEARCH)
     if bins.size > _MANY_PEAKS:
         return True
@@ -70,10 +70,16 @@ def may_hold_tones(residual: Array, spectrum: Array) -> bool:
 
 def _gain_between_bins(signal: Array, k: int) -> float:
     """Largest power within half a bin of bin k, over the power at it."""
-    place = k + np.linspace(-0.5, 0.5, 9)
-    waves = np.exp(-2j * np.pi / signal.size * np.outer(place, np.arange(signal.size)))
-    power = np.abs(waves @ signal) ** 2
+    turns, shifts = _bin_waves(signal.size)
+    power = np.abs(shifts @ (turns[k * np.arange(signal.size) % signal.size] * signal)) ** 2
     return float(power.max() / max(power[4], 1e-300))
+
+
+@lru_cache(4)
+def _bin_waves(n: int) -> tuple[ComplexArray, ComplexArray]:
+    """exp(-2 pi i t / n) over t, (n,), and its powers from -1/2 to 1/2, (9, n)."""
+    phase = -2j * np.pi / n * np.arange(n)
+    return np.exp(phase), np.exp(np.linspace(-0.5, 0.5, 9)[:, None] * phase)
 
 
 @lru_cache(4)
@@ -189,6 +195,7 @@ def drift_degree(residual: Array) -> int:
     n = residual.shape[1] // block
     if n < 4 * _HIGHEST_DEGREE:
         return 0
-    means = residual[:, : n * block].reshape(-1, n, block).mean(axis=2) * np.sqrt(block)
+    pieces = residual[:, : n * block].reshape(-1, n, block)
+    means = pieces @ np.full(block, block**-0.5)
     sure = np.abs(means @ _drifts(n)).max(axis=0)[1:] > _SURE_DRIFT
-    return int(np.flatnonzero(sure).max(initial=-1)) + 1
+    return int(np.flatnonzero(sure)[-1]) + 1 if sure.any() else 0

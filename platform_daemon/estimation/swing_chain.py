@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from .half_swing import direction_at_rest
 from .jit import fast_kernel, kernel, part
 from .swing_table import look_up_end
 from .terms.dispatch import acceleration
@@ -27,10 +26,11 @@ _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
 @fast_kernel
-def remaining_sizes(size, left, side, codes, widths, c, ratio, band):  # type: ignore[no-untyped-def]
-    """Sizes band (2,) of the half swings in the remaining time `left`, from the work of the losses in one of them.
+def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[no-untyped-def]
+    """Smallest and largest size of the half swings in the remaining time `left`.
 
-    An estimate, no wider than size/ratio to 1.5 size: a ring-down that leaves the band gets another table.
+    An estimate from the work of the losses in one of them, no wider than size/ratio to 1.5 size: a ring-down that
+    leaves the band gets another table.
     """
     grad = np.zeros(c.size + 1)
     points = 8
@@ -44,8 +44,8 @@ def remaining_sizes(size, left, side, codes, widths, c, ratio, band):  # type: i
         # What changes sign with the motion is not conservative.
         work += 0.5 * side * (there - back) * math.sin(place) * size * math.pi / points
     change = _MARGIN * (left / math.pi + 2.0) * work / max(math.sin(size), 0.1 * size)
-    band[0] = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
-    band[1] = min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
+    low = max(size / ratio, size + min(change, 0.0) - 1e-3 * size)
+    return low, min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
 
 
 @kernel
@@ -73,7 +73,7 @@ def walk_swings(  # type: ignore[no-untyped-def]
         which = 0 if mirrored or side > 0.0 else 1
         tabulated = bands[which, 0] <= size <= bands[which, 1]
         if not (tabulated and bands[which, 2] > _SURE_PULL):
-            side, _ = direction_at_rest(angle, 0.0, codes, widths, c, grad)
+            side = _direction_at_rest(angle, side, codes, widths, c, grad)
             if side == 0.0:
                 return count, STATUS_STUCK
         if side * angle >= 0.0 or not size < _WIDEST or count == weights.shape[0]:
@@ -87,6 +87,16 @@ def walk_swings(  # type: ignore[no-untyped-def]
             heads[count, HEAD + q] = walk[WALK + q]
         _pass(walk, side, end, columns)
         count += 1
+
+
+@part
+def _direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+    """Where a rotor at rest goes: +1, -1, or 0 where friction of either sign holds it."""
+    for sign in (likely, -likely):
+        pull, _, _ = acceleration(angle, 0.0, sign, codes, widths, c, grad)
+        if pull * sign > 0.0:
+            return sign
+    return 0.0
 
 
 @part

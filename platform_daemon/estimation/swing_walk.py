@@ -73,24 +73,23 @@ class Walk:
         """True if it has ended, and not before s_end."""
         return self.status == STATUS_STUCK or (self.status == STATUS_OK and float(self.at[WALK_START]) >= s_end)
 
-    def band(self, ratio: float) -> Array:
+    def band(self, ratio: float) -> tuple[float, float]:
         """Sizes (low, high) of the half swings that are left, no further apart than `ratio`; 1: the next only."""
         size = abs(self.angle)
-        band = np.array([size, size])
-        if ratio > 1.0:
-            left = self._s_end - float(self.at[WALK_START])
-            remaining_sizes(size, left, math.copysign(1.0, -self.angle), *self._torque[1:], ratio, band)
-        return band
+        if ratio <= 1.0:
+            return size, size
+        left = self._s_end - float(self.at[WALK_START])
+        low, high = remaining_sizes(size, left, math.copysign(1.0, -self.angle), *self._torque[1:], ratio)
+        return float(low), float(high)
 
     def stretches(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> Iterator[int]:
-        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
-
-        Tables that hold already (their `bands` are not 0) are used first.
-        """
+        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended."""
         self.status = STATUS_NO_TABLE
         while self.status == STATUS_NO_TABLE:
+            tabulated = self._tabulate(tables, ratio, observable, digits)
+            # Where there is no turning point, it may rest.
             yield self._advance(tables)
-            if self.status == STATUS_NO_TABLE and not self._tabulate(tables, ratio, observable, digits):
+            if self.status == STATUS_NO_TABLE and not tabulated:
                 self.status = STATUS_LOST
 
     def _advance(self, tables: SwingTables) -> int:
@@ -106,7 +105,7 @@ class Walk:
         """Tables for the half swings that are left on this side; False if there is no turning point."""
         side = math.copysign(1.0, -self.angle)
         which = 0 if self._symmetric or side > 0.0 else 1
-        low, high = self.band(ratio).tolist()
+        low, high = self.band(ratio)
         settled = 10.0 ** (-0.8 * digits)
         g = tables.grid
         pull = build_table(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -38,13 +39,18 @@ class Dynamics:
 
     def chain(self, model: RingDownModel) -> Array:
         """d(theta, w, A, c...)/d(theta, w, A, q...), square (3 + coefficients,): the powers of w in c."""
-        size = 3 + len(self.values)
-        matrix = np.zeros((size, size))
-        matrix[0, 0] = matrix[1, 1] = matrix[2, 2] = 1.0
-        for k, (power, q) in enumerate(zip(model.powers, self.values, strict=True), 3):
-            matrix[k, k] = self.w**-power
-            matrix[k, 1] = -power * q / self.w ** (power + 1)
-        return matrix
+        return _chain(self.w, self.values, model.powers)
+
+
+@lru_cache(8)
+def _chain(w: float, values: tuple[float, ...], powers: tuple[int, ...]) -> Array:
+    """The chain of a state is asked for again and again."""
+    matrix = np.eye(3 + len(values))
+    for k, (power, q) in enumerate(zip(powers, values, strict=True), 3):
+        matrix[k, k] = w**-power
+        matrix[k, 1] = -power * q / w ** (power + 1)
+    matrix.flags.writeable = False
+    return matrix
 
 
 class LostTrajectoryError(ArithmeticError):

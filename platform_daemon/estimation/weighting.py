@@ -12,9 +12,8 @@ from dataclasses import replace
 import numpy as np
 
 from .arrays import Array
-from .assemble import assemble
 from .colour import sd_at
-from .gauss_newton import FitState, Normal, linearised, solve_step
+from .gauss_newton import FitState, Normal, assembled, solve_step
 from .growing import Fitted, Problem
 from .models import RingDownModel
 from .noise import NoiseModel
@@ -71,7 +70,6 @@ def weighted_normal(model: RingDownModel, state: FitState, moments: Moments, sd:
     Rows of the residual's products with the basis get the weights 1/sd^2 of their harmonic, and the matrix of their
     covariance follows.
     """
-    parts = linearised(model, state)
     even = (np.arange(moments.gram.shape[0]) % 2 == 1) & (state.observation.observable == DIPOLE)
     gains, channels = state.observation.gains(state.dynamics.w), moments.products.shape[0]
     gradient, matrix = np.zeros_like(normal.gradient), np.zeros_like(normal.matrix)
@@ -82,9 +80,9 @@ def weighted_normal(model: RingDownModel, state: FitState, moments: Moments, sd:
         gram = moments.gram * np.outer(root, root)
         products = moments.products.copy()
         products[channel] = root**2 * (products[channel] - moments.gram @ values) + gram @ values
-        one, by, of = np.zeros(channels), np.empty_like(gradient), np.empty_like(matrix)
+        one = np.zeros(channels)
         one[channel] = 1.0
-        assemble(*parts, gram, products, moments.energy, one, by, of, np.empty(channels))
+        by, of, _ = assembled(model, state, replace(moments, gram=gram, products=products), one)
         gradient += by
         matrix += of
     return replace(normal, gradient=gradient, matrix=matrix)

@@ -14,9 +14,9 @@ from .chebyshev import nodes_for, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
-from .residual_trace import fill_model
+from .residual_trace import fill_model, to_coefficients
 from .sampling import DIPOLE
-from .swing_chain import WALK, WALK_START
+from .swing_chain import HEAD_SIDE, WALK, WALK_START
 from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError, Trajectory
@@ -67,18 +67,14 @@ class _Pass:
         y = self._y[:, max(first, math.ceil((at[WALK_START] - theta) / (w * dt_s))) : last]
         gram, products, energy = self._sums
         constant = self._walk.at_rest(self._observable)
-        gram += np.tril(y.shape[1] * np.outer(constant, constant))
+        gram += y.shape[1] * np.outer(constant, constant)
         products += np.outer(y.sum(axis=1), constant)
         energy += np.sum(y**2, axis=1)
         self.used += y.shape[1]
 
     def result(self) -> Moments:
         """What was collected."""
-        gram, products, energy = self._sums
-        # Only the lower triangle was filled.
-        whole = gram + gram.T
-        whole.ravel()[:: gram.shape[0] + 1] *= 0.5
-        return Moments(whole, products, energy, self.used, self._walk.at[WALK + self._walk.columns :].copy())
+        return Moments(*self._sums, self.used, self._walk.at[WALK + self._walk.columns :].copy())
 
 
 @dataclass(frozen=True)
@@ -153,15 +149,27 @@ class Workspace:
         """
         d, points, done = dynamics, np.empty((2, 2 * blocks)), 0
         for walk, tables, count in self._ways(d, d.w * (begin + blocks * block) * dt_s + d.theta, observable):
+            if count == 0:
+                continue
+            here = self._coefficients(walk, tables, count)
             done = fill_model(
-                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
-                self._symmetric, observable, tables.grid.to_nodes, tables.values, points,
+                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, walk.heads, here,
+                1.0 if observable == DIPOLE else -1.0, points,
             )  # fmt: skip
         if walk.status == STATUS_STUCK:
             points[0, done:], points[1, done:] = (0.0 if observable == DIPOLE else walk.angle), 0.0
         elif walk.status != STATUS_OK:
             raise LostTrajectoryError(_LOST)
         return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
+
+    def _coefficients(self, walk: Walk, tables: SwingTables, count: int) -> Array:
+        """Chebyshev coefficients of f1, f2 in the half swings of a walk's last stretch, (count, 2, k)."""
+        used = tables.values[:1] if self._symmetric else tables.values
+        table = to_coefficients(used, tables.grid.to_nodes)
+        each = walk.weights[:count] @ table.reshape(*table.shape[:2], -1)
+        if not self._symmetric:
+            each[0] = np.where(walk.heads[:count, HEAD_SIDE, None] > 0.0, each[0], each[1])
+        return np.asarray(each[0].reshape(count, 2, -1))
 
     def basis(self, dynamics: Dynamics, first: int, last: int, dt_s: float, observable: int) -> Array:
         """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
@@ -204,6 +212,8 @@ class Workspace:
         band = walk.band(ratio)
         ratio = min(ratio, _ROOM * band[1] / band[0])
         size = abs(walk.angle)
+        if not size < math.pi:
+            raise LostTrajectoryError(_LOST)
         key = nodes_for(size, digits), sizes_for(size, ratio, digits)
         if key not in self._tables:
             self._tables[key] = SwingTables(*key, self.columns)

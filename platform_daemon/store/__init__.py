@@ -6,7 +6,15 @@ from platform_daemon.store.fits import read_fits
 from platform_daemon.store.header import FitTable, SeriesHeader, ShotRecord
 from platform_daemon.store.index import Broken, Entry, Listing, list_recordings, resolve
 from platform_daemon.store.reader import open_recording, read_calibration
-from platform_daemon.store.recording import Calibration, Excitation, FrameInfo, Provenance, Recording, SequenceInfo
+from platform_daemon.store.recording import (
+    Calibration,
+    Excitation,
+    FrameInfo,
+    Provenance,
+    ReceiverEffect,
+    Recording,
+    SequenceInfo,
+)
 from platform_daemon.store.recovery import recover
 from platform_daemon.store.series import SeriesWriter
 from platform_daemon.store.truth import read_truth
@@ -20,6 +28,7 @@ __all__ = [
     "FrameInfo",
     "Listing",
     "Provenance",
+    "ReceiverEffect",
     "Recording",
     "SequenceInfo",
     "SeriesHeader",

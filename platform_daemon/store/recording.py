@@ -41,13 +41,33 @@ class SequenceInfo:
         return self.rx_start + self.rx_samples
 
 
+@dataclass(frozen=True)
+class ReceiverEffect:
+    """What the receive chain does beyond its calibration, as an adopted model knows it; adopted/receiver.py undoes it.
+
+    Attributes:
+        id: of the effect; strength: in its unit.
+        axis: x, y or z: the one channel it acts on; None: all.
+        source, target: of crosstalk.
+        even: it acts on the even (True) or the odd (False) harmonics of `fundamental_hz` only; None: on everything.
+    """
+
+    id: str
+    strength: float
+    axis: str | None = None
+    source: str | None = None
+    target: str | None = None
+    even: bool | None = None
+    fundamental_hz: float | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """Receive calibration, paper eq:u(t,p,R): u = -P dm/dt.
 
     sensitivity: (c, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, at the LNA gain `lna_gain` (V/V, None: not
     said); frequency_hz: (k,) rising, and frequency_response: (c, k) complex128 that multiplies the sensitivity; both
-    None: flat.
+    None: flat. receiver: what an adopted model undoes besides; never part of a file.
     """
 
     sensitivity: NDArray[np.float64]
@@ -56,6 +76,7 @@ class Calibration:
     lna_gain: float | None = None
     frequency_hz: NDArray[np.float64] | None = None
     frequency_response: NDArray[np.complex128] | None = None
+    receiver: tuple[ReceiverEffect, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
+
 from platform_daemon.estimation import jit, warm_up
+from platform_daemon.estimation.jit import part
 from platform_daemon.estimation.moments import collect_swings
 from platform_daemon.estimation.sampling import fill_basis
 from platform_daemon.estimation.swing_chain import walk_swings
@@ -34,3 +37,14 @@ def test_importing_the_room_compiles_nothing():
 def test_each_entry_kernel_is_compiled_for_one_signature_only():
     warm_up()
     assert [len(k.signatures) for k in (trace_half_swings, fill_basis, collect_swings)] == [1, 1, 1]
+
+
+def test_a_part_is_compiled_once_whatever_the_options_of_its_callers_and_is_plain_python_elsewhere():
+    @part
+    def doubled(x):
+        return 2.0 * x
+
+    exact = numba.njit(lambda x: doubled(x) + 1.0)
+    fast = numba.njit(fastmath=True, nogil=True)(lambda x: doubled(x) - 1.0)
+    assert (exact(3.0), fast(3.0), doubled(3.0)) == (7.0, 5.0, 6.0)
+    assert len(doubled.compiled.overloads) == 1

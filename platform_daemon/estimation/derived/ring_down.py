@@ -49,14 +49,14 @@ class RingDown:
         return cls(result.fitted.model, result.fitted.state.dynamics, None if moment is None else moment.value)
 
     @classmethod
-    def from_parameters(cls, variant: str, values: Mapping[str, float]) -> RingDown:
+    def from_parameters(cls, variant: str | RingDownModel, values: Mapping[str, float]) -> RingDown:
         """A ring-down from published parameters (PARAMETER_NAMES; orientation is not needed).
 
         Raises:
             ValueError: unknown variant.
             KeyError: f_nat_hz, phi_max_rad, psi_start_rad or a coefficient of the model is missing.
         """
-        model = model_named(variant)
+        model = model_named(variant) if isinstance(variant, str) else variant
         coefficients = tuple(values[c.name] for c in model.coefficients)
         phi, v = state_of_label(values["phi_max_rad"], values["psi_start_rad"])
         dynamics = dynamics_through(model, 2.0 * math.pi * values["f_nat_hz"], coefficients, phi, v)
