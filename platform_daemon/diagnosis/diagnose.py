@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE
 from .effects.base import Candidate
@@ -27,8 +28,8 @@ from .parameters import Mean, means, window_disagreement
 from .picture import Picture
 from .pool import shot_pool
 from .proposals import Proposal, proposals
-from .refit import Refit, refit
-from .search import Found, Progress, carried, search
+from .refit import Refit, carried, refit
+from .search import Found, Progress, search
 from .shots import Shot
 from .significance import log_chance
 from .start import Refused, start
@@ -39,6 +40,7 @@ _CONFIDENT = 0.5  # share of what could be gained that named effects must explai
 _LEFT = math.log(1e-3)
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _HERTZ_LAW_RAD = 0.5 * math.pi
+_NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
 _PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 _OPTIONS = 4  # look-alikes that held-out data choose from
 
@@ -201,7 +203,10 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
 def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
     """A refit with all effects but one."""
     hypothesis = at.hypothesis.without(effect)
-    return refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+    try:
+        return refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+    except LostTrajectoryError:  # far from what the shots do without it: from their own fits
+        return refit(at.started, hypothesis, pool)
 
 
 def _help(at: Refit, effect: Candidate, with_it: HeldOut, pool: Executor) -> float:
@@ -297,17 +302,20 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
     """From what is explained and what is left."""
     left, factor = found.residues, final.noise_factor
     explained = max(found.base.chi2 - final.chi2, 0.0) / factor
+    excess = max(left.excess, (final.chi2 - final.dof) / factor if factor > _NOISY else 0.0)
     significant = math.log(max(left.p_value, 1e-300)) < _LEFT and left.excess > _NEGLIGIBLE * explained
+    significant |= factor > _NOISY
     if not named:
         if significant or found.forbidden or found.best is not final:
             return "unexplained"
         return "explained" if gaps else "nothing_missing"
-    share = explained / (explained + left.excess)
+    share = explained / (explained + excess)
     if significant and share < _CONFIDENT:
         return "unexplained"
     gains = [gain_of(final, n.candidate) for n in named if n.candidate in final.hypothesis.common]
     patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
-    return "partly_explained" if significant or found.forbidden or patched else "explained"
+    doubtful = significant or found.forbidden or final.hypothesis.gone or patched
+    return "partly_explained" if doubtful else "explained"
 
 
 def _gap_effects(gaps: Sequence[Flaw]) -> list[Named]:
@@ -330,6 +338,9 @@ def _notes(found: Found, final: Refit, refused: Sequence[Refused], dropped: Sequ
     if found.forbidden:
         names = " and ".join(c.effect.id for c in found.forbidden)
         notes.append(f"the best fit is with {names} of a sign that physics does not allow")
+    if final.hypothesis.gone:
+        names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.gone)
+        notes.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
     if final.noise_factor > 1.05:
         notes.append(f"chi2/dof stays at {final.noise_factor:.3g}: errors and chances are widened accordingly")
     return tuple(notes)

@@ -7,6 +7,7 @@ scatter; the rest of the window is scored. A single shot is split in time: every
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -69,9 +70,16 @@ class HeldOut:
         return Score(*sums)
 
     def worse_by(self, other: HeldOut) -> float:
-        """Rise of chi^2 against another hypothesis, over the shots that both predict."""
-        pairs = zip(self.by_shot, other.by_shot, strict=True)
-        return sum(a.whole - b.whole for a, b in pairs if a is not None and b is not None)
+        """Rise of chi^2 against another hypothesis; infinite for one that cannot predict what the other can."""
+        rises = [_rise(a, b) for a, b in zip(self.by_shot, other.by_shot, strict=True)]
+        return math.inf if math.inf in rises else sum(rises)
+
+
+def _rise(a: Score | None, b: Score | None) -> float:
+    """Of one shot's chi^2 from b to a."""
+    if a is None or b is None:
+        return 0.0 if a is b else math.inf if a is None else -math.inf
+    return a.whole - b.whole
 
 
 def held_out(at: Refit, pool: Executor) -> HeldOut:
@@ -111,20 +119,15 @@ def _split_in_time(at: Refit, k: int) -> Score:
     state, strengths = at.states[k], at.strengths
     for _ in range(_STEPS):
         linear = linearise(started, hypothesis, state, strengths)
-        both = np.concatenate([_base(linear), linear.columns], axis=1)[keep]
+        both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
         step, fall = _solved(both, linear.residual[keep])
-        own = linear.q.shape[1]
+        own = linear.free.size
         state, strengths = state.moved(step[:own]), strengths + step[own:]
         if fall < _SETTLED:
             break
     size = len(_places(at))
     _, whole = _fitted(started, hypothesis, state, strengths, np.ones_like(keep), np.zeros(size), np.full(size, np.inf))
     return _scored(started, hypothesis, state, strengths, keep, _SPLIT, whole)
-
-
-def _base(linear: Linear) -> Array:
-    """Columns of the declared parameters, (rows, p)."""
-    return np.asarray((linear.q @ linear.triangle) / linear.scale)
 
 
 def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
@@ -172,7 +175,9 @@ def _is_dipole(state: FitState) -> bool:
 def _values(at: Refit, state: FitState) -> Array:
     """Their values in a state."""
     moment = [state.observation.m_r] if isinstance(state.observation, DipoleObservation) else []
-    return np.array([*state.dynamics.values[: len(at.hypothesis.model.coefficients)], *moment])
+    own = state.dynamics.values[: len(at.hypothesis.model.coefficients)]
+    values = [0.0 if n in at.hypothesis.gone else q for n, q in enumerate(own)]
+    return np.array([*values, *moment])
 
 
 def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
@@ -185,7 +190,8 @@ def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
     # What scatters no more than its errors allow is common to all shots.
     sure = scatter > spreads.mean(axis=0) * (1.0 + 4.0 / np.sqrt(max(2.0 * (len(others) - 1), 1.0)))
     variance = np.where(sure, excess, 0.0) + spreads.mean(axis=0) / len(others)
-    return values.mean(axis=0) - _values(at, at.states[k]), np.sqrt(variance)
+    # What is held has neither scatter nor error.
+    return values.mean(axis=0) - _values(at, at.states[k]), np.sqrt(np.where(variance > 0.0, variance, 1.0))
 
 
 def _fitted(
@@ -209,7 +215,7 @@ def _fitted(
     linear, gone = linearise(started, hypothesis, state, strengths), np.zeros(mean.size)
     chi2 = _penalised(linear, keep, (mean - gone) / sd)
     for _ in range(_STEPS):
-        columns = np.concatenate([_base(linear)[keep], prior])
+        columns = np.concatenate([linear.base()[keep], prior])
         residual = np.concatenate([linear.residual[keep], (mean - gone) / sd])
         step, fall = _solved(columns, residual)
         if fall < _SETTLED:

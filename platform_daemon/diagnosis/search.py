@@ -21,7 +21,7 @@ from .effects.base import Candidate
 from .generic import Residues, residues
 from .hypothesis import Hypothesis
 from .picture import Block, Picture, Score, picture
-from .refit import Refit, refit
+from .refit import Refit, carried, refit
 from .scan import leftovers, side_modes, tones, transients
 from .significance import LEVEL, log_chance
 
@@ -36,6 +36,9 @@ _TRIPLES_FROM = 12  # pairs
 _THIRDS_FROM = 24
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
+_SURELY = 3.0  # standard deviations below 0
+_MOST_MOVES = 5  # from place to place
+_SHARP = 0.5  # fall of chi^2 that makes another move worth while
 
 Progress = Callable[[str, float], None]
 
@@ -219,7 +222,7 @@ class _Search:
     ) -> tuple[Refit | None, tuple[Candidate, ...]]:
         """The best refit with a set of this size; None if it is no better than what there is."""
         leaders = self._leaders(first, seen, size)
-        fits = [f for f in (self._refit(h, start, guess) for h, start, guess in leaders) if f is not None]
+        fits = [f for f in (self._allowed_refit(h, start) for h, start in leaders) if f is not None]
         fits.sort(key=lambda f: f.chi2)
         allowed = [f for f in fits if signs_allowed(f)]
         banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
@@ -233,9 +236,13 @@ class _Search:
 
     def _sharpened(self, at: Refit) -> Refit:
         """With the hidden scales and places of its common effects where chi^2 is least."""
-        for share in (1.0, 0.4):
-            for c in at.hypothesis.common:
-                at = self._sharper(at, c, share) if c.near is not None else at
+        for share in (1.0, 0.4, 0.15):
+            for _ in range(_MOST_MOVES):
+                before = at
+                for c in at.hypothesis.common:
+                    at = self._sharper(at, c, share) if c.near is not None else at
+                if before.chi2 - at.chi2 < _SHARP:
+                    break
         return at
 
     def _sharper(self, at: Refit, c: Candidate, share: float) -> Refit:
@@ -260,7 +267,7 @@ class _Search:
                 c = max(c.near(scale), key=lambda v: self._own_gain(at, v)[0])
         return c
 
-    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit, np.ndarray]]:
+    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
         sets = {1: _each, 2: _pairs, 3: _triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if _allowed(blocks, score)]
@@ -271,48 +278,46 @@ class _Search:
                 for blocks, score in _each(seen) if _allowed(blocks, score)
             ]  # fmt: skip
         proposals.sort(key=lambda p: -p[0])
-        chosen: list[tuple[Hypothesis, Refit, np.ndarray]] = []
+        chosen: list[tuple[Hypothesis, Refit]] = []
         known: set[frozenset[object]] = set()
-        for gain, at, blocks, score in proposals:
+        for gain, at, blocks, _ in proposals:
             if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
                 break
             hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
             keys = frozenset(c.key for c in hypothesis.effects)
             if keys not in known:
                 known.add(keys)
-                chosen.append((hypothesis, at.refit, _guess(hypothesis, at.refit, blocks, score)))
+                chosen.append((hypothesis, at.refit))
         return chosen
 
-    def _refit(self, hypothesis: Hypothesis, at: Refit, guess: np.ndarray | None = None) -> Refit | None:
+    def _allowed_refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
+        """A refit without losses that would feed energy into the motion: these are held at 0."""
+        found = self._refit(hypothesis, at)
+        negative = () if found is None else negative_losses(found)
+        if not negative:
+            return found
+        held = replace(hypothesis, gone=tuple(sorted({*hypothesis.gone, *negative})))
+        return self._refit(held, at)
+
+    def _refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
+        """From another refit; what is new begins at 0, so that the shots' own parameters can follow it."""
         try:
-            start = carried(at, hypothesis) if guess is None else guess
-            return refit(self._base.started, hypothesis, self._pool, at.states, start)
+            return refit(self._base.started, hypothesis, self._pool, at.states, carried(at, hypothesis))
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return None
 
 
-def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
-    """Strengths of a refit as a beginning for another hypothesis; 0 for what is new."""
-    known = {c.key: at.strengths[s] for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True)}
-    out = np.zeros(hypothesis.size)
-    for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
-        if c.key in known:
-            out[s] = known[c.key]
-    return out
-
-
-def _guess(hypothesis: Hypothesis, at: Refit, blocks: Sequence[Block], score: Score) -> np.ndarray:
-    """Strengths after the linear step."""
-    accepted = at.hypothesis.size
-    moved = replace(at, strengths=at.strengths + score.steps[:accepted])
-    out = carried(moved, hypothesis)
-    place = accepted
-    for b in blocks:
-        for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
-            if c.key == b.candidate.key:
-                out[s] = score.steps[place : place + c.size]
-        place += b.candidate.size
-    return out
+def negative_losses(at: Refit) -> tuple[int, ...]:
+    """Losses of the declared model that come out surely negative: places among its coefficients."""
+    model, count = at.hypothesis.model, len(at.started)
+    found = []
+    for k, coefficient in enumerate(model.coefficients):
+        if coefficient.name in model.losses and k not in at.hypothesis.gone:
+            mean = sum(s.dynamics.values[k] for s in at.states) / count
+            variance = sum(a.own_covariance()[3 + k, 3 + k] for a in at.linear) / count**2 * at.noise_factor
+            if mean < -_SURELY * math.sqrt(variance):
+                found.append(k)
+    return tuple(found)
 
 
 def signs_allowed(at: Refit) -> bool:
