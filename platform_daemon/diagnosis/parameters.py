@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import fit_ring_down
+from platform_daemon.estimation import RingDownRecord, fit_ring_down
 from platform_daemon.estimation.gauss_newton import Normal
 from platform_daemon.estimation.publish import Published, publish
 from platform_daemon.estimation.result import FitResult
@@ -95,12 +95,7 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     started, hypothesis = at.started[k], at.hypothesis
     if started.shot.record.quantity == "angle":
         return None
-    record = replace(started.shot.record, samples=_clean(at, k))
-    fixed: dict[str, float] = {}
-    for c, strength in zip(hypothesis.torques, at.strengths, strict=False):
-        assert c.term is not None
-        values = [float(strength), *c.hidden]
-        fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
+    record, fixed = clean_record(at, k), held_strengths(at)
     model, noise = hypothesis.augmented, started.shot.noise
     try:
         short = fit_ring_down(record, model, "n50", noise=noise, fixed=fixed)
@@ -108,6 +103,21 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     except ValueError:
         return None
     return (short, long) if short.verdict == long.verdict == "good" else None
+
+
+def held_strengths(at: Refit) -> dict[str, float]:
+    """Coefficients of the torque effects by name, to be held in fits of single shots."""
+    fixed: dict[str, float] = {}
+    for c, strength in zip(at.hypothesis.torques, at.strengths, strict=False):
+        assert c.term is not None
+        values = [float(strength), *c.hidden]
+        fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
+    return fixed
+
+
+def clean_record(at: Refit, k: int) -> RingDownRecord:
+    """The record of a shot without receiver and additive effects."""
+    return replace(at.started[k].shot.record, samples=_clean(at, k))
 
 
 def _clean(at: Refit, k: int) -> np.ndarray:
