@@ -376,7 +376,8 @@ def _best_narrow_pairs(seen: Picture) -> list[tuple[Block, Block]]:
     gained = gradient**2 * power[:, None] + gradient[:, None] ** 2 * power
     gained -= 2.0 * information * np.outer(gradient, gradient)
     left = np.outer(power, power) - information**2
-    promise = np.where(left > _TOLD_APART * np.outer(power, power), gained / np.maximum(left, 1e-300), 0.0)
+    apart = left > _TOLD_APART * np.outer(power, power)
+    promise = np.divide(gained, left, out=np.zeros_like(left), where=apart)
     rows, columns = np.triu_indices(len(blocks), 1)
     best = np.argsort(-promise[rows, columns])[:_NARROW_PAIRS]
     return [(blocks[rows[k]], blocks[columns[k]]) for k in best]
