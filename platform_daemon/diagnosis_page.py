@@ -235,7 +235,7 @@ def _grade(cell: str, column: int) -> str:
 
 def _parameters(report: Mapping[str, Any]) -> str:
     headings = ("parameter (mean)", "before", "after", "scatter", "|N50 − D30| / σ before", "after")
-    words = "The last columns: how far fits of the first half of the decay and of the whole decay disagree."
+    words = "The last columns: how far fits of the first 0.24 s (N50) and of the decay to 30 % (D30) disagree."
     return _section(
         "Parameters, and N50 against D30", _table(headings, parameter_rows(report), _grade), _paragraph(words)
     )

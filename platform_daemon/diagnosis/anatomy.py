@@ -28,6 +28,7 @@ _BAND = 6.5  # fundamentals
 _SURE = 30.0  # power of a line over that of the noise: exceeded by chance once in 1e13 bins
 _MOST_LINES = 12
 _LOBE_BINS = 4
+_ANGLE_PERIODS = 6.0
 
 
 @dataclass(frozen=True)
@@ -250,10 +251,13 @@ def _local(at: Refit, k: int, residual: Array) -> tuple[Array, tuple[str, ...], 
 
 def sliding_windows(at: Refit, k: int) -> SlidingFit | None:
     """Fits along shot k with the effects held; None if it is too short for windows."""
-    fixed = held_strengths(at)
+    record, fixed = clean_record(at, k), held_strengths(at)
+    # An angle tells its frequency in few periods, and pendulums swing few of them.
+    period_s = 2.0 * math.pi / at.states[k].dynamics.w
+    window_s = _ANGLE_PERIODS * period_s if record.quantity == "angle" else None
     try:
         return fit_sliding(
-            clean_record(at, k), at.hypothesis.augmented, noise=at.started[k].shot.noise, fixed=fixed or None
+            record, at.hypothesis.augmented, window_s, noise=at.started[k].shot.noise, fixed=fixed or None
         )
     except (ReferenceRefusedError, ValueError):
         return None
