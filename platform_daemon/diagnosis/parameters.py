@@ -36,10 +36,14 @@ def published(at: Refit, k: int) -> Published:
     """Public parameters of shot k, with errors that include those of the common strengths.  LostTrajectoryError."""
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
+    mask[np.flatnonzero(mask)[~linear.free]] = False
     spread = linear.own_covariance()
     if at.hypothesis.size:
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
-        spread = spread + within @ at.covariance @ within.T
+        spread[np.ix_(linear.free, linear.free)] += within @ at.covariance @ within.T
+    spread = spread[np.ix_(linear.free, linear.free)]
+    # Rounding must not leave a direction without information.
+    spread = spread + 1e-13 * np.diag(np.diag(spread))
     matrix = np.zeros((state.size, state.size))
     matrix[np.ix_(mask, mask)] = np.linalg.pinv(spread, hermitian=True, rcond=1e-14)
     nothing = np.zeros(state.offsets.size)
