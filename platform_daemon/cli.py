@@ -1,6 +1,6 @@
-"""The command line: `platform-daemon serve | measure | fit | slide | info | plot | predict | bench fit | config check`.
+"""The command line: `platform-daemon serve | measure | fit | slide | diagnose | info | plot | predict | ...`.
 
-Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing to fit or diagnose; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
+from platform_daemon.cli_diagnose import diagnose
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
 from platform_daemon.cli_models import adopt, models_app
@@ -50,6 +51,7 @@ app.command()(adopt)
 app.command()(fit)
 app.command()(predict)
 app.command()(slide)
+app.command()(diagnose)
 
 
 def main() -> None:
@@ -93,7 +95,7 @@ def _root(
 ) -> None:
     """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 
-    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing could be fitted; 130 interrupted.
+    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing to fit or diagnose; 130 interrupted.
     """
     if version:
         print(__version__)

@@ -5,26 +5,40 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from .diagnose import Diagnosis, Named
 from .missing_torque import MissingTorque
 from .search import Tried
 from .significance import chance
 
 
+_ANGLE_UNITS = {"A m^2/s": "rad"}  # of what stands beside the signal
+
+
 def as_json(found: Diagnosis) -> dict[str, Any]:
-    """The fixed form; unused keys are None."""
+    """The fixed form; unused keys are None, and so is what is not finite."""
+    return dict(_finite(_report(found)))
+
+
+def _finite(value: Any) -> Any:
+    """With None in the place of numbers that JSON cannot hold."""
+    if isinstance(value, dict):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_finite(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _report(found: Diagnosis) -> dict[str, Any]:
     before, after = found.before.total, found.after.total
     names = dict.fromkeys([*found.sigma_before, *found.sigma_after])
     return {
         "verdict": found.verdict,
-        "effects": [_effect(n) for n in found.named],
+        "effects": [_effect(n, found.shots[0].record.quantity) for n in found.named],
         "held_out": {
-            "nrmse_before": before.nrmse,
-            "nrmse_after": after.nrmse,
-            "chi2_per_dof_before": before.chi2_per_dof,
-            "chi2_per_dof_after": after.chi2_per_dof,
+            "nrmse_before": before.nrmse if before.dof else None,
+            "nrmse_after": after.nrmse if after.dof else None,
+            "chi2_per_dof_before": before.chi2_per_dof if before.dof else None,
+            "chi2_per_dof_after": after.chi2_per_dof if after.dof else None,
             "n_shots": len(found.final.started),
         },
         "parameters_before": {n: {"value": m.value, "std": m.std} for n, m in found.parameters_before.items()},
@@ -47,11 +61,12 @@ def as_json(found: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _effect(named: Named) -> dict[str, Any]:
+def _effect(named: Named, quantity: str) -> dict[str, Any]:
     c = named.candidate
+    unit = _ANGLE_UNITS.get(c.effect.unit, c.effect.unit) if quantity == "angle" else c.effect.unit
     return {
         "id": c.effect.id,
-        "strength": {"value": named.strength, "std": named.std, "unit": c.effect.unit},
+        "strength": {"value": named.strength, "std": named.std, "unit": unit},
         "detail": _detail(named),
         "p_value": chance(named.log_p),
         "held_out_gain": named.held_out_gain,
@@ -88,15 +103,10 @@ def _tried(tried: Tried) -> dict[str, Any]:
 
 
 def _torque(torque: MissingTorque) -> dict[str, Any]:
-    """NaN, where the motion never was, as None."""
-
-    def rows(values: np.ndarray) -> list[list[float | None]]:
-        return [[None if math.isnan(v) else v for v in row] for row in values.tolist()]
-
     return {
         "phi": torque.phi.tolist(),
         "phi_dot": torque.phi_dot.tolist(),
-        "value": rows(torque.value),
-        "std": rows(torque.std),
+        "value": torque.value.tolist(),
+        "std": torque.std.tolist(),
         "gain": torque.gain,
     }

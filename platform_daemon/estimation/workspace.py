@@ -205,6 +205,8 @@ class Workspace:
         band = walk.band(ratio)
         ratio = min(ratio, _ROOM * band[1] / band[0])
         size = abs(walk.angle)
+        if not size < math.pi:
+            raise LostTrajectoryError(_LOST)
         key = nodes_for(size, digits), sizes_for(size, ratio, digits)
         if key not in self._tables:
             self._tables[key] = SwingTables(*key, self.columns)

@@ -1,0 +1,84 @@
+"""`platform-daemon diagnose`: what the declared model lacks, with proof by data that were not used."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from drivers.errors import InputError
+from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_options import (
+    CalibrationOption,
+    ForceOption,
+    JsonOption,
+    VariantOption,
+    interrupt,
+    progress_bar,
+)
+
+if TYPE_CHECKING:
+    from platform_daemon.diagnosis import Diagnosis
+    from platform_daemon.diagnosis_shots import Observable, Specimen
+
+
+def diagnose(
+    files: Annotated[list[Path], typer.Argument(help="Recordings or angle series of one specimen.")],
+    variant: VariantOption = None,
+    observable: Annotated[
+        str | None, typer.Option(help="dmdt, or angle for files with /time and /signal; default: what the files hold.")
+    ] = None,
+    base: Annotated[str | None, typer.Option("--base", help="Start from this declared or adopted model.")] = None,
+    calibration: CalibrationOption = None,
+    json_file: JsonOption = None,
+    html: Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")] = None,
+    force: ForceOption = False,
+) -> None:
+    """Say what the declared model lacks: which effect, how strong, how sure, and how much better it predicts."""
+    from platform_daemon.diagnosis import as_json
+    from platform_daemon.diagnosis_shots import NothingToDiagnoseError, load_specimen
+    from platform_daemon.diagnosis_text import summary_text
+    from platform_daemon.store import read_calibration
+
+    other = None if calibration is None else (read_calibration(calibration), str(calibration))
+    must_not_exist(json_file, force)
+    must_not_exist(html, force)
+    signal.signal(signal.SIGTERM, interrupt)
+    try:
+        specimen = load_specimen(files, variant, _observable(observable), base, other)
+        found = _diagnosed(specimen)
+        report = as_json(found) | {"files": [str(f) for f in specimen.files]}
+        print(summary_text(report))
+        write_json(json_file, report)
+    except NothingToDiagnoseError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(3) from None
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        raise typer.Exit(130) from None
+
+
+def _observable(name: str | None) -> Observable | None:
+    """Raises InputError."""
+    from platform_daemon.diagnosis_shots import OBSERVABLES
+
+    if name is None:
+        return None
+    for known in OBSERVABLES:
+        if name == known:
+            return known
+    raise InputError(f"no observable {name!r}", where="--observable", remedy=f"one of: {', '.join(OBSERVABLES)}")
+
+
+def _diagnosed(specimen: Specimen) -> Diagnosis:
+    """With a bar that shows the time left."""
+    from platform_daemon.diagnosis_shots import diagnose_specimen
+
+    with progress_bar() as bar:
+        task = bar.add_task("diagnosis", total=100, unit="%")
+        return diagnose_specimen(
+            specimen, lambda what, share: bar.update(task, description=what, completed=100.0 * share)
+        )

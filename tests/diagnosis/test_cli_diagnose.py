@@ -1,0 +1,86 @@
+"""`platform-daemon diagnose`, as a user meets it."""
+
+import json
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+from tests.diagnosis.files import JEWEL, RUNS, THREAD, first_frames, pendulum, swing, without
+from tests.test_cli import COMMAND, assert_one_line_error, run
+
+KEYS = {
+    "verdict", "effects", "held_out", "parameters_before", "parameters_after", "n50_d30", "integrity",
+    "missing_torque", "next_measurements", "seconds",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("clean")
+    done = run("diagnose", THREAD, "--json", folder / "d.json", timeout=300)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, json.loads((folder / "d.json").read_text())
+
+
+def test_a_clean_recording_lacks_nothing(clean):
+    text, report = clean
+    assert set(report) >= KEYS
+    assert report["verdict"] == "nothing_missing"
+    assert report["effects"] == []
+    assert report["held_out"]["n_shots"] == 2
+    assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
+    assert report["files"] == [str(THREAD)]
+    assert "Nothing is missing" in text
+    assert "f_nat / Hz" in text
+
+
+def test_one_shot_is_split_in_time_and_says_so(tmp_path):
+    done = run("diagnose", first_frames(tmp_path, 1), "--json", tmp_path / "d.json", timeout=300)
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "d.json").read_text())
+    assert report["held_out"]["n_shots"] == 1
+    assert any("one shot only" in note for note in report["notes"])
+    assert "predicted from its beginning" in done.stdout
+
+
+def test_measured_angles_run_through_the_same_code(tmp_path):
+    done = run("diagnose", *RUNS, "--observable", "angle", "--json", tmp_path / "d.json", timeout=300)
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "d.json").read_text())
+    assert report["held_out"]["n_shots"] == 3
+    assert report["held_out"]["nrmse_after"] <= report["held_out"]["nrmse_before"]
+    assert report["n50_d30"] == {}
+
+
+def test_bad_input_is_one_line_and_no_ranking(tmp_path):
+    assert_one_line_error(run("diagnose", tmp_path / "none.h5"), 2, "no such file")
+    assert_one_line_error(run("diagnose", THREAD, JEWEL), 2, "different resonators")
+    assert_one_line_error(run("diagnose", without(tmp_path, "calibration")), 2, "sensitivity", "--calibration")
+    assert_one_line_error(run("diagnose", THREAD, "--observable", "colour"), 2, "--observable")
+    assert_one_line_error(run("diagnose", THREAD, "--base", "nonsense"), 2, "nonsense")
+
+
+def test_shots_that_cannot_be_fitted_end_with_3(tmp_path):
+    t, _ = swing()
+    noise = pendulum(tmp_path, t, np.random.default_rng(2).normal(0.0, 0.01, t.size))
+    assert_one_line_error(run("diagnose", noise), 3, "nothing could be diagnosed", "no_signal")
+
+
+def test_files_that_exist_are_kept_unless_forced(tmp_path):
+    (tmp_path / "d.json").write_text("mine")
+    assert_one_line_error(run("diagnose", THREAD, "--json", tmp_path / "d.json"), 2, "--force")
+    assert (tmp_path / "d.json").read_text() == "mine"
+
+
+def test_an_interrupt_ends_it_without_a_trace(tmp_path):
+    command = [COMMAND, "diagnose", THREAD, "--json", tmp_path / "d.json"]
+    process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(timeout=2.5)
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "Traceback" not in errors
+    assert not (tmp_path / "d.json").exists()
