@@ -35,7 +35,9 @@ def diagnose_live(
     shots: Annotated[int, typer.Option(min=1, help="Shots of the first series.")] = 6,
     budget_shots: Annotated[int, typer.Option(min=1, help="Shots in all.")] = 60,
     budget_s: Annotated[float, typer.Option(min=0.0, help="Seconds after which no further series begins.")] = 3600.0,
-    manual: Annotated[bool, typer.Option("--manual", help="Ask for manual steps and wait; else they are listed.")] = False,
+    manual: Annotated[
+        bool, typer.Option("--manual", help="Ask for manual steps and wait; else they are listed.")
+    ] = False,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
     variant: VariantOption = None,
@@ -109,5 +111,3 @@ def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None) -> None:
     print(f"{log['stopped']}; {log['shots']} shots in {len(log['rounds'])} series; log in {path}")
     for step in log["manual_steps_left"]:
         print(f"left to do by hand: {step['what']}")
-
-

@@ -36,6 +36,14 @@ class Budget:
     seconds: float
 
 
+Step = tuple[str, str, AcquisitionPlan, Proposal | None]
+"""Key of the measurement, why it is made, its plan, and the proposal that it follows."""
+
+
+def _wait(job: Job) -> None:
+    job.ended.wait()
+
+
 @dataclass(frozen=True)
 class Callbacks:
     """How the loop talks: `acquired` waits for a job and shows it, `tell` shows a diagnosis, `say` prints a line.
@@ -43,14 +51,10 @@ class Callbacks:
     asked: puts a manual step to the operator; True: it is done, False: leave it out.
     """
 
-    acquired: Callable[[Job], None] = lambda job: _wait(job)
+    acquired: Callable[[Job], None] = _wait
     tell: Progress = lambda what, share: None
     say: Callable[[str], None] = lambda text: None
     asked: Callable[[Measurement], bool] = lambda step: False
-
-
-def _wait(job: Job) -> None:
-    job.ended.wait()
 
 
 @dataclass
@@ -85,17 +89,15 @@ class LiveDiagnosis:
         Raises InputError if the first series cannot be planned or holds nothing to diagnose, and what the platform
         raises; what was measured stays on disk and in the log.
         """
-        todo = ("first_series", "what the declared model leaves over", self.engine.plan(self._affordable(self.first)), None)
-        while True:
+        why = "what the declared model leaves over"
+        todo: Step | None = ("first_series", why, self.engine.plan(self._affordable(self.first)), None)
+        while todo is not None:
             self._round(*todo)
             self.stopped = self._reason_to_stop()
             if self.stopped:
                 return
-            chosen = self._next()
-            if chosen is None:
-                self.stopped = "out of ideas: no proposed measurement is left that the platform can do by itself"
-                return
-            todo = chosen
+            todo = self._next()
+        self.stopped = "out of ideas: no proposed measurement is left that the platform can do by itself"
 
     def log(self) -> dict[str, Any]:
         """What was measured, why, what it brought, and the last diagnosis in its fixed form."""
@@ -162,12 +164,14 @@ class LiveDiagnosis:
             return "out of budget: shots"
         return "out of budget: time" if time.monotonic() - self._began_s >= self.budget.seconds else ""
 
-    def _next(self) -> tuple[str, str, AcquisitionPlan, Proposal] | None:
+    def _next(self) -> Step | None:
         """The best proposal that can be carried out, planned."""
         assert self.found is not None
         for proposal in self.found.next_measurements:
             m = proposal.measurement
-            why = f"separates {', '.join(proposal.separates)}" if proposal.separates else "narrows down what has no name"
+            why = (
+                f"separates {', '.join(proposal.separates)}" if proposal.separates else "narrows down what has no name"
+            )
             if not m.automatic:
                 if not self._manual(m):
                     continue
@@ -258,5 +262,7 @@ def _in_words(found: Diagnosis) -> str:
     parts = []
     for e in _effects(found):
         alike = f" (or {', '.join(e['indistinguishable_from'])})" if e["indistinguishable_from"] else ""
-        parts.append(f"{e['id']} {e['strength']['value']:.4g} +- {e['strength']['std']:.2g} {e['strength']['unit']}{alike}")
+        parts.append(
+            f"{e['id']} {e['strength']['value']:.4g} +- {e['strength']['std']:.2g} {e['strength']['unit']}{alike}"
+        )
     return f"{found.verdict}: {'; '.join(parts) or 'no effect has a name'}"

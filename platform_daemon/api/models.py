@@ -82,7 +82,10 @@ class DiagnosisBody(BaseModel):
         extra="forbid",
         strict=True,
         json_schema_extra={
-            "examples": [{"recordings": ["acquisition-20261121T101500-1a2b3c"]}, {"recordings": ["a", "b"], "base": "quiet"}]
+            "examples": [
+                {"recordings": ["acquisition-20261121T101500-1a2b3c"]},
+                {"recordings": ["a", "b"], "base": "quiet"},
+            ]
         },
     )
 
@@ -100,7 +103,9 @@ class AdoptBody(BaseModel):
     """Adoption of what a diagnosis names.  effects: ids, empty: all; free: torque effects whose strength fits estimate
     anew; force: why it is adopted although the data are not explained, is kept as evidence."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, json_schema_extra={"examples": [{"name": "quiet", "by": "DC"}]})
+    model_config = ConfigDict(
+        extra="forbid", strict=True, json_schema_extra={"examples": [{"name": "quiet", "by": "DC"}]}
+    )
 
     name: Annotated[str, Field(max_length=64)]
     by: Annotated[str, Field(min_length=1, max_length=200)]

@@ -10,7 +10,6 @@ from .missing_torque import MissingTorque
 from .search import Tried
 from .significance import chance
 
-
 _ANGLE_UNITS = {"A m^2/s": "rad"}  # of what stands beside the signal
 
 
