@@ -17,6 +17,7 @@ from platform_daemon.diagnosis.integrity import Flaw
 from platform_daemon.diagnosis.search import Progress
 from platform_daemon.estimation import SeriesNoise, find_clipping
 from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.trajectory import LostTrajectoryError
 from platform_daemon.fit_request import checked_variant
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down
@@ -131,7 +132,7 @@ def diagnose_specimen(specimen: Specimen, tell: Progress) -> Diagnosis:
     """Diagnose, and add what was seen while reading.  Raises NothingToDiagnoseError."""
     try:
         found = diagnose(specimen.shots, specimen.model, tell)
-    except DiagnosisError as error:
+    except (DiagnosisError, LostTrajectoryError, np.linalg.LinAlgError) as error:
         raise NothingToDiagnoseError(
             "nothing could be diagnosed", where=_named(specimen.files), why=str(error),
             remedy="look at the fits with platform-daemon fit, and name the right --variant",
