@@ -62,8 +62,8 @@ def diagnose_live(
     }
     request = validated(AcquisitionRequest, asked, "diagnose")
     model = variant_named(variant, models)
-    must_not_exist(json_file, force)
     out.mkdir(parents=True, exist_ok=True)
+    must_not_exist(json_file, force)
     signal.signal(signal.SIGTERM, interrupt)
     engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
     loop = None

@@ -159,6 +159,8 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
     columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
     residual = seen.whitened - hypothesis.additive_part(strengths, shared)
     base = seen.base[hypothesis.declared(full.size)].T
+    if not (np.isfinite(base).all() and np.isfinite(columns).all() and np.isfinite(residual).all()):
+        raise LostTrajectoryError(f"no motion at the strengths {strengths}")
     own = _orthonormal(hypothesis.own_columns(seen).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
