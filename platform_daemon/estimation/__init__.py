@@ -18,7 +18,7 @@ The way of one shot through the room:
     weighting                    every harmonic by the noise that stands there (colour)
     disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
     ambiguity                    did all starts lead to one minimum?
-    residual, residual_trace     what is left over; leftover: with what the fit could still move
+    residual, residual_trace     what is left over; leftover: with what the fit could still move (basis_table)
     companion, compression       a second oscillation in it, a receiver that compresses; misfit: whether that matters
     cause                        why no fit got through (beat)
     verdict                      good or refused
