@@ -40,7 +40,10 @@ def diagnose(
     html: Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")] = None,
     force: ForceOption = False,
 ) -> None:
-    """Say what the declared model lacks: which effect, how strong, how sure, and how much better it predicts."""
+    """Say what the declared model lacks: which effect, how strong, how sure, and how much better it predicts.
+
+    With --live on a platform, instead of files: measure, diagnose, measure what is proposed (diagnose --live --help).
+    """
     from platform_daemon.adopted import digests
     from platform_daemon.diagnosis import as_json
     from platform_daemon.diagnosis_shots import NothingToDiagnoseError, load_specimen

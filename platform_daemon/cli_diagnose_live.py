@@ -111,3 +111,20 @@ def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None) -> None:
     print(f"{log['stopped']}; {log['shots']} shots in {len(log['rounds'])} series; log in {path}")
     for step in log["manual_steps_left"]:
         print(f"left to do by hand: {step['what']}")
+
+
+class FilesOrLive(typer.core.TyperCommand):
+    """`diagnose`, whose --live takes other options: those of `diagnose_live`."""
+
+    def make_context(self, info_name: str | None, args: list[str], *more: Any, **extra: Any) -> Any:
+        """The context of the command that is meant."""
+        if "--live" not in args:
+            return super().make_context(info_name, args, *more, **extra)
+        rest = [a for a in args if a != "--live"]
+        return _live_command().make_context(f"{info_name} --live", rest, *more, **extra)
+
+
+def _live_command() -> Any:
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    app.command()(diagnose_live)
+    return typer.main.get_command(app)
