@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import signal
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -21,6 +22,7 @@ from platform_daemon.cli_options import (
     progress_bar,
     variant_named,
 )
+from platform_daemon.files import write_whole
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis import Diagnosis
@@ -62,12 +64,21 @@ def diagnose(
         report = as_json(found) | {"files": [str(f) for f in specimen.files], "recordings": digests(specimen.files)}
         print(summary_text(report))
         write_json(json_file, report)
+        _write_page(html, found, report)
     except NothingToDiagnoseError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(3) from None
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         raise typer.Exit(130) from None
+
+
+def _write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -> None:
+    if path is not None:
+        from platform_daemon.diagnosis_page import diagnosis_page
+
+        write_whole(path, diagnosis_page(found, report))
+        print(path)
 
 
 def _observable(name: str | None) -> Observable | None:

@@ -46,7 +46,7 @@ def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) ->
         report, page = diagnosed(load_specimen(list(files), model, body.observable, frames=files), tell)
         job.result = report | {"files": [f.name for f in files], "recordings": digests(files)}
         job.at(1.0, "write")
-        write_whole(_page(job.identifier, context), page.encode())
+        write_whole(_page(job.identifier, context), page)
         write_whole(context.diagnoses / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
 
     job = context.engine.analyse(body.model_dump(mode="json"), 1.0, work, "diagnosis", "share")

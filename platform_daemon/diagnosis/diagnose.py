@@ -6,13 +6,15 @@ import math
 import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.trajectory import LostTrajectoryError
 
+from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE
 from .effects.base import Candidate
 from .effects.clock import gap
 from .effects.receiver import receiver_candidates
@@ -26,8 +28,8 @@ from .parameters import Mean, means, window_disagreement
 from .picture import Picture
 from .pool import shot_pool
 from .proposals import Proposal, proposals
-from .refit import Refit, refit
-from .search import Found, Progress, carried, search
+from .refit import Refit, carried, refit
+from .search import Found, Progress, search
 from .shots import Shot
 from .significance import log_chance
 from .start import Refused, start
@@ -38,6 +40,8 @@ _CONFIDENT = 0.5  # share of what could be gained that named effects must explai
 _LEFT = math.log(1e-3)
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _HERTZ_LAW_RAD = 0.5 * math.pi
+_NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
+_PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 _OPTIONS = 4  # look-alikes that held-out data choose from
 
 
@@ -190,7 +194,8 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
             :_OPTIONS
         ]
         if len(options) > 1:
-            best = min(options, key=lambda o: held_out(o, pool).total.chi2)
+            first = held_out(options[0], pool)
+            best = min(options, key=lambda o: held_out(o, pool).worse_by(first))
             seen = seen if best is seen.refit else found.look_again(best)
     return seen
 
@@ -198,17 +203,15 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
 def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
     """A refit with all effects but one."""
     hypothesis = at.hypothesis.without(effect)
-    return refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+    try:
+        return refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+    except LostTrajectoryError:  # far from what the shots do without it: from their own fits
+        return refit(at.started, hypothesis, pool)
 
 
 def _help(at: Refit, effect: Candidate, with_it: HeldOut, pool: Executor) -> float:
-    """Fall of the held-out chi^2 that an effect brings as the last one.
-
-    What decays has a size common to all shots, and lives where the start is fitted: the whole window is its judge.
-    """
-    without, with_ = held_out(_without(at, effect, pool), pool).total, with_it.total
-    decays = effect.shared and effect.detail.tau_s is not None
-    return without.whole - with_.whole if decays else without.chi2 - with_.chi2
+    """Fall of the held-out chi^2 that an effect brings as the last one."""
+    return held_out(_without(at, effect, pool), pool).worse_by(with_it)
 
 
 def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple[Named, ...]:
@@ -226,8 +229,22 @@ def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
+            alike = _named_alike(c)
         named.append(Named(c, value, std, log_p, _help(final, c, after, pool), alike))
     return tuple(named)
+
+
+def _named_alike(c: Candidate) -> tuple[Rival, ...]:
+    """A single line at a multiple of the mains may be either."""
+    frequency = c.detail.frequency_hz or 0.0
+    if c.effect is LINE and any(_is_multiple(frequency, mains) for mains in MAINS_HZ):
+        return (Rival(replace(c, effect=MAINS), 0.0, 0.0),)
+    return (Rival(replace(c, effect=LINE), 0.0, 0.0),) if c.effect is MAINS and len(c.tones_hz) == 1 else ()
+
+
+def _is_multiple(frequency_hz: float, mains_hz: float) -> bool:
+    """As near as the mains wanders."""
+    return abs(frequency_hz / mains_hz - round(frequency_hz / mains_hz)) * mains_hz < MAINS_TOLERANCE * frequency_hz
 
 
 def _strength(c: Candidate, final: Refit, where: slice) -> tuple[float, float]:
@@ -285,15 +302,20 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
     """From what is explained and what is left."""
     left, factor = found.residues, final.noise_factor
     explained = max(found.base.chi2 - final.chi2, 0.0) / factor
+    excess = max(left.excess, (final.chi2 - final.dof) / factor if factor > _NOISY else 0.0)
     significant = math.log(max(left.p_value, 1e-300)) < _LEFT and left.excess > _NEGLIGIBLE * explained
+    significant |= factor > _NOISY
     if not named:
         if significant or found.forbidden or found.best is not final:
             return "unexplained"
         return "explained" if gaps else "nothing_missing"
-    if not significant and not found.forbidden:
-        return "explained"
-    share = explained / (explained + left.excess)
-    return "partly_explained" if share > _CONFIDENT else "unexplained"
+    share = explained / (explained + excess)
+    if significant and share < _CONFIDENT:
+        return "unexplained"
+    gains = [gain_of(final, n.candidate) for n in named if n.candidate in final.hypothesis.common]
+    patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
+    doubtful = significant or found.forbidden or final.hypothesis.gone or patched
+    return "partly_explained" if doubtful else "explained"
 
 
 def _gap_effects(gaps: Sequence[Flaw]) -> list[Named]:
@@ -316,6 +338,9 @@ def _notes(found: Found, final: Refit, refused: Sequence[Refused], dropped: Sequ
     if found.forbidden:
         names = " and ".join(c.effect.id for c in found.forbidden)
         notes.append(f"the best fit is with {names} of a sign that physics does not allow")
+    if final.hypothesis.gone:
+        names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.gone)
+        notes.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
     if final.noise_factor > 1.05:
         notes.append(f"chi2/dof stays at {final.noise_factor:.3g}: errors and chances are widened accordingly")
     return tuple(notes)

@@ -17,8 +17,9 @@ from scipy.stats import chi2 as chi2_distribution
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
+from .hypothesis import Hypothesis
 from .motion import motion_of, torque_answers
-from .refit import Linear, Refit
+from .refit import Linear, Refit, carried
 
 _HIGHEST_POWER = 5  # of phi and v together
 _HARMONICS = 4
@@ -95,8 +96,10 @@ _Part = tuple[Array, Array, Array]
 def _one(at: Refit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
     """(information, gradient, power) of the smooth torque and of the envelopes in one shot."""
     started, linear = at.started[k], at.linear[k]
-    # The motion is that of the declared model: what an accepted effect changes in it matters little here.
-    model, state = at.hypothesis.model, at.states[k]
+    # Torques that depend on time have no tables; they change the motion too little to matter here.
+    still = tuple(c for c in at.hypothesis.torques if c.term is not None and not c.term.timed)
+    hypothesis = Hypothesis(at.hypothesis.model, still)
+    model, state = hypothesis.augmented, hypothesis.extended(at.states[k], carried(at, hypothesis))
     try:
         answers = torque_answers(started, model, state, lambda phi, v: monomials(phi, v, scale))
         torque = started.white(answers)

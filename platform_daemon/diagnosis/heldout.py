@@ -7,6 +7,7 @@ scatter; the rest of the window is scored. A single shot is split in time: every
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ import numpy as np
 
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.observation import DipoleObservation
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
@@ -26,13 +28,15 @@ _OWN = 0.3  # of the window
 _SPLIT = 0.7  # of the window of a single shot
 _STEPS = 8
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
+_FRACTIONS = (1.0, 0.3, 0.1, 0.03)
 
 
 @dataclass(frozen=True)
 class Score:
     """Sums over all samples of the scored parts: chi^2, its expectation, squares of the residual and of the data.
 
-    whole: chi^2 of the whole window, for effects that live at its beginning.
+    whole: chi^2 of the whole window with the start fitted to all of it, and everything else as held out: what the
+        choice between effects rests on, because the noise of a start from 30 % would drown small ones.
     """
 
     chi2: float
@@ -60,10 +64,22 @@ class HeldOut:
 
     @property
     def total(self) -> Score:
-        """Of all shots together; a shot without prediction counts as residual what its data are."""
+        """Of all shots that could be predicted."""
         good = [s for s in self.by_shot if s is not None]
         sums = [sum(getattr(s, name) for s in good) for name in ("chi2", "dof", "squares", "energy", "whole")]
         return Score(*sums)
+
+    def worse_by(self, other: HeldOut) -> float:
+        """Rise of chi^2 against another hypothesis; infinite for one that cannot predict what the other can."""
+        rises = [_rise(a, b) for a, b in zip(self.by_shot, other.by_shot, strict=True)]
+        return math.inf if math.inf in rises else sum(rises)
+
+
+def _rise(a: Score | None, b: Score | None) -> float:
+    """Of one shot's chi^2 from b to a."""
+    if a is None or b is None:
+        return 0.0 if a is b else math.inf if a is None else -math.inf
+    return a.whole - b.whole
 
 
 def held_out(at: Refit, pool: Executor) -> HeldOut:
@@ -86,8 +102,14 @@ def _leave_out(at: Refit, k: int) -> Score:
     strengths = _strengths_without(at, k)
     mean, sd = _known(at, others, k)
     keep = _rows(at.started[k], _OWN)
-    state = _fitted(at.started[k], at.hypothesis, at.states[k], strengths, keep, mean, sd)
-    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN)
+    # Own parameters follow the change of the strengths at once: a stiffness moves the phase of the end by turns.
+    moved = at.linear[k].own_step(strengths - at.strengths)
+    start = at.states[k].moved(moved)
+    mean = mean - moved[_places(at)]
+    every, args = np.ones_like(keep), (at.started[k], at.hypothesis, start, strengths)
+    _, whole = _fitted(*args, every, mean, sd)
+    state, _ = _fitted(*args, keep, mean, sd)
+    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN, whole)
 
 
 def _split_in_time(at: Refit, k: int) -> Score:
@@ -97,18 +119,15 @@ def _split_in_time(at: Refit, k: int) -> Score:
     state, strengths = at.states[k], at.strengths
     for _ in range(_STEPS):
         linear = linearise(started, hypothesis, state, strengths)
-        both = np.concatenate([_base(linear), linear.columns], axis=1)[keep]
+        both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
         step, fall = _solved(both, linear.residual[keep])
-        own = linear.q.shape[1]
+        own = linear.free.size
         state, strengths = state.moved(step[:own]), strengths + step[own:]
         if fall < _SETTLED:
             break
-    return _scored(started, hypothesis, state, strengths, keep, _SPLIT)
-
-
-def _base(linear: Linear) -> Array:
-    """Columns of the declared parameters, (rows, p)."""
-    return np.asarray((linear.q @ linear.triangle) / linear.scale)
+    size = len(_places(at))
+    _, whole = _fitted(started, hypothesis, state, strengths, np.ones_like(keep), np.zeros(size), np.full(size, np.inf))
+    return _scored(started, hypothesis, state, strengths, keep, _SPLIT, whole)
 
 
 def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
@@ -145,14 +164,20 @@ def _places(at: Refit) -> list[int]:
     """Parameters of a declared state that the others know: losses and further coefficients, and the moment."""
     coefficients = len(at.hypothesis.model.coefficients)
     state = at.states[0]
-    moment = [3 + coefficients] if state.observation.size == 4 else []
+    moment = [3 + coefficients] if _is_dipole(state) else []
     return [*range(3, 3 + coefficients), *moment]
+
+
+def _is_dipole(state: FitState) -> bool:
+    return isinstance(state.observation, DipoleObservation)
 
 
 def _values(at: Refit, state: FitState) -> Array:
     """Their values in a state."""
-    moment = [getattr(state.observation, "m_r", 0.0)] if state.observation.size == 4 else []
-    return np.array([*state.dynamics.values[: len(at.hypothesis.model.coefficients)], *moment])
+    moment = [state.observation.m_r] if isinstance(state.observation, DipoleObservation) else []
+    own = state.dynamics.values[: len(at.hypothesis.model.coefficients)]
+    values = [0.0 if n in at.hypothesis.gone else q for n, q in enumerate(own)]
+    return np.array([*values, *moment])
 
 
 def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
@@ -165,7 +190,8 @@ def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
     # What scatters no more than its errors allow is common to all shots.
     sure = scatter > spreads.mean(axis=0) * (1.0 + 4.0 / np.sqrt(max(2.0 * (len(others) - 1), 1.0)))
     variance = np.where(sure, excess, 0.0) + spreads.mean(axis=0) / len(others)
-    return values.mean(axis=0) - _values(at, at.states[k]), np.sqrt(variance)
+    # What is held has neither scatter nor error.
+    return values.mean(axis=0) - _values(at, at.states[k]), np.sqrt(np.where(variance > 0.0, variance, 1.0))
 
 
 def _fitted(
@@ -176,27 +202,53 @@ def _fitted(
     keep: np.ndarray,
     mean: Array,
     sd: Array,
-) -> FitState:
-    """Start parameters from the kept rows, the others from what is known of them."""
-    gone = np.zeros(mean.size)
+) -> tuple[FitState, float]:
+    """Start parameters from the kept rows, the others from what is known of them; chi^2 of both at the end.
+
+    Raises:
+        LostTrajectoryError: no way down.
+    """
+    places = [*range(3, 3 + len(hypothesis.model.coefficients))]
+    places += [3 + len(hypothesis.model.coefficients)] if _is_dipole(state) else []
+    prior = np.zeros((mean.size, hypothesis.reduced(state).size))
+    prior[np.arange(mean.size), places] = 1.0 / sd
+    linear, gone = linearise(started, hypothesis, state, strengths), np.zeros(mean.size)
+    chi2 = _penalised(linear, keep, (mean - gone) / sd)
     for _ in range(_STEPS):
-        linear = linearise(started, hypothesis, state, strengths)
-        places = [*range(3, 3 + len(hypothesis.model.coefficients))]
-        places += [places[-1] + 1 if places else 3] if state.observation.size == 4 else []
-        prior = np.zeros((mean.size, linear.q.shape[1]))
-        prior[np.arange(mean.size), places] = 1.0 / sd
-        columns = np.concatenate([_base(linear)[keep], prior])
+        columns = np.concatenate([linear.base()[keep], prior])
         residual = np.concatenate([linear.residual[keep], (mean - gone) / sd])
         step, fall = _solved(columns, residual)
-        state = state.moved(step)
-        gone += step[places]
         if fall < _SETTLED:
             break
-    return state
+        for fraction in _FRACTIONS:
+            moved = state.moved(fraction * step)
+            try:
+                trial = linearise(started, hypothesis, moved, strengths)
+            except LostTrajectoryError:
+                continue
+            there = _penalised(trial, keep, (mean - gone - fraction * step[places]) / sd)
+            if there < chi2:
+                break
+        else:
+            break
+        linear, state, chi2, gone = trial, moved, there, gone + fraction * step[places]
+    return state, chi2
+
+
+def _penalised(linear: Linear, keep: np.ndarray, miss: Array) -> float:
+    """chi^2 of the kept rows and of what is known."""
+    rows = linear.residual[keep]
+    return float(rows @ rows + miss @ miss)
 
 
 def _scored(
-    started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array, keep: np.ndarray, begin: float
+    started: Started,
+    hypothesis: Hypothesis,
+    state: FitState,
+    strengths: Array,
+    keep: np.ndarray,
+    begin: float,
+    whole: float,
 ) -> Score:
     """Of all samples from the share `begin` of the window on; the shot's own additive effects are fitted to `keep`."""
     linear = linearise(started, hypothesis, state, strengths)
@@ -208,7 +260,6 @@ def _scored(
     weights = np.asarray(started.shot.noise.sd)[:, None] ** -2.0
     rest = slice(round(begin * (last - first)), None)
     squares = weights[:, 0] * np.sum(left[:, rest] ** 2, axis=1)
-    whole = float(np.sum(weights * left**2))
     return Score(
         float(squares.sum()), float(left[:, rest].size), float(np.sum(left[:, rest] ** 2)),
         float(np.sum(data[:, rest] ** 2)), whole,

@@ -27,23 +27,27 @@ def _rank(candidate: Candidate) -> int:
 class Hypothesis:
     """Effects beside a declared model.
 
+    gone: losses of the declared model (their places among its coefficients) that are held at 0, because beside these
+    effects the data want them negative.
+
     Common to all shots are the strengths of torque and receiver effects and the sizes of shared additive ones, in
     this order; additive effects that every shot has for itself are linear and never stored.
     """
 
     model: RingDownModel
     effects: tuple[Candidate, ...] = ()
+    gone: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", tuple(sorted(self.effects, key=_rank)))
 
     def plus(self, *effects: Candidate) -> Hypothesis:
         """With further effects."""
-        return Hypothesis(self.model, (*self.effects, *effects))
+        return replace(self, effects=(*self.effects, *effects))
 
     def without(self, effect: Candidate) -> Hypothesis:
         """With all but one."""
-        return Hypothesis(self.model, tuple(e for e in self.effects if e is not effect))
+        return replace(self, effects=tuple(e for e in self.effects if e is not effect))
 
     @cached_property
     def torques(self) -> tuple[Candidate, ...]:
@@ -100,9 +104,16 @@ class Hypothesis:
         mask[first : 3 + len(self.augmented.coefficients)] = False
         return mask
 
+    def free(self, size: int) -> np.ndarray:
+        """Parameters of a declared FitState of this size that are fitted: all but losses held at 0, bool (size,)."""
+        mask = np.ones(size, dtype=bool)
+        mask[[3 + k for k in self.gone]] = False
+        return mask
+
     def extended(self, state: FitState, strengths: Array) -> FitState:
         """A state of the declared model as one of the augmented model."""
-        values = [*state.dynamics.values[: len(self.model.coefficients)]]
+        own = state.dynamics.values[: len(self.model.coefficients)]
+        values = [0.0 if k in self.gone else q for k, q in enumerate(own)]
         for c, strength in zip(self.torques, strengths, strict=False):
             values += [float(strength), *c.hidden]
         return replace(state, dynamics=replace(state.dynamics, values=tuple(values)))

@@ -13,8 +13,8 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError
 from .effects.base import Candidate
 from .hypothesis import Hypothesis
 from .picture import Block, Picture
-from .refit import Refit, refit
-from .search import carried, signs_allowed
+from .refit import Refit, carried, refit
+from .search import signs_allowed
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
 _WORTH_A_REFIT = 60.0  # rise by the linear picture that a refit may still bring down
@@ -60,7 +60,9 @@ def _place(at: Refit, effect: Candidate) -> slice:
 
 
 def gain_of(at: Refit, effect: Candidate) -> float:
-    """Rise of chi^2 over the noise factor if an accepted common effect is left out, to first order."""
+    """Rise of chi^2 over the noise factor if an accepted effect is left out, to first order; 0 for a shot's own."""
+    if effect not in at.hypothesis.common:
+        return 0.0
     where = _place(at, effect)
     value = at.strengths[where]
     return float(value @ np.linalg.lstsq(at.covariance[where, where], value, rcond=None)[0]) / at.noise_factor

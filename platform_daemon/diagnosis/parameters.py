@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import fit_ring_down
+from platform_daemon.estimation import RingDownRecord, fit_ring_down
 from platform_daemon.estimation.gauss_newton import Normal
 from platform_daemon.estimation.publish import Published, publish
 from platform_daemon.estimation.result import FitResult
@@ -36,10 +36,14 @@ def published(at: Refit, k: int) -> Published:
     """Public parameters of shot k, with errors that include those of the common strengths.  LostTrajectoryError."""
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
+    mask[np.flatnonzero(mask)[~linear.free]] = False
     spread = linear.own_covariance()
     if at.hypothesis.size:
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
-        spread = spread + within @ at.covariance @ within.T
+        spread[np.ix_(linear.free, linear.free)] += within @ at.covariance @ within.T
+    spread = spread[np.ix_(linear.free, linear.free)]
+    # Rounding must not leave a direction without information.
+    spread = spread + 1e-13 * np.diag(np.diag(spread))
     matrix = np.zeros((state.size, state.size))
     matrix[np.ix_(mask, mask)] = np.linalg.pinv(spread, hermitian=True, rcond=1e-14)
     nothing = np.zeros(state.offsets.size)
@@ -91,12 +95,7 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     started, hypothesis = at.started[k], at.hypothesis
     if started.shot.record.quantity == "angle":
         return None
-    record = replace(started.shot.record, samples=_clean(at, k))
-    fixed: dict[str, float] = {}
-    for c, strength in zip(hypothesis.torques, at.strengths, strict=False):
-        assert c.term is not None
-        values = [float(strength), *c.hidden]
-        fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
+    record, fixed = clean_record(at, k), held_strengths(at)
     model, noise = hypothesis.augmented, started.shot.noise
     try:
         short = fit_ring_down(record, model, "n50", noise=noise, fixed=fixed)
@@ -104,6 +103,21 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     except ValueError:
         return None
     return (short, long) if short.verdict == long.verdict == "good" else None
+
+
+def held_strengths(at: Refit) -> dict[str, float]:
+    """Coefficients of the torque effects by name, to be held in fits of single shots."""
+    fixed: dict[str, float] = {}
+    for c, strength in zip(at.hypothesis.torques, at.strengths, strict=False):
+        assert c.term is not None
+        values = [float(strength), *c.hidden]
+        fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
+    return fixed
+
+
+def clean_record(at: Refit, k: int) -> RingDownRecord:
+    """The record of a shot without receiver and additive effects."""
+    return replace(at.started[k].shot.record, samples=_clean(at, k))
 
 
 def _clean(at: Refit, k: int) -> np.ndarray:

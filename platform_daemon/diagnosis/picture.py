@@ -55,6 +55,17 @@ class Picture:
             return None
         return _score(self.information[np.ix_(which, which)], self.gradient[which], len(added), self.refit.noise_factor)
 
+    def beside_accepted(self, which: list[int]) -> tuple[Array, Array]:
+        """Information (k, k) and gradient (k,) of some columns beside the accepted strengths; invisible ones are 0."""
+        q = self.accepted
+        matrix, gradient = self.information[np.ix_(which, which)], self.gradient[which]
+        if q:
+            within = np.linalg.lstsq(self.information[:q, :q], self.information[:q][:, which], rcond=None)[0]
+            matrix = matrix - self.information[np.ix_(which, range(q))] @ within
+            gradient = gradient - within.T @ self.gradient[:q]
+        seen = np.diag(matrix) > _RESOLVED * self.power[which]
+        return np.where(np.outer(seen, seen), matrix, 0.0), np.where(seen, gradient, 0.0)
+
 
 @dataclass(frozen=True)
 class Score:

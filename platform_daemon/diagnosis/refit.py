@@ -23,6 +23,7 @@ from .shots import Started
 
 _MOST_STEPS = 12
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
+_LARGEST = 1e100
 _SMALLEST = 1e-3  # fraction of a step
 _NOTHING = 1e-9  # share of a column that must be left beside the others
 
@@ -35,6 +36,7 @@ class Linear:
         seen: the look.
         own: orthonormal columns of the additive effects that the shot has for itself, (rows, k).
         q, triangle, scale: factors of the declared parameters' scaled columns beside `own`.
+        free: bool (p,) which of the declared parameters these are; the others are held.
         columns: (rows, common) of the common strengths beside `own`.
         residual: (rows,) beside `own`.
     """
@@ -44,6 +46,7 @@ class Linear:
     q: Array
     triangle: Array
     scale: Array
+    free: np.ndarray
     columns: Array
     residual: Array
 
@@ -74,12 +77,22 @@ class Linear:
     def own_step(self, common: Array) -> Array:
         """Best step of the declared parameters beside a step of the common strengths."""
         target = self.q.T @ (self.residual - self.columns @ common)
-        return np.asarray(solve_triangular(self.triangle, target)) * self.scale
+        step = np.zeros(self.free.size)
+        step[self.free] = solve_triangular(self.triangle, target) * self.scale
+        return step
 
     def own_covariance(self) -> Array:
-        """Of the declared parameters at fixed common strengths, (p, p)."""
+        """Of the declared parameters at fixed common strengths, (p, p); 0 for those held."""
         inverse = solve_triangular(self.triangle, np.eye(self.triangle.shape[0])) * self.scale[:, None]
-        return np.asarray(inverse @ inverse.T)
+        out = np.zeros((self.free.size, self.free.size))
+        out[np.ix_(self.free, self.free)] = inverse @ inverse.T
+        return out
+
+    def base(self) -> Array:
+        """Columns of the declared parameters, (rows, p); 0 for those held."""
+        out = np.zeros((self.q.shape[0], self.free.size))
+        out[:, self.free] = (self.q @ self.triangle) / self.scale
+        return out
 
 
 @dataclass(frozen=True)
@@ -145,6 +158,16 @@ def refit(
     return Refit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
 
 
+def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
+    """Strengths of a refit as a beginning for another hypothesis; 0 for what is new."""
+    known = {c.key: at.strengths[s] for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True)}
+    out = np.zeros(hypothesis.size)
+    for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
+        if c.key in known:
+            out[s] = known[c.key]
+    return out
+
+
 def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linear:
     """One shot at a state of the declared model with the strengths put in.
 
@@ -159,15 +182,18 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
     columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
     residual = seen.whitened - hypothesis.additive_part(strengths, shared)
     base = seen.base[hypothesis.declared(full.size)].T
-    if not (np.isfinite(base).all() and np.isfinite(columns).all() and np.isfinite(residual).all()):
-        raise LostTrajectoryError(f"no motion at the strengths {strengths}")
+    free = hypothesis.free(base.shape[1])
+    base = base[:, free]
     own = _orthonormal(hypothesis.own_columns(seen).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
+    size = float(np.max(np.abs(base), initial=0.0))
+    if not size < _LARGEST:
+        raise LostTrajectoryError("the motion answers without bounds to its parameters")
     norm = np.linalg.norm(base, axis=0)
     scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
     q, triangle = qr(base * scale, mode="economic")
-    return Linear(seen, own, q, triangle, scale, columns, residual)
+    return Linear(seen, own, q, triangle, scale, free, columns, residual)
 
 
 def _orthonormal(columns: Array) -> Array:

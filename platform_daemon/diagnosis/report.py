@@ -68,7 +68,8 @@ def _effect(named: Named, quantity: str) -> dict[str, Any]:
         "strength": {"value": named.strength, "std": named.std, "unit": unit},
         "detail": _detail(named),
         "p_value": chance(named.log_p),
-        "held_out_gain": named.held_out_gain,
+        # Without the effect nothing could be predicted at all: no number for that.
+        "held_out_gain": named.held_out_gain if math.isfinite(named.held_out_gain) else None,
         "indistinguishable_from": [
             i for i in dict.fromkeys(r.candidate.effect.id for r in named.alike) if i != c.effect.id
         ],

@@ -17,7 +17,7 @@ from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.colour import sd_at
 from platform_daemon.estimation.harmonics import frequency_ratio
 
-from .effects.additive import LINE, MAINS, side_mode, tone, transient
+from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode, tone, transient
 from .effects.base import Candidate
 from .predict import own_sizes, predicted, window_of
 from .refit import Refit
@@ -25,8 +25,6 @@ from .refit import Refit
 _SURE = 1e-6  # chance of a line anywhere in a residual without one
 _MOST_TONES = 12
 _MARGIN_BINS = 4.0  # beside what the harmonics sweep through
-_MAINS_HZ = (50.0, 60.0)
-_MAINS_TOLERANCE = 0.004
 _SIDE_RATE_HZ = 15e3
 _TAUS = 8
 _PEAKS = 2  # places offered per decay time and channel
@@ -123,10 +121,10 @@ def _named(found: Sequence[float], trials: float) -> list[Candidate]:
     """Tones as candidates: multiples of the mains together, others one by one."""
     rest = list(found)
     candidates = []
-    for mains in _MAINS_HZ:
-        mine = [f for f in rest if abs(f / mains - round(f / mains)) * mains < _MAINS_TOLERANCE * f + 0.15]
-        # A single line at a high multiple may be anything.
-        if mine and min(mine) < 5.5 * mains:
+    for mains in MAINS_HZ:
+        mine = [f for f in rest if abs(f / mains - round(f / mains)) * mains < MAINS_TOLERANCE * f + 0.15]
+        # A single line at a multiple may be anything.
+        if len(mine) > 1 or any(f < 1.5 * mains for f in mine):
             candidates.append(tone(MAINS, tuple(sorted(mine)), mains, trials))
             rest = [f for f in rest if f not in mine]
     return candidates + [tone(LINE, (f,), f, trials) for f in rest]

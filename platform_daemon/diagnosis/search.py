@@ -21,7 +21,7 @@ from .effects.base import Candidate
 from .generic import Residues, residues
 from .hypothesis import Hypothesis
 from .picture import Block, Picture, Score, picture
-from .refit import Refit, refit
+from .refit import Refit, carried, refit
 from .scan import leftovers, side_modes, tones, transients
 from .significance import LEVEL, log_chance
 
@@ -29,10 +29,16 @@ _LARGEST_SET = 3
 _LEADERS = 6
 _NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
 _CLOSE = 12.0  # fall of chi^2, the same
-_PAIRS_FROM = 24  # blocks
+_PAIRS_FROM = 12  # blocks, for pairs with more than two columns
+_NARROW_PAIRS = 80
+_TOLD_APART = 1e-6  # share of two columns' power that must differ
 _TRIPLES_FROM = 12  # pairs
+_THIRDS_FROM = 24
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
+_SURELY = 3.0  # standard deviations below 0
+_MOST_MOVES = 5  # from place to place
+_SHARP = 0.5  # fall of chi^2 that makes another move worth while
 
 Progress = Callable[[str, float], None]
 
@@ -110,8 +116,9 @@ class _Search:
             common = self._best_common(seen)
             if own is not None and own[0] < min(LEVEL, common):
                 # What stands beside the signal is taken out first: the sets start anew beside it.
-                root = self._refit(root.hypothesis.plus(own[1]), root) or root
-                best = self._refit(best.hypothesis.plus(own[1]), best) or best
+                sharp = self._sharpened_own(best, own[1])
+                root = self._refit(root.hypothesis.plus(sharp), root) or root
+                best = self._refit(best.hypothesis.plus(sharp), best) or best
                 first = self._picture(root)
                 seen = first if size == 0 else self._picture(best)
                 additive += 1
@@ -122,8 +129,10 @@ class _Search:
             self._tell(f"refits of sets of {size}", 0.3 + 0.15 * size)
             better, banned = self._grown(first, seen, best, size)
             if better is None:
-                forbidden = banned
-                break
+                # Two effects can hide from every single one: larger sets are tried all the same.
+                forbidden = banned or forbidden
+                continue
+            better, forbidden = self._sharpened(better), ()
             best, seen = better, self._picture(better)
         after = residues(best, self._pool) if best is not self._base else before
         return Found(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
@@ -213,7 +222,7 @@ class _Search:
     ) -> tuple[Refit | None, tuple[Candidate, ...]]:
         """The best refit with a set of this size; None if it is no better than what there is."""
         leaders = self._leaders(first, seen, size)
-        fits = [f for f in (self._refit(h, start, guess) for h, start, guess in leaders) if f is not None]
+        fits = [f for f in (self._allowed_refit(h, start) for h, start in leaders) if f is not None]
         fits.sort(key=lambda f: f.chi2)
         allowed = [f for f in fits if signs_allowed(f)]
         banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
@@ -225,7 +234,40 @@ class _Search:
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
-    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit, np.ndarray]]:
+    def _sharpened(self, at: Refit) -> Refit:
+        """With the hidden scales and places of its common effects where chi^2 is least."""
+        for share in (1.0, 0.4, 0.15):
+            for _ in range(_MOST_MOVES):
+                before = at
+                for c in at.hypothesis.common:
+                    at = self._sharper(at, c, share) if c.near is not None else at
+                if before.chi2 - at.chi2 < _SHARP:
+                    break
+        return at
+
+    def _sharper(self, at: Refit, c: Candidate, share: float) -> Refit:
+        """One effect at the best of its neighbouring places; the refit itself if none is better."""
+        beside = self._refit(at.hypothesis.without(c), at)
+        if beside is None or c.near is None:
+            return at
+        seen = picture(beside, [replace(v, parts=()) for v in c.near(share)], self._pool)
+        scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
+        if not scores:
+            return at
+        sharp = max(scores, key=lambda pair: pair[0])[1]
+        trial = self._refit(beside.hypothesis.plus(sharp), beside)
+        return at if trial is None or trial.chi2 >= at.chi2 else trial
+
+    def _sharpened_own(self, at: Refit, c: Candidate) -> Candidate:
+        """The same for an effect of every shot's own."""
+        bin_hz = 1.0 / float(at.started[0].time_s[-1])
+        for share in (1.0, 0.3):
+            if c.near is not None:
+                scale = share * bin_hz if c.detail.tau_s is None else share
+                c = max(c.near(scale), key=lambda v: self._own_gain(at, v)[0])
+        return c
+
+    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
         sets = {1: _each, 2: _pairs, 3: _triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if _allowed(blocks, score)]
@@ -236,48 +278,46 @@ class _Search:
                 for blocks, score in _each(seen) if _allowed(blocks, score)
             ]  # fmt: skip
         proposals.sort(key=lambda p: -p[0])
-        chosen: list[tuple[Hypothesis, Refit, np.ndarray]] = []
+        chosen: list[tuple[Hypothesis, Refit]] = []
         known: set[frozenset[object]] = set()
-        for gain, at, blocks, score in proposals:
+        for gain, at, blocks, _ in proposals:
             if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
                 break
             hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
             keys = frozenset(c.key for c in hypothesis.effects)
             if keys not in known:
                 known.add(keys)
-                chosen.append((hypothesis, at.refit, _guess(hypothesis, at.refit, blocks, score)))
+                chosen.append((hypothesis, at.refit))
         return chosen
 
-    def _refit(self, hypothesis: Hypothesis, at: Refit, guess: np.ndarray | None = None) -> Refit | None:
+    def _allowed_refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
+        """A refit without losses that would feed energy into the motion: these are held at 0."""
+        found = self._refit(hypothesis, at)
+        negative = () if found is None else negative_losses(found)
+        if not negative:
+            return found
+        held = replace(hypothesis, gone=tuple(sorted({*hypothesis.gone, *negative})))
+        return self._refit(held, at)
+
+    def _refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
+        """From another refit; what is new begins at 0, so that the shots' own parameters can follow it."""
         try:
-            start = carried(at, hypothesis) if guess is None else guess
-            return refit(self._base.started, hypothesis, self._pool, at.states, start)
+            return refit(self._base.started, hypothesis, self._pool, at.states, carried(at, hypothesis))
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return None
 
 
-def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
-    """Strengths of a refit as a beginning for another hypothesis; 0 for what is new."""
-    known = {c.key: at.strengths[s] for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True)}
-    out = np.zeros(hypothesis.size)
-    for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
-        if c.key in known:
-            out[s] = known[c.key]
-    return out
-
-
-def _guess(hypothesis: Hypothesis, at: Refit, blocks: Sequence[Block], score: Score) -> np.ndarray:
-    """Strengths after the linear step."""
-    accepted = at.hypothesis.size
-    moved = replace(at, strengths=at.strengths + score.steps[:accepted])
-    out = carried(moved, hypothesis)
-    place = accepted
-    for b in blocks:
-        for c, s in zip(hypothesis.common, hypothesis.slices, strict=True):
-            if c.key == b.candidate.key:
-                out[s] = score.steps[place : place + c.size]
-        place += b.candidate.size
-    return out
+def negative_losses(at: Refit) -> tuple[int, ...]:
+    """Losses of the declared model that come out surely negative: places among its coefficients."""
+    model, count = at.hypothesis.model, len(at.started)
+    found = []
+    for k, coefficient in enumerate(model.coefficients):
+        if coefficient.name in model.losses and k not in at.hypothesis.gone:
+            mean = sum(s.dynamics.values[k] for s in at.states) / count
+            variance = sum(a.own_covariance()[3 + k, 3 + k] for a in at.linear) / count**2 * at.noise_factor
+            if mean < -_SURELY * math.sqrt(variance):
+                found.append(k)
+    return tuple(found)
 
 
 def signs_allowed(at: Refit) -> bool:
@@ -319,14 +359,31 @@ def _each(seen: Picture) -> _Sets:
 
 
 def _pairs(seen: Picture) -> _Sets:
-    singles = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
-    scores = [([a, b], seen.gain([a, b])) for a, b in itertools.combinations(singles, 2) if _compatible(a, b)]
+    """The best pairs; of single columns all are looked at, because two effects can hide each other."""
+    some = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
+    wide = [(a, b) for a, b in itertools.combinations(some, 2) if len(a.where) + len(b.where) > 2]
+    pairs = [(a, b) for a, b in [*_best_narrow_pairs(seen), *wide] if _compatible(a, b)]
+    scores = [([a, b], seen.gain([a, b])) for a, b in pairs]
     found = [(b, s) for b, s in scores if s is not None]
     return sorted(found, key=lambda pair: -pair[1].gain)
 
 
+def _best_narrow_pairs(seen: Picture) -> list[tuple[Block, Block]]:
+    """Pairs of blocks of one column each that promise most, by the formula for two columns."""
+    blocks = [b for b in seen.blocks if len(b.where) == 1]
+    information, gradient = seen.beside_accepted([b.where[0] for b in blocks])
+    power = np.diag(information)
+    gained = gradient**2 * power[:, None] + gradient[:, None] ** 2 * power
+    gained -= 2.0 * information * np.outer(gradient, gradient)
+    left = np.outer(power, power) - information**2
+    promise = np.where(left > _TOLD_APART * np.outer(power, power), gained / np.maximum(left, 1e-300), 0.0)
+    rows, columns = np.triu_indices(len(blocks), 1)
+    best = np.argsort(-promise[rows, columns])[:_NARROW_PAIRS]
+    return [(blocks[rows[k]], blocks[columns[k]]) for k in best]
+
+
 def _triples(seen: Picture) -> _Sets:
-    singles = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
+    singles = [blocks[0] for blocks, _ in _each(seen)][:_THIRDS_FROM]
     found = []
     for pair, _ in _pairs(seen)[:_TRIPLES_FROM]:
         for third in singles:

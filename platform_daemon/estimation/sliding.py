@@ -7,6 +7,7 @@ inherit. The noise is that of the whole record.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -122,6 +123,7 @@ def fit_sliding(
     *,
     lambda_mode: LambdaMode = "auto",
     noise: NoiseModel | None = None,
+    fixed: Mapping[str, float] | None = None,
 ) -> SlidingFit:
     """Fit a ring-down window by window.
 
@@ -133,6 +135,7 @@ def fit_sliding(
         lambda_mode: what to do with lambda where friction is fitted too. "auto": held at the D30 fit's value in those
             windows that cannot tell it from the friction; "free", "fixed": in none, in all.
         noise: measured elsewhere; None: from the record itself.
+        fixed: parameters held in all windows, by name.
 
     Raises:
         ValueError: lengths that are not positive or longer than the record, an unknown variant or mode.
@@ -141,12 +144,13 @@ def fit_sliding(
     if lambda_mode not in ("auto", "free", "fixed"):
         raise ValueError(f"lambda_mode must be 'auto', 'free' or 'fixed', not {lambda_mode!r}")
     noise = _noise(record) if noise is None else noise
-    reference = fit_ring_down(record, variant, "d30", noise=noise)
+    always = dict(fixed or {})
+    reference = fit_ring_down(record, variant, "d30", noise=noise, fixed=always or None)
     length = _length(reference) if window_s is None else window_s
     step = length if step_s is None else step_s
     held = _held(reference, lambda_mode)
     spans = _spans(record, length, step)
-    windows = tuple(_fit_window(record, variant, *span, noise, held, lambda_mode) for span in spans)
+    windows = tuple(_fit_window(record, variant, *span, noise, held, always, lambda_mode) for span in spans)
     return SlidingFit(length, step, reference, windows)
 
 
@@ -187,6 +191,7 @@ def _fit_window(
     last: int,
     noise: NoiseModel | None,
     held: dict[str, float],
+    always: dict[str, float],
     mode: LambdaMode,
 ) -> WindowFit:
     """Fit samples first .. last-1."""
@@ -195,8 +200,8 @@ def _fit_window(
     )
     span = first * record.dt_s, last * record.dt_s
     seconds = (last - first) * record.dt_s
-    fixed, hints = (held, None) if mode == "fixed" else (None, held)
-    fit = fit_ring_down(cut, variant, seconds, noise=noise, fixed=fixed, hints=hints)
+    fixed, hints = (always | held, None) if mode == "fixed" else (always, held)
+    fit = fit_ring_down(cut, variant, seconds, noise=noise, fixed=fixed or None, hints=hints)
     return WindowFit(*span, fit, lambda_fixed=fit.is_fixed(_LAMBDA) or (mode == "fixed" and bool(held)))
 
 

@@ -30,6 +30,13 @@ _ROOM = 1.05  # that a table has for the parameters to change before it needs an
 _LOST = "no further turning point: the motion is not an oscillation"
 
 
+def _check(d: Dynamics, end_s: float) -> None:
+    """Raises LostTrajectoryError for what is no oscillation, or begins too late."""
+    finite = np.isfinite(d.w * end_s + d.theta) and np.all(np.isfinite(d.values))
+    if not (finite and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
+        raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
+
+
 class _Pass:
     """One pass over the samples."""
 
@@ -106,8 +113,7 @@ class Workspace:
             LostTrajectoryError: the parameters describe no oscillation.
         """
         d = dynamics
-        if not (np.isfinite(d.w * last * dt_s + d.theta) and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
-            raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
+        _check(d, last * dt_s)
         first, last = int(first), int(last)
         # The tables know half swings from their beginning on only, and nothing of time.
         direct_to = first if d.theta >= 0.0 else min(last, max(first, math.ceil(-d.theta / (d.w * dt_s))))
@@ -174,6 +180,7 @@ class Workspace:
             LostTrajectoryError: the parameters describe no oscillation.
         """
         d = dynamics
+        _check(d, last * dt_s)
         if self.model.time_dependent or d.w * first * dt_s + d.theta < 0.0:
             return Trajectory(self.model, d, last * dt_s).basis(first, last, dt_s, observable)
         out, done = np.zeros((7 + 2 * self.columns, last - first)), 0

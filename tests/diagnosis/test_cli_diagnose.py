@@ -19,8 +19,9 @@ KEYS = {
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory):
     folder = tmp_path_factory.mktemp("clean")
-    done = run("diagnose", THREAD, "--json", folder / "d.json", timeout=300)
+    done = run("diagnose", THREAD, "--json", folder / "d.json", "--html", folder / "d.html", timeout=300)
     assert done.returncode == 0, done.stderr
+    assert (folder / "d.html").read_text().startswith("<!doctype html>")
     return done.stdout, json.loads((folder / "d.json").read_text())
 
 

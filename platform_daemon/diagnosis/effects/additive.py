@@ -29,14 +29,23 @@ TRANSIENT = Effect(
     "switch_transient", "A m^2/s", 0, ("blank_shots",), "an offset that decays from the start of the window",
     "charge of the switch, recovery of the amplifier",
 )  # fmt: skip
-EFFECTS = (MAINS, LINE, SIDE_MODE, TRANSIENT)
+MAINS_HZ = (50.0, 60.0)
+MAINS_TOLERANCE = 0.004
 
 
 def tone(effect: Effect, frequencies_hz: tuple[float, ...], base_hz: float, trials: float) -> Candidate:
     """Steady tones on all channels, their phases and sizes each shot's own."""
     columns = partial(_waves, frequencies_hz, math.inf, None)
     detail = Detail(frequency_hz=base_hz)
-    return Candidate(effect, detail, columns=columns, shared=False, size=0, trials=trials)
+
+    def near(bins_hz: float) -> list[Candidate]:
+        places = [step * bins_hz + base_hz for step in (-0.3, -0.15, 0.0, 0.15, 0.3)]
+        return [tone(effect, (f,), f, trials) for f in places]
+
+    moves = near if len(frequencies_hz) == 1 and effect is LINE else None
+    return Candidate(
+        effect, detail, columns=columns, shared=False, size=0, trials=trials, near=moves, tones_hz=frequencies_hz
+    )
 
 
 def side_mode(
@@ -50,7 +59,18 @@ def side_mode(
     if channel is None and shared:
         each = [side_mode(frequency_hz, tau_s, c, channels, shared=True, trials=trials) for c in range(channels)]
         parts = tuple(each)
-    return Candidate(SIDE_MODE, detail, columns=columns, shared=shared, size=count, parts=parts, trials=trials)
+
+    def near(share: float) -> list[Candidate]:
+        """In steps of a third of the line's width and of a quarter of the decay time."""
+        width_hz, rest = share / (2.0 * math.pi * tau_s), (channel, channels)
+        places = [
+            (frequency_hz + a * width_hz, tau_s * 1.25 ** (share * b)) for a in (-1, 0, 1) for b in (-2, -1, 0, 1, 2)
+        ]
+        return [side_mode(f, tau, *rest, shared=shared, trials=trials) for f, tau in places]
+
+    return Candidate(
+        SIDE_MODE, detail, columns=columns, shared=shared, size=count, parts=parts, near=near, trials=trials
+    )
 
 
 def transient(tau_s: float, channel: int | None, channels: int, *, trials: float) -> Candidate:
@@ -60,7 +80,12 @@ def transient(tau_s: float, channel: int | None, channels: int, *, trials: float
     every = range(channels) if channel is None and channels > 1 else ()
     parts = tuple(transient(tau_s, c, channels, trials=trials) for c in every)
     detail = Detail(_axis(channel, channels), tau_s=tau_s)
-    return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, trials=trials)
+
+    def near(share: float) -> list[Candidate]:
+        places = [tau_s * 1.2 ** (share * step) for step in (-3, -2, -1, 0, 1, 2, 3)]
+        return [transient(tau, channel, channels, trials=trials) for tau in places]
+
+    return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, near=near, trials=trials)
 
 
 def _axis(channel: int | None, channels: int) -> str | None:

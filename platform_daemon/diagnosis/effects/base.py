@@ -75,7 +75,9 @@ class Candidate:
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
         public: (strength of the fit, its sd, mean natural frequency in Hz, mean friction) -> the same as published.
         parts: the same effect on single channels, whose columns are these columns in order.
+        near: (share of a grid step) -> the same effect at neighbouring places or hidden scales, itself among them.
         largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
+        tones_hz: of steady tones, all that belong together.
         trials: so many independent places were searched for this one; its p-value is corrected by them.
     """
 
@@ -89,7 +91,9 @@ class Candidate:
     size: int = 1
     public: Public = as_it_is
     parts: tuple[Candidate, ...] = ()
+    near: Callable[[float], list[Candidate]] | None = None
     largest: float = math.inf
+    tones_hz: tuple[float, ...] = ()
     trials: float = 1.0
 
     def allows(self, strength: float) -> bool:

@@ -72,7 +72,16 @@ def stribeck_candidates(model: RingDownModel) -> list[Candidate]:
     term: TorqueTerm = TERMS["stribeck_friction"]
     if "hertz_friction" not in {t.name for t in model.terms} or term in model.terms:
         return []
-    return [
-        Candidate(STRIBECK, term=term, hidden=(speed,), public=lambda a, sd, _, friction: (a / friction, sd / friction))
-        for speed in _STRIBECK_SPEEDS
-    ]
+    return [_stribeck(term, speed) for speed in _STRIBECK_SPEEDS]
+
+
+def _stribeck(term: TorqueTerm, speed: float) -> Candidate:
+    """At one velocity scale in rad/s."""
+
+    def near(share: float) -> list[Candidate]:
+        return [_stribeck(term, speed * 2.0 ** (share * step)) for step in (-0.6, -0.3, 0.0, 0.3, 0.6)]
+
+    def public(a: float, sd: float, _: float, friction: float) -> tuple[float, float]:
+        return a / friction, sd / friction
+
+    return Candidate(STRIBECK, term=term, hidden=(speed,), public=public, near=near)
