@@ -20,6 +20,7 @@ from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
 from platform_daemon.cli_diagnose import diagnose
+from platform_daemon.cli_diagnose_live import FilesOrLive
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
 from platform_daemon.cli_models import adopt, models_app
@@ -51,7 +52,7 @@ app.command()(adopt)
 app.command()(fit)
 app.command()(predict)
 app.command()(slide)
-app.command()(diagnose)
+app.command(cls=FilesOrLive)(diagnose)
 
 
 def main() -> None:

@@ -16,9 +16,11 @@ from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
     JsonOption,
+    ModelsOption,
     VariantOption,
     interrupt,
     progress_bar,
+    variant_named,
 )
 from platform_daemon.files import write_whole
 
@@ -34,12 +36,17 @@ def diagnose(
         str | None, typer.Option(help="dmdt, or angle for files with /time and /signal; default: what the files hold.")
     ] = None,
     base: Annotated[str | None, typer.Option("--base", help="Start from this declared or adopted model.")] = None,
+    models: ModelsOption = None,
     calibration: CalibrationOption = None,
     json_file: JsonOption = None,
     html: Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")] = None,
     force: ForceOption = False,
 ) -> None:
-    """Say what the declared model lacks: which effect, how strong, how sure, and how much better it predicts."""
+    """Say what the declared model lacks: which effect, how strong, how sure, and how much better it predicts.
+
+    With --live on a platform, instead of files: measure, diagnose, measure what is proposed (diagnose --live --help).
+    """
+    from platform_daemon.adopted import digests
     from platform_daemon.diagnosis import as_json
     from platform_daemon.diagnosis_shots import NothingToDiagnoseError, load_specimen
     from platform_daemon.diagnosis_text import summary_text
@@ -50,9 +57,11 @@ def diagnose(
     must_not_exist(html, force)
     signal.signal(signal.SIGTERM, interrupt)
     try:
-        specimen = load_specimen(files, variant, _observable(observable), base, other)
+        specimen = load_specimen(
+            files, variant_named(variant, models), _observable(observable), variant_named(base, models), other
+        )
         found = _diagnosed(specimen)
-        report = as_json(found) | {"files": [str(f) for f in specimen.files]}
+        report = as_json(found) | {"files": [str(f) for f in specimen.files], "recordings": digests(specimen.files)}
         print(summary_text(report))
         write_json(json_file, report)
         _write_page(html, found, report)

@@ -37,12 +37,14 @@ from platform_daemon.diagnosis_text import (
     next_line,
     parameter_rows,
     place_text,
+    plain,
     scientific,
     strength_text,
 )
 from platform_daemon.estimation.sliding import SlidingFit
 
 _DPI = 100
+_FEWEST_WINDOWS = 3  # that can be flat or not
 _SHOWN = 8  # candidates at least, however unlikely
 _STYLE = """
 :root { color-scheme: light dark; --ink: light-dark(#1c2430, #e6e9ee); --page: light-dark(#ffffff, #15191f);
@@ -106,7 +108,9 @@ def anatomies(found: Diagnosis) -> Anatomies:
         slides = list(pool.map(lambda at: sliding_windows(at, typical), (before, after)))
         courses = scatter(before, pool), scatter(after, pool)
     one, two = slides
-    sliding = None if one is None or two is None else (before.started[typical].shot.name, one, two)
+    sliding = None
+    if one is not None and two is not None and len(one.windows) >= _FEWEST_WINDOWS:
+        sliding = before.started[typical].shot.name, one, two
     return Anatomies(tuple(pairs), sliding, courses)
 
 
@@ -235,7 +239,7 @@ def _grade(cell: str, column: int) -> str:
 
 def _parameters(report: Mapping[str, Any]) -> str:
     headings = ("parameter (mean)", "before", "after", "scatter", "|N50 − D30| / σ before", "after")
-    words = "The last columns: how far fits of the first half of the decay and of the whole decay disagree."
+    words = "The last columns: how far fits of the first 0.24 s (N50) and of the decay to 30 % (D30) disagree."
     return _section(
         "Parameters, and N50 against D30", _table(headings, parameter_rows(report), _grade), _paragraph(words)
     )
@@ -252,18 +256,19 @@ def _torque(found: Diagnosis) -> Iterable[str]:
 def _ranking(report: Mapping[str, Any]) -> str:
     accepted = [
         [
-            e["id"], place_text(e["detail"]), strength_text(e), chance_text(e), f"{e['held_out_gain']:.4g}",
-            ", ".join(e["indistinguishable_from"]) or "-", e["source"],
+            e["id"], place_text(e["detail"]), strength_text(e), chance_text(e),
+            plain(e["held_out_gain"], "no prediction without it"), ", ".join(e["indistinguishable_from"]) or "-",
+            e["source"],
         ]
         for e in report["effects"]
     ]  # fmt: skip
     tried = [
         [
-            t["id"], place_text({k: t[k] for k in ("axis", "frequency_hz", "tau_s")}), f"{t['gain']:.4g}",
-            f"{t['p_value']:.2g}", "allowed" if t["sign_allowed"] else "not physical",
+            t["id"], place_text({k: t[k] for k in ("axis", "frequency_hz", "tau_s")}), plain(t["gain"], "-"),
+            plain(t["p_value"], "-"), "allowed" if t["sign_allowed"] else "not physical",
         ]
         for k, t in enumerate(report["ranking"])
-        if t["p_value"] < 0.5 or k < _SHOWN
+        if (t["p_value"] or 0.0) < 0.5 or k < _SHOWN
     ]  # fmt: skip
     headings = ("accepted", "where", "strength", "chance", "held-out gain", "look-alikes", "source")
     first = _table(headings, accepted) if accepted else _paragraph("No effect was accepted.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -10,12 +10,13 @@ from typing import Literal
 import numpy as np
 
 from drivers.errors import InputError, PlatformError, RecordingError
+from platform_daemon.adopted.names import Variant, model_of, notes_of, under_model
 from platform_daemon.angle_series import AngleSeries, is_time_series, read_angles
 from platform_daemon.diagnosis import Diagnosis, DiagnosisError, Shot, diagnose
 from platform_daemon.diagnosis.integrity import Flaw
 from platform_daemon.diagnosis.search import Progress
 from platform_daemon.estimation import SeriesNoise, find_clipping
-from platform_daemon.estimation.models import RingDownModel, model_named
+from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 from platform_daemon.fit_request import checked_variant
 from platform_daemon.recording_noise import recording_noise
@@ -23,6 +24,8 @@ from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Calibration, Recording, open_recording
 
 Observable = Literal["dmdt", "angle"]
+Frames = Mapping[Path, Sequence[int] | None]
+"""Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
 _PENDULUM = "thread"  # of an angle, about which no file says what swings: restoring torque and viscous damping
 
@@ -69,29 +72,60 @@ class _Loaded:
 
 def load_specimen(
     files: Sequence[Path],
-    variant: str | None = None,
+    variant: Variant | None = None,
     observable: Observable | None = None,
-    base: str | None = None,
+    base: Variant | None = None,
     calibration: tuple[Calibration, str] | None = None,
+    frames: Frames | None = None,
 ) -> Specimen:
     """Read recordings or angle series of one specimen.
 
     Args:
         files: shots or recordings of one specimen.
-        variant: a declared model; None: what the files say.
+        variant: a declared or adopted model; None: what the files say.
         observable: None: what the first file holds.
         base: a declared or adopted model to start from in the place of the variant.
         calibration: in the place of the files' own, and where it came from.
+        frames: of recordings that are not to be taken whole, by their path.
 
     Raises:
         InputError: files that cannot be read, do not belong together, or hold no sensitivity; an unknown model.
         NothingToDiagnoseError: no frame is left.
     """
     files = tuple(dict.fromkeys(Path(f) for f in files))
-    observable = observable or ("angle" if is_time_series(files[0]) else "dmdt")
-    if observable == "angle":
-        return _angles(files, variant, base)
-    return _ring_downs(files, variant, base, calibration)
+    if _observed(files, observable) == "angle":
+        return _angles(files, base or variant)
+    return _ring_downs(files, base or variant, calibration, frames or {})
+
+
+def check_specimen(
+    files: Sequence[Path],
+    variant: Variant | None = None,
+    observable: Observable | None = None,
+    calibration: tuple[Calibration, str] | None = None,
+    frames: Frames | None = None,
+) -> None:
+    """What load_specimen raises before it has read any samples."""
+    if _observed(files, observable) == "angle":
+        _checked(variant or _PENDULUM)
+        for path in files:
+            _must_be_time_series(path)
+        return
+    recordings = [_opened(path, calibration) for path in files]
+    chosen = _one_variant(recordings, variant)
+    for recording in recordings:
+        under_model(recording, chosen)
+        _chosen_frames(recording, frames or {})
+
+
+def _must_be_time_series(path: Path) -> None:
+    if not is_time_series(path):
+        remedy = "leave the observable out, or name a file with /time and /signal"
+        raise RecordingError("holds no angle: /time and /signal are missing", where=str(path), remedy=remedy)
+
+
+def _observed(files: Sequence[Path], observable: Observable | None) -> Observable:
+    return observable or ("angle" if is_time_series(files[0]) else "dmdt")
 
 
 def diagnose_specimen(specimen: Specimen, tell: Progress) -> Diagnosis:
@@ -111,21 +145,30 @@ def _named(files: Sequence[Path]) -> str:
     return f"{files[0]}{more}"
 
 
-def _model(base: str | None, variant: str) -> RingDownModel:
-    """Of --base, else the variant.  Raises InputError."""
-    return model_named(checked_variant(base or variant))
+def _checked(variant: Variant) -> Variant:
+    """Raises InputError for a name that is not declared."""
+    return checked_variant(variant) if isinstance(variant, str) else variant
 
 
 def _ring_downs(
-    files: tuple[Path, ...], variant: str | None, base: str | None, calibration: tuple[Calibration, str] | None
+    files: tuple[Path, ...], variant: Variant | None, calibration: tuple[Calibration, str] | None, frames: Frames
 ) -> Specimen:
     recordings = [_opened(path, calibration) for path in files]
-    chosen = _one_variant(recordings, variant or base)
-    model = _model(base, chosen)
-    loaded = _Loaded([], [], _specimen_notes(recordings))
+    chosen = _one_variant(recordings, variant)
+    loaded = _Loaded([], [], [*_specimen_notes(recordings), *notes_of(chosen)])
     for recording in recordings:
-        _add_frames(recording, loaded)
-    return _specimen(loaded, model, files)
+        _add_frames(under_model(recording, chosen), loaded, _chosen_frames(recording, frames))
+    return _specimen(loaded, model_of(chosen), files)
+
+
+def _chosen_frames(recording: Recording, frames: Frames) -> Sequence[int]:
+    """Frames to take, from 0.  Raises InputError for one that does not exist."""
+    chosen = frames.get(recording.path)
+    for k in chosen or ():
+        if not 0 <= k < recording.frames:
+            remedy = f"frames go from 0 to {recording.frames - 1}"
+            raise InputError(f"frame {k} does not exist", where=str(recording.path), remedy=remedy)
+    return range(recording.frames) if chosen is None else chosen
 
 
 def _opened(path: Path, calibration: tuple[Calibration, str] | None) -> Recording:
@@ -146,8 +189,8 @@ def _opened(path: Path, calibration: tuple[Calibration, str] | None) -> Recordin
     return recording
 
 
-def _one_variant(recordings: Sequence[Recording], wanted: str | None) -> str:
-    """The declared model of all files.  Raises InputError if they differ or say nothing."""
+def _one_variant(recordings: Sequence[Recording], wanted: Variant | None) -> Variant:
+    """The model of all files.  Raises InputError if they differ or say nothing."""
     said = {r.variant: r.path for r in reversed(recordings) if r.variant is not None}
     if len(said) > 1:
         what = "; ".join(f"{path.name} holds a {name}" for name, path in said.items())
@@ -161,7 +204,7 @@ def _one_variant(recordings: Sequence[Recording], wanted: str | None) -> str:
             where=f"{recordings[0].path}: /resonator/variant",
             remedy="name it with --variant thread or --variant jewel",
         )
-    return chosen
+    return _checked(chosen)
 
 
 def _specimen_notes(recordings: Sequence[Recording]) -> list[str]:
@@ -172,13 +215,14 @@ def _specimen_notes(recordings: Sequence[Recording]) -> list[str]:
     return []
 
 
-def _add_frames(recording: Recording, loaded: _Loaded) -> None:
+def _add_frames(recording: Recording, loaded: _Loaded, frames: Sequence[int]) -> None:
     """Good frames of a recording with its noise; blank ones only tell the noise."""
     assert recording.calibration is not None
     noise = recording_noise(recording)
     sensitivity = np.asarray(recording.calibration.sensitivity, dtype=np.float64)
     square = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
-    for k, info in enumerate(recording.frame_info):
+    for k in frames:
+        info = recording.frame_info[k]
         name = f"{recording.path.name} frame {k}"
         if info.blank:
             continue
@@ -204,13 +248,13 @@ def _add_frames(recording: Recording, loaded: _Loaded) -> None:
         loaded.shots.append(Shot(name, record, of_shot.model, square, recording.path.name))
 
 
-def _angles(files: tuple[Path, ...], variant: str | None, base: str | None) -> Specimen:
+def _angles(files: tuple[Path, ...], variant: Variant | None) -> Specimen:
     """Angle series, one shot each, with a common noise where they are alike."""
     series = [read_angles(path) for path in files]
     loaded = _Loaded([], [], [])
-    if variant is None and base is None:
+    if variant is None:
         loaded.notes.append(f"no variant was named: the declared model is {_PENDULUM}, a pendulum with viscous damping")
-    model = _model(base, variant or _PENDULUM)
+    model = model_of(_checked(variant or _PENDULUM))
     noise = SeriesNoise()
     for one in series:
         if one.finite:

@@ -34,8 +34,10 @@ def strength_text(effect: Mapping[str, Any]) -> str:
     return f"{scientific(s['value'], s['std'])}{unit}"
 
 
-def scientific(value: float, std: float | None) -> str:
+def scientific(value: float | None, std: float | None) -> str:
     """A value with its standard deviation, in powers of ten where it is small or large."""
+    if value is None:
+        return "-"
     exponent = math.floor(math.log10(abs(value))) if value else 0
     if -3 <= exponent < 4:
         return number(value, std, 1.0)
@@ -65,14 +67,16 @@ def chance_text(effect: Mapping[str, Any]) -> str:
     log10 = effect.get("log10_p_value")
     if log10 is not None and log10 < -300:
         return f"p < 1e{math.ceil(log10)}"
-    return f"p = {effect['p_value']:.2g}"
+    return f"p = {plain(effect['p_value'], '-')}"
 
 
 def effect_line(effect: Mapping[str, Any]) -> str:
     """One accepted effect."""
     place = place_text(effect["detail"])
     text = f"{effect['id']}{f' ({place})' if place else ''}: {strength_text(effect)}, {chance_text(effect)}"
-    if effect["held_out_gain"]:
+    if effect["held_out_gain"] is None:
+        text += ", without it held-out data cannot be predicted"
+    elif effect["held_out_gain"]:
         text += f", held-out chi2 falls by {effect['held_out_gain']:.4g}"
     alike = effect["indistinguishable_from"]
     return text + (f"; these data cannot tell it from {', '.join(alike)}" if alike else "")
@@ -84,12 +88,13 @@ def held_out_line(report: Mapping[str, Any]) -> str:
     what = "the end of the one shot, predicted from its beginning" if h["n_shots"] == 1 else f"{h['n_shots']} shots"
     return (
         f"held-out data ({what}): nRMSE {_percent(h['nrmse_before'])} -> {_percent(h['nrmse_after'])}, "
-        f"chi2/dof {_plain(h['chi2_per_dof_before'])} -> {_plain(h['chi2_per_dof_after'])}"
+        f"chi2/dof {plain(h['chi2_per_dof_before'])} -> {plain(h['chi2_per_dof_after'])}"
     )
 
 
-def _plain(value: float | None) -> str:
-    return "no prediction" if value is None else f"{value:.4g}"
+def plain(value: float | None, without: str = "no prediction") -> str:
+    """Four digits; what is not finite is None in the JSON form."""
+    return without if value is None else f"{value:.4g}"
 
 
 def _percent(value: float | None) -> str:
@@ -111,7 +116,7 @@ def _lines(report: Mapping[str, Any]) -> list[str]:
     lines = [f"  {effect_line(e)}" for e in report["effects"]]
     lines.append(held_out_line(report))
     if not report["effects"] and report["verdict"] != "nothing_missing":
-        ranked = ", ".join(f"{t['id']} (gain {t['gain']:.4g})" for t in report["ranking"][:_LIKELY])
+        ranked = ", ".join(f"{t['id']} (gain {plain(t['gain'], '-')})" for t in report["ranking"][:_LIKELY])
         lines.append(f"closest names beside the declared model: {ranked}")
     lines += [f"integrity: {flaw['id']}: {flaw['where']}" for flaw in report["integrity"]]
     lines += [f"next: {next_line(n)}" for n in report["next_measurements"][:_LIKELY]]
@@ -122,7 +127,7 @@ def _lines(report: Mapping[str, Any]) -> list[str]:
 def next_line(proposal: Mapping[str, Any]) -> str:
     """A proposed measurement."""
     separates = f" (separates {', '.join(proposal['separates'])})" if proposal["separates"] else ""
-    return f"{proposal['what']}{separates}: {proposal['expected_sigma']:.3g} sigma expected"
+    return f"{proposal['what']}{separates}: {plain(proposal['expected_sigma'], '?')} sigma expected"
 
 
 def _parameters(report: Mapping[str, Any]) -> Table:

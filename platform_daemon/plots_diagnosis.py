@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from platform_daemon.diagnosis.anatomy import HARMONICS, HarmonicCourse, Scatter, ShotAnatomy
@@ -41,7 +42,7 @@ def channel_names(count: int, unit: str) -> tuple[str, ...]:
 def draw_residual(pair: Pair, unit: str) -> Figure:
     """Residual in time, a row per channel, before beside after, in units of the noise; right axis: in the unit."""
     names = channel_names(pair[0].sd.size, unit)
-    figure = _figure(11, 1.7 * len(names) + 0.9)
+    figure = _figure(11, 1.7 * len(names) + 1.3)
     rows = figure.subplots(len(names), 2, sharex=True, sharey="row", squeeze=False)
     figure.suptitle(f"{pair[0].name}: residual over noise; dark: below 6.5 fundamentals", fontsize=11)
     for c, name in enumerate(names):
@@ -200,6 +201,7 @@ def draw_scatter(before: Sequence[Scatter], after: Sequence[Scatter]) -> Figure:
                 axes.errorbar(place, course.values * factor, course.sd * factor, fmt="o", ms=3, lw=0.9, color=colour)
         axes.set_ylabel(heading, fontsize=8)
         axes.tick_params(labelsize=7)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.ticklabel_format(axis="y", useOffset=False)
     for axes in panels[count:]:
         axes.set_axis_off()

@@ -25,6 +25,7 @@ def root() -> dict[str, Any]:
         "acquisitions",
         "recordings",
         "fits",
+        "diagnoses",
         "models",
         "resonators",
         "health",

@@ -12,6 +12,7 @@ from platform_daemon import __version__
 from platform_daemon.api import (
     acquisition_routes,
     derived_routes,
+    diagnosis_routes,
     fit_routes,
     model_routes,
     platform_routes,
@@ -32,7 +33,15 @@ def create_api(context: Context) -> FastAPI:
     app = FastAPIOffline(title="platform-daemon", version=__version__, description=DESCRIPTION)
     app.state.context = context
     problems.install(app)
-    for routes in (platform_routes, acquisition_routes, recording_routes, fit_routes, derived_routes, model_routes):
+    for routes in (
+        platform_routes,
+        acquisition_routes,
+        recording_routes,
+        fit_routes,
+        derived_routes,
+        diagnosis_routes,
+        model_routes,
+    ):
         app.include_router(routes.router)
     return app
 

@@ -22,12 +22,14 @@ from .refit import Refit
 
 HARMONICS = (1, 2, 3, 4, 5)
 _STRETCHES = 24
-_PERIODS = 4.0  # at least in a stretch
+_PERIODS = 4.0  # at least in a stretch,
+_FEW_STRETCHES, _SHORT_PERIODS = 6, 1.5  # but so many of a short record
 _START_S = 0.02
 _BAND = 6.5  # fundamentals
 _SURE = 30.0  # power of a line over that of the noise: exceeded by chance once in 1e13 bins
 _MOST_LINES = 12
 _LOBE_BINS = 4
+_ANGLE_PERIODS = 6.0
 
 
 @dataclass(frozen=True)
@@ -212,7 +214,8 @@ def _harmonics(at: Refit, k: int, residual: Array) -> HarmonicCourse | None:
     weight = np.concatenate([np.full(g.count, float(g.factor)) for g in started.grids])
     f_nat_hz = at.states[k].dynamics.w / (2.0 * math.pi)
     time = started.time_s
-    count = max(1, min(_STRETCHES, int((time[-1] - time[0]) * f_nat_hz / _PERIODS)))
+    periods = (time[-1] - time[0]) * f_nat_hz
+    count = max(1, min(_FEW_STRETCHES, int(periods / _SHORT_PERIODS)), min(_STRETCHES, int(periods / _PERIODS)))
     which = np.minimum(((time - time[0]) / (time[-1] - time[0]) * count).astype(int), count - 1)
     level = sd_at(started.shot.noise, np.array(HARMONICS) * f_nat_hz, started.shot.rate_hz)
     level = np.sqrt(np.einsum("ac,ch->ah", frame**2, level**2))
@@ -250,10 +253,13 @@ def _local(at: Refit, k: int, residual: Array) -> tuple[Array, tuple[str, ...], 
 
 def sliding_windows(at: Refit, k: int) -> SlidingFit | None:
     """Fits along shot k with the effects held; None if it is too short for windows."""
-    fixed = held_strengths(at)
+    record, fixed = clean_record(at, k), held_strengths(at)
+    # An angle tells its frequency in few periods, and pendulums swing few of them.
+    period_s = 2.0 * math.pi / at.states[k].dynamics.w
+    window_s = _ANGLE_PERIODS * period_s if record.quantity == "angle" else None
     try:
         return fit_sliding(
-            clean_record(at, k), at.hypothesis.augmented, noise=at.started[k].shot.noise, fixed=fixed or None
+            record, at.hypothesis.augmented, window_s, noise=at.started[k].shot.noise, fixed=fixed or None
         )
     except (ReferenceRefusedError, ValueError):
         return None

@@ -12,7 +12,7 @@ from platform_daemon.diagnosis.pool import shot_pool
 from platform_daemon.diagnosis.refit import refit
 from platform_daemon.diagnosis.start import start
 from platform_daemon.diagnosis_shots import load_specimen
-from tests.diagnosis.files import THREAD
+from tests.diagnosis.files import THREAD, pendulum, swing
 
 
 @pytest.fixture(scope="module")
@@ -100,3 +100,15 @@ def test_two_shots_have_a_scatter_and_one_has_none(clean):
     assert f.values.shape == f.sd.shape == (2,)
     assert f.drift_per_shot == pytest.approx(f.values[1] - f.values[0])
     assert typical_shot(clean) in (0, 1)
+
+
+def test_a_long_swing_of_a_pendulum_has_windows_too(tmp_path):
+    specimen = load_specimen([pendulum(tmp_path, *swing(seconds=24.0))], "thread_small_angle")
+    with shot_pool() as pool:
+        started, _ = start(specimen.shots, specimen.model, pool)
+        at = refit(started, Hypothesis(specimen.model), pool)
+        found = sliding_windows(at, 0)
+    assert found is not None
+    assert found.course("f_nat_hz")[0].size >= 6
+    assert found.flatness("f_nat_hz").probability > 1e-3
+    assert shot_anatomy(at, 0).harmonics.axes == ("angle",)

@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from tests.diagnosis.files import JEWEL, THREAD, first_frames, pendulum, swing, without
+from tests.diagnosis.files import JEWEL, RUNS, THREAD, first_frames, pendulum, swing, without
 from tests.test_cli import COMMAND, assert_one_line_error, run
 
 KEYS = {
@@ -56,6 +56,18 @@ def test_angles_run_through_the_same_code(tmp_path):
     assert report["held_out"]["n_shots"] == 2
     assert report["n50_d30"] == {}
     assert report["parameters_after"]["f_nat_hz"]["value"] == pytest.approx(2.0, rel=1e-3)
+
+
+def test_measured_pendulums_get_a_verdict_and_a_page(tmp_path):
+    options = ("--observable", "angle", "--json", tmp_path / "d.json", "--html", tmp_path / "d.html")
+    done = run("diagnose", *RUNS, *options, timeout=300)
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "d.json").read_text())
+    held_out = report["held_out"]
+    assert held_out["n_shots"] == 3
+    assert held_out["nrmse_after"] <= held_out["nrmse_before"]
+    assert {e["strength"]["unit"] for e in report["effects"]} & {"A m^2/s"} == set()
+    assert "rotary_pendulum_run3" in (tmp_path / "d.html").read_text()
 
 
 def test_bad_input_is_one_line_and_no_ranking(tmp_path):
