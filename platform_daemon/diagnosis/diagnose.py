@@ -174,12 +174,12 @@ def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tu
     after = held_out(seen.refit, pool) if seen.refit.hypothesis.effects else before
     while seen.refit.hypothesis.effects:
         at = seen.refit
-        helps = {c.key: _help(at, c, after, pool) for c in at.hypothesis.effects}
+        helps = {c.key: _help(at, c, after, found.base, pool) for c in at.hypothesis.effects}
         worst = min(at.hypothesis.effects, key=lambda c: helps[c.key])
         if helps[worst.key] > 0.0:
             break
         dropped.append(worst)
-        final = found.base if len(at.hypothesis.effects) == 1 else _without(at, worst, pool)
+        final = found.base if len(at.hypothesis.effects) == 1 else _without(at, worst, found.base, pool)
         seen = found.look_again(final)
         after = held_out(final, pool) if final.hypothesis.effects else before
     return seen, before, after, tuple(dropped)
@@ -200,18 +200,22 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
     return seen
 
 
-def _without(at: Refit, effect: Candidate, pool: Executor) -> Refit:
+def _without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
     """A refit with all effects but one."""
     hypothesis = at.hypothesis.without(effect)
+    if not hypothesis.effects:
+        return base
     try:
-        return refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
-    except LostTrajectoryError:  # far from what the shots do without it: from their own fits
-        return refit(at.started, hypothesis, pool)
+        found = refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+    except LostTrajectoryError:
+        found = base
+    # Far from what the shots do without it, the way down leads from their own fits.
+    return found if found.chi2 < base.chi2 else refit(at.started, hypothesis, pool)
 
 
-def _help(at: Refit, effect: Candidate, with_it: HeldOut, pool: Executor) -> float:
+def _help(at: Refit, effect: Candidate, with_it: HeldOut, base: Refit, pool: Executor) -> float:
     """Fall of the held-out chi^2 that an effect brings as the last one."""
-    return held_out(_without(at, effect, pool), pool).worse_by(with_it)
+    return held_out(_without(at, effect, base, pool), pool).worse_by(with_it)
 
 
 def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple[Named, ...]:
@@ -230,7 +234,7 @@ def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)
-        named.append(Named(c, value, std, log_p, _help(final, c, after, pool), alike))
+        named.append(Named(c, value, std, log_p, _help(final, c, after, found.base, pool), alike))
     return tuple(named)
 
 

@@ -66,6 +66,8 @@ class HeldOut:
     def total(self) -> Score:
         """Of all shots that could be predicted."""
         good = [s for s in self.by_shot if s is not None]
+        if not good:
+            return Score(math.inf, 1.0, math.inf, 1.0, math.inf)
         sums = [sum(getattr(s, name) for s in good) for name in ("chi2", "dof", "squares", "energy", "whole")]
         return Score(*sums)
 

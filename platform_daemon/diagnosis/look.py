@@ -10,10 +10,12 @@ import numpy as np
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.trajectory import Trajectory
+from platform_daemon.estimation.trajectory import LostTrajectoryError, Trajectory
 from platform_daemon.estimation.workspace import Workspace
 
 from .shots import Started
+
+_LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,8 @@ def look(started: Started, model: RingDownModel, state: FitState) -> Look:
         LostTrajectoryError: the state does not oscillate.
     """
     basis = basis_at(started, model, state)
+    if not np.abs(basis).max() < _LARGEST:
+        raise LostTrajectoryError("the motion answers without bounds to its parameters")
     seen = Look.of_basis(started, state, basis)
     residual = started.data - seen.signal - state.offsets[:, None]
     return replace(seen, residual=residual, jacobian=_jacobian(model, state, basis))

@@ -67,7 +67,9 @@ def proposals(
         for key in dict.fromkeys(wanted):
             m = MEASUREMENTS[key]
             # What is told apart now grows with the measurement's power, as far as the effect itself is seen.
-            sigma = min(m.power * math.sqrt(max(rise, 1.0)), math.sqrt(gain))
+            # What shows no difference at all shows none by being repeated.
+            seen = rise if key == "more_shots" else max(rise, 1.0)
+            sigma = min(m.power * math.sqrt(max(seen, 0.0)), math.sqrt(gain))
             known = best.get(key)
             if known is None or sigma > known.expected_sigma:
                 best[key] = Proposal(m, names, sigma)

@@ -23,7 +23,6 @@ from .shots import Started
 
 _MOST_STEPS = 12
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
-_LARGEST = 1e100
 _SMALLEST = 1e-3  # fraction of a step
 _NOTHING = 1e-9  # share of a column that must be left beside the others
 
@@ -187,9 +186,6 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
     own = _orthonormal(hypothesis.own_columns(seen).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
-    size = float(np.max(np.abs(base), initial=0.0))
-    if not size < _LARGEST:
-        raise LostTrajectoryError("the motion answers without bounds to its parameters")
     norm = np.linalg.norm(base, axis=0)
     scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
     q, triangle = qr(base * scale, mode="economic")
