@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo test check bench campaign accuracy clean
+.PHONY: install demo test check bench campaign accuracy diagnose-study clean
 
 install: $(STAMP)
 
@@ -32,6 +32,10 @@ campaign: install
 
 bench: install
 	$(BIN)/platform-daemon bench fit
+
+# `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
+diagnose-study: install
+	$(BIN)/python -m tests.diagnosis.study $(STUDY)
 
 accuracy: install
 	$(BIN)/python -m tests.paper.accuracy

@@ -112,7 +112,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     started, gaps = without_gaps(started, model, pool)
     tell("fit of the declared model", 0.1)
     base = refit(started, Hypothesis(model), pool)
-    found = search(base, _candidates(base), pool, tell)
+    found = search(base, candidates_for(base), pool, tell)
     tell("prediction of held-out data", 0.8)
     seen, before, after, dropped = _proved(found, pool)
     final = seen.refit
@@ -155,7 +155,7 @@ def _rise(named: Named) -> float:
     return min((r.rise for r in named.alike), default=0.0)
 
 
-def _candidates(base: Refit) -> list[Candidate]:
+def candidates_for(base: Refit) -> list[Candidate]:
     """Everything with a name that can act on such shots; additive effects are found by the search itself."""
     model, record = base.hypothesis.model, base.started[0].shot.record
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)

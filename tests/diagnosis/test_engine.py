@@ -36,21 +36,28 @@ def test_nothing_is_missing_in_clean_shots(variant):
     assert report["parameters_before"] == report["parameters_after"]
 
 
+def long(*case):
+    """A case that only the campaign runs."""
+    return pytest.param(*case, marks=pytest.mark.campaign)
+
+
 @pytest.mark.parametrize(
     ("variant", "effect"),
     [
         ("thread", {"id": "coulomb_friction", "strength": 1.0}),
-        ("thread", {"id": "torsion_stiffness", "strength": 0.01}),
+        long("thread", {"id": "torsion_stiffness", "strength": 0.01}),
         ("thread", {"id": "frequency_drift", "strength": 3e-3}),
-        ("jewel", {"id": "quadratic_drag", "strength": 3e-5}),
-        ("jewel", {"id": "bias_torque", "strength": 2500.0}),
-        ("jewel", {"id": "crosstalk", "strength": 1e-3, "from": "x", "to": "y"}),
+        long("jewel", {"id": "quadratic_drag", "strength": 3e-5}),
+        long("jewel", {"id": "bias_torque", "strength": 2500.0}),
+        long("jewel", {"id": "crosstalk", "strength": 1e-3, "from": "x", "to": "y"}),
         ("jewel", {"id": "receiver_compression", "strength": 3e-3, "axis": "x"}),
         ("jewel", {"id": "receive_lowpass", "strength": 1.5e-5}),
         ("jewel", {"id": "side_mode", "strength": 0.02, "frequency_hz": 171.3, "tau_s": 0.2, "axis": "z"}),
-        ("jewel", {"id": "switch_transient", "strength": 0.05, "tau_s": 0.01, "axis": "x"}),
-        ("thread", {"id": "spectral_line", "strength": 2e-3, "frequency_hz": 737.3}),
-        ("thread", {"id": "mains_interference", "strength": 3e-3, "frequency_hz": 50.0, "harmonics": [1.0, 0.0, 0.5]}),
+        long("jewel", {"id": "switch_transient", "strength": 0.05, "tau_s": 0.01, "axis": "x"}),
+        long("thread", {"id": "spectral_line", "strength": 2e-3, "frequency_hz": 737.3}),
+        long(
+            "thread", {"id": "mains_interference", "strength": 3e-3, "frequency_hz": 50.0, "harmonics": [1.0, 0.0, 0.5]}
+        ),
     ],
 )
 def test_an_undeclared_effect_is_named_or_among_its_look_alikes(variant, effect):
@@ -67,6 +74,7 @@ def test_an_undeclared_effect_is_named_or_among_its_look_alikes(variant, effect)
     json.dumps(report, allow_nan=False)
 
 
+@pytest.mark.campaign
 def test_parameters_are_right_once_the_effect_is_in_the_model():
     report, truths = found("thread", {"id": "quadratic_drag", "strength": 1e-4}, rx_s=3.0)
     assert names(report)[0] >= {"quadratic_drag"}
