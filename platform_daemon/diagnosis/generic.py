@@ -31,13 +31,14 @@ _RESOLVED = 1e-7  # share of a direction's power that must survive the projectio
 class Generic:
     """What a block of columns would gain: fall of chi^2 over the noise factor, and the number of its directions.
 
-    information, gradient: of its columns beside everything that is fitted.
+    information, gradient: of its columns beside everything that is fitted; power: of the columns as they are.
     """
 
     gain: float
     directions: int
     information: Array
     gradient: Array
+    power: Array
 
     @property
     def p_value(self) -> float:
@@ -140,4 +141,4 @@ def _gained(at: Refit, parts: Sequence[_Part]) -> Generic:
     visible = values > _RESOLVED
     along = vectors[:, visible].T @ (gradient * scale)
     gain = float(np.sum(along**2 / values[visible])) / at.noise_factor
-    return Generic(gain, int(visible.sum()), information, gradient)
+    return Generic(gain, int(visible.sum()), information, gradient, power)

@@ -13,6 +13,7 @@ from .refit import Refit
 
 _POINTS = 25
 _VISIBLE = 1e-7
+_BESIDE = 1e-2  # share of a column that must be left beside the declared parameters (a constant torque on an angle)
 
 
 @dataclass(frozen=True)
@@ -35,8 +36,10 @@ def missing_torque(at: Refit, left: Residues) -> MissingTorque:
     """From the scores of a smooth torque beside everything that is fitted."""
     generic, (largest, fastest) = left.torque, left.scale
     w = float(np.mean([s.dynamics.w for s in at.states]))
-    norm = np.sqrt(np.maximum(np.diag(generic.information), 1e-300))
-    values, vectors = np.linalg.eigh(generic.information / np.outer(norm, norm))
+    told = np.diag(generic.information) > _BESIDE * generic.power
+    information = np.where(np.outer(told, told), generic.information, 0.0)
+    norm = np.sqrt(np.where(told, np.diag(information), 1.0))
+    values, vectors = np.linalg.eigh(information / np.outer(norm, norm))
     visible = values > _VISIBLE * values[-1]
     inverse = (vectors[:, visible] / values[visible]) @ vectors[:, visible].T / np.outer(norm, norm)
     weights = inverse @ generic.gradient

@@ -174,9 +174,9 @@ def _row(outcome: Outcome) -> str:
 
 _HEAD = """# Does the diagnosis name what is missing?
 
-Simulated recordings of {shots} shots with one effect that nobody declared to the diagnosis, made by `sim_backend`, whose
-effect code is its own. Strength: multiples of the standard deviation with which the score test sees the effect beside
-the declared parameters of all shots. Written by `make diagnose-study` in {minutes:.0f} minutes; do not edit.
+Simulated recordings of {shots} shots with one effect that nobody declared to the diagnosis, made by `sim_backend`,
+whose effect code is its own. Strength: multiples of the standard deviation with which the score test sees the effect
+beside the declared parameters of all shots. Written by `make diagnose-study` in {minutes:.0f} minutes; do not edit.
 
 Not applicable: effects whose strength would have to be implausible to be seen in a pose (a channel that hears nothing),
 Stribeck friction without a jewel, Hertz friction beside the jewel's own.
