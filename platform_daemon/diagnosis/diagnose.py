@@ -338,6 +338,7 @@ def _notes(found: Found, final: Refit, refused: Sequence[Refused], dropped: Sequ
     notes = [f"{r.shot.name} was left out: {r.reason}" for r in refused]
     if len(final.started) == 1:
         notes.append("one shot only: held out is the last 30 % of its window, predicted from the first 70 %")
+    notes += [c.effect.absorbed for c in final.hypothesis.effects if c.effect.absorbed]
     notes += [f"{c.effect.id} gains in the fit but not on held-out data, and was not accepted" for c in dropped]
     if found.forbidden:
         names = " and ".join(c.effect.id for c in found.forbidden)

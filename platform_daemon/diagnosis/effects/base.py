@@ -52,6 +52,7 @@ class Effect:
         separates: keys of the measurements (proposals.py) that set it apart from its look-alikes.
         signature: how it shows in the residual.
         source: who described it.
+        absorbed: the part of it that declared parameters take up, whatever its size.
     """
 
     id: str
@@ -60,6 +61,7 @@ class Effect:
     separates: tuple[str, ...]
     signature: str
     source: str
+    absorbed: str = ""
 
 
 @dataclass(frozen=True)

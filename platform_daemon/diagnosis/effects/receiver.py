@@ -22,10 +22,15 @@ _SMALL = 1e-12  # a strength whose square is nothing
 _CAL_2F, _TURN, _AMPLITUDE = "calibrate_2f", "turn_90_deg", "second_amplitude"
 GAIN = Effect(
     "channel_gain", "1", 0, (_TURN, _CAL_2F), "v3 in N50, u2 in D30; changes sign if turned by 90 degrees",
-    "calibration error; pole of a coil or an AC coupling",
-)  # fmt: skip
+    "calibration error; pole of a coil or an AC coupling", "a gain common to all channels is part of m_r",)  # fmt: skip
 DELAY = Effect(
-    "channel_delay", "s", 0, (_CAL_2F, _TURN), "u2 in phase, the same in every window", "filters that differ"
+    "channel_delay",
+    "s",
+    0,
+    (_CAL_2F, _TURN),
+    "u2 in phase, the same in every window",
+    "filters that differ",
+    "a delay common to all channels is part of psi_start",
 )
 LOW_PASS = Effect(
     "receive_lowpass", "s", 1, (_CAL_2F, _TURN), "u2 in phase; all channels: u2 and v3 in amplitude",
@@ -34,7 +39,15 @@ LOW_PASS = Effect(
 COMPRESSION = Effect(
     "receiver_compression", "1/V^2", 0, (_AMPLITUDE,), "v3 and v1 grow as phi^3", "amplifier near its limit",
 )  # fmt: skip
-CROSSTALK = Effect("crosstalk", "1", 0, (_TURN, _CAL_2F), "v2 in phase", "coupling of coils, cables and channels")
+CROSSTALK = Effect(
+    "crosstalk",
+    "1",
+    0,
+    (_TURN, _CAL_2F),
+    "v2 in phase",
+    "coupling of coils, cables and channels",
+    "the antisymmetric part of a crosstalk is part of the orientation R",
+)
 
 _LARGEST = {"1": 0.3, "s": 1e-3}
 # Central difference of order 8.

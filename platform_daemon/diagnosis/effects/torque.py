@@ -33,6 +33,7 @@ EFFECTS = (
     Effect(
         "torsion_stiffness", "1", 1, (_AMPLITUDE, _BIAS),
         "as restoring anharmonicity -k/3, with f_nat shifted", "torsion of the thread",
+        "most of a torsion is a shift of f_nat; f_nat_hz is that of the declared sine term",
     ),
     Effect(
         "bias_torque", "rad/s^2", 0, (_AMPLITUDE, _BIAS),
