@@ -189,9 +189,9 @@ def _row(outcome: Outcome) -> str:
 
 _FOUND = 6.0  # standard deviations: 4.35 pass the corrected level of 1e-3, and 1.65 for a power of 95 %
 _LARGEST = {"channel_gain": 0.05, "channel_delay": 1e-4, "receive_lowpass": 1e-4, "crosstalk": 0.05}
-_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction in rad/s^2 at the velocity
-scale named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the declared
-parameters, shots as in the study.
+_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction in rad/s^2 at the
+velocity scale named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the
+declared parameters, shots as in the study.
 """
 _HEAD = """# Does the diagnosis name what is missing?
 
