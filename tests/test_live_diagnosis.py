@@ -31,6 +31,7 @@ def test_a_platform_without_a_hidden_effect_is_left_alone_after_the_first_series
     assert live.log()["recordings"][0]["sha256"] is not None
 
 
+@pytest.mark.campaign
 def test_look_alikes_are_told_apart_by_what_the_platform_measures_next(engine_with, tmp_path):
     live = loop(engine_with(hidden('id="coulomb_friction", strength=60.0')), tmp_path, budget=16)
     live.run()
@@ -45,6 +46,7 @@ def test_look_alikes_are_told_apart_by_what_the_platform_measures_next(engine_wi
     assert sorted(tmp_path.glob("*.h5")) == sorted(tmp_path / r["file"] for r in live.rounds)
 
 
+@pytest.mark.campaign
 def test_the_budget_ends_the_loop_and_manual_steps_are_asked_once_or_listed(engine_with, tmp_path):
     engine, asked = engine_with(hidden('id="channel_delay", strength=2e-6, axis="y"')), []
     live = loop(engine, tmp_path, budget=4, sequence={"rx_s": 1.0})

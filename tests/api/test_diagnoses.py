@@ -83,6 +83,7 @@ def test_an_adopted_model_explains_new_shots_and_every_result_names_it(client, d
     assert finished(client, online.headers["location"])["result"]["fit"]["variant"] == "dry@1"
 
 
+@pytest.mark.campaign
 def test_a_diagnosis_that_starts_from_the_adopted_model_finds_nothing_more(client, diagnosis, recording):
     client.post(diagnosis["links"]["adopt"], json={"name": "base", "by": "me"})
     answer = client.post("/diagnoses", json={"recordings": [recording], "base": "base"})
@@ -102,6 +103,7 @@ def test_a_retired_model_is_listed_but_no_longer_meant_by_its_name(client, diagn
     assert client.post("/fits", json={"recording": recording, "variant": "old"}).status_code == 422
 
 
+@pytest.mark.campaign
 def test_one_frame_is_split_in_time_and_says_so(client, recording):
     answer = client.post("/diagnoses", json={"recordings": [{"recording": recording, "frames": [1]}]})
     result = finished(client, answer.headers["location"])["result"]

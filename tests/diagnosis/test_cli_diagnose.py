@@ -58,6 +58,7 @@ def test_angles_run_through_the_same_code(tmp_path):
     assert report["parameters_after"]["f_nat_hz"]["value"] == pytest.approx(2.0, rel=1e-3)
 
 
+@pytest.mark.campaign
 def test_measured_pendulums_get_a_verdict_and_a_page(tmp_path):
     options = ("--observable", "angle", "--json", tmp_path / "d.json", "--html", tmp_path / "d.html")
     done = run("diagnose", *RUNS, *options, timeout=300)

@@ -86,6 +86,7 @@ def test_parameters_are_right_once_the_effect_is_in_the_model():
     assert abs(before["value"] - truth["lambda_per_s"]) > 20.0 * before["std"]
 
 
+@pytest.mark.campaign
 def test_two_effects_that_hide_each_other_are_both_named():
     drag, mix = (
         {"id": "bias_torque", "strength": 1500.0},
@@ -97,6 +98,7 @@ def test_two_effects_that_hide_each_other_are_both_named():
     assert len(report["effects"]) == 2
 
 
+@pytest.mark.campaign
 def test_what_has_no_name_is_never_explained():
     report, _ = found("jewel", {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1})
     assert report["verdict"] in ("unexplained", "partly_explained")
