@@ -14,7 +14,7 @@ from .effects.base import Candidate
 from .hypothesis import Hypothesis
 from .picture import Block, Picture
 from .refit import Refit, carried, refit
-from .search import signs_allowed
+from .signs import signs_allowed
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
 _WORTH_A_REFIT = 60.0  # rise by the linear picture that a refit may still bring down

@@ -7,7 +7,6 @@ adding to the best smaller set.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
@@ -23,20 +22,16 @@ from .hypothesis import Hypothesis
 from .picture import Block, Picture, Score, picture
 from .refit import Refit, carried, refit
 from .scan import leftovers, side_modes, tones, transients
+from .sets import pairs, singles, triples
 from .significance import LEVEL, log_chance
+from .signs import negative_losses, signs_allowed, step_allowed
 
 _LARGEST_SET = 3
 _LEADERS = 6
 _NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
 _CLOSE = 12.0  # fall of chi^2, the same
-_PAIRS_FROM = 12  # blocks, for pairs with more than two columns
-_NARROW_PAIRS = 80
-_TOLD_APART = 1e-6  # share of two columns' power that must differ
-_TRIPLES_FROM = 12  # pairs
-_THIRDS_FROM = 24
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
-_SURELY = 3.0  # standard deviations below 0
 _MOST_MOVES = 5  # from place to place
 _SHARP = 0.5  # fall of chi^2 that makes another move worth while
 
@@ -165,7 +160,7 @@ class _Search:
                         tuple(score.sd),
                         score.gain,
                         log_p,
-                        _allowed([block], score),
+                        step_allowed([block], score),
                         False,
                     )
                 )
@@ -175,7 +170,7 @@ class _Search:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
         floor = _NEGLIGIBLE * max(self._base.chi2 - seen.refit.chi2, 0.0) / seen.refit.noise_factor
         best = 0.0
-        for sets, trials in ((_each(seen), 1.0), (_pairs(seen), 0.5 * self._trials)):
+        for sets, trials in ((singles(seen), 1.0), (pairs(seen), 0.5 * self._trials)):
             for blocks, score in sets:
                 if score.gain > floor:
                     best = min(best, self._log_p(blocks, score, trials))
@@ -269,13 +264,13 @@ class _Search:
 
     def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
-        sets = {1: _each, 2: _pairs, 3: _triples}[size](first)
-        proposals = [(score.gain, first, blocks, score) for blocks, score in sets if _allowed(blocks, score)]
+        sets = {1: singles, 2: pairs, 3: triples}[size](first)
+        proposals = [(score.gain, first, blocks, score) for blocks, score in sets if step_allowed(blocks, score)]
         if size > 1:
             explained = (first.refit.chi2 - seen.refit.chi2) / seen.refit.noise_factor
             proposals += [
                 (explained + score.gain, seen, blocks, score)
-                for blocks, score in _each(seen) if _allowed(blocks, score)
+                for blocks, score in singles(seen) if step_allowed(blocks, score)
             ]  # fmt: skip
         proposals.sort(key=lambda p: -p[0])
         chosen: list[tuple[Hypothesis, Refit]] = []
@@ -307,35 +302,6 @@ class _Search:
             return None
 
 
-def negative_losses(at: Refit) -> tuple[int, ...]:
-    """Losses of the declared model that come out surely negative: places among its coefficients."""
-    model, count = at.hypothesis.model, len(at.started)
-    found = []
-    for k, coefficient in enumerate(model.coefficients):
-        if coefficient.name in model.losses and k not in at.hypothesis.gone:
-            mean = sum(s.dynamics.values[k] for s in at.states) / count
-            variance = sum(a.own_covariance()[3 + k, 3 + k] for a in at.linear) / count**2 * at.noise_factor
-            if mean < -_SURELY * math.sqrt(variance):
-                found.append(k)
-    return tuple(found)
-
-
-def signs_allowed(at: Refit) -> bool:
-    """True if no strength has a sign that physics forbids."""
-    pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
-    return all(c.allows(float(at.strengths[s][0])) for c, s in pairs)
-
-
-def _allowed(blocks: Sequence[Block], score: Score) -> bool:
-    """The same for a linear step."""
-    place = 0
-    for b in blocks:
-        if not b.candidate.allows(float(score.strengths[place])):
-            return False
-        place += b.candidate.size
-    return True
-
-
 def _twin(candidate: Candidate, at: Refit) -> bool:
     """True if a hidden scale or a place of the same effect is in the refit already."""
     for c in at.hypothesis.effects:
@@ -347,57 +313,3 @@ def _twin(candidate: Candidate, at: Refit) -> bool:
             near = abs(c.detail.frequency_hz - candidate.detail.frequency_hz)
             return near < 3.0 / float(at.started[0].time_s[-1])
     return False
-
-
-_Sets = list[tuple[list[Block], Score]]
-
-
-def _each(seen: Picture) -> _Sets:
-    scores = [([b], seen.gain([b])) for b in seen.blocks]
-    found = [(b, s) for b, s in scores if s is not None]
-    return sorted(found, key=lambda pair: -pair[1].gain)
-
-
-def _pairs(seen: Picture) -> _Sets:
-    """The best pairs; of single columns all are looked at, because two effects can hide each other."""
-    some = [blocks[0] for blocks, _ in _each(seen)][:_PAIRS_FROM]
-    wide = [(a, b) for a, b in itertools.combinations(some, 2) if len(a.where) + len(b.where) > 2]
-    pairs = [(a, b) for a, b in [*_best_narrow_pairs(seen), *wide] if _compatible(a, b)]
-    scores = [([a, b], seen.gain([a, b])) for a, b in pairs]
-    found = [(b, s) for b, s in scores if s is not None]
-    return sorted(found, key=lambda pair: -pair[1].gain)
-
-
-def _best_narrow_pairs(seen: Picture) -> list[tuple[Block, Block]]:
-    """Pairs of blocks of one column each that promise most, by the formula for two columns."""
-    blocks = [b for b in seen.blocks if len(b.where) == 1]
-    information, gradient = seen.beside_accepted([b.where[0] for b in blocks])
-    power = np.diag(information)
-    gained = gradient**2 * power[:, None] + gradient[:, None] ** 2 * power
-    gained -= 2.0 * information * np.outer(gradient, gradient)
-    left = np.outer(power, power) - information**2
-    apart = left > _TOLD_APART * np.outer(power, power)
-    promise = np.divide(gained, left, out=np.zeros_like(left), where=apart)
-    rows, columns = np.triu_indices(len(blocks), 1)
-    best = np.argsort(-promise[rows, columns])[:_NARROW_PAIRS]
-    return [(blocks[rows[k]], blocks[columns[k]]) for k in best]
-
-
-def _triples(seen: Picture) -> _Sets:
-    singles = [blocks[0] for blocks, _ in _each(seen)][:_THIRDS_FROM]
-    found = []
-    for pair, _ in _pairs(seen)[:_TRIPLES_FROM]:
-        for third in singles:
-            if all(third is not b and _compatible(third, b) for b in pair):
-                score = seen.gain([*pair, third])
-                if score is not None:
-                    found.append(([*pair, third], score))
-    return sorted(found, key=lambda item: -item[1].gain)
-
-
-def _compatible(a: Block, b: Block) -> bool:
-    """False for two scales of one effect, which are one effect."""
-    if a.candidate.effect is not b.candidate.effect:
-        return True
-    scaled = a.candidate.hidden or a.candidate.detail.tau_s is not None
-    return not scaled and not set(a.where) & set(b.where)
