@@ -67,7 +67,10 @@ def pulls(make, truth, variant, seconds, draws, coloured=(0, 1, 2)):
 
 
 @pytest.mark.parametrize("name", ["pink", "one_pole"])
-@pytest.mark.parametrize(("variant", "truth", "seconds"), [("thread", Truth(), 0.5), ("jewel", JEWEL, 0.5)])
+@pytest.mark.parametrize(
+    ("variant", "truth", "seconds"),
+    [("thread", Truth(), 0.5), pytest.param("jewel", JEWEL, 0.5, marks=pytest.mark.campaign)],
+)
 def test_scatter_in_coloured_noise_is_the_predicted_one(name, variant, truth, seconds):
     draws = 150
     found = pulls(COLOURS[name][0], truth, variant, seconds, draws)
