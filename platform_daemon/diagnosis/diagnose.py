@@ -114,9 +114,9 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     base = refit(started, Hypothesis(model), pool)
     found = search(base, candidates_for(base), pool, tell)
     tell("prediction of held-out data", 0.8)
-    seen, before, after, dropped = _proved(found, pool)
+    seen, before, after, dropped, passed = _proved(found, pool)
     final = seen.refit
-    named = _named(found, seen, after, pool) if final.hypothesis.effects else ()
+    named = _named(found, seen, after, passed, pool) if final.hypothesis.effects else ()
     verdict = _verdict(found, final, named, gaps)
     if verdict == "unexplained":
         named = ()
@@ -164,13 +164,14 @@ def candidates_for(base: Refit) -> list[Candidate]:
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
 
 
-def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tuple[Candidate, ...]]:
+def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tuple[Candidate, ...], tuple[Rival, ...]]:
     """The picture of the refit that predicts best, without effects that do not help; held-out scores before and after.
 
-    Where effects cannot be told apart by the fit, held-out data choose. With what was dropped.
+    Where effects cannot be told apart by the fit, held-out data choose. With what was dropped, and what was passed over
+    for a look-alike.
     """
     before = held_out(found.base, pool)
-    seen, dropped = _best_predicting(found, pool), []
+    (seen, passed), dropped = _best_predicting(found, pool), []
     after = held_out(seen.refit, pool) if seen.refit.hypothesis.effects else before
     while seen.refit.hypothesis.effects:
         at = seen.refit
@@ -182,12 +183,12 @@ def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tu
         final = found.base if len(at.hypothesis.effects) == 1 else _without(at, worst, found.base, pool)
         seen = found.look_again(final)
         after = held_out(final, pool) if final.hypothesis.effects else before
-    return seen, before, after, tuple(dropped)
+    return seen, before, after, tuple(dropped), passed
 
 
-def _best_predicting(found: Found, pool: Executor) -> Picture:
-    """The best refit, or one with look-alikes in the place of its effects that predicts better."""
-    seen = found.picture
+def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, tuple[Rival, ...]]:
+    """The best refit, or one with look-alikes in the place of its effects that predicts better; what was passed over."""
+    seen, passed = found.picture, []
     for effect in seen.refit.hypothesis.common:
         options = [seen.refit]
         options += [r.refit for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None][
@@ -196,8 +197,11 @@ def _best_predicting(found: Found, pool: Executor) -> Picture:
         if len(options) > 1:
             first = held_out(options[0], pool)
             best = min(options, key=lambda o: held_out(o, pool).worse_by(first))
-            seen = seen if best is seen.refit else found.look_again(best)
-    return seen
+            if best is not seen.refit:
+                rise = (seen.refit.chi2 - best.chi2) / best.noise_factor
+                passed.append(Rival(effect, rise, gain_of(seen.refit, effect), seen.refit))
+                seen = found.look_again(best)
+    return seen, tuple(passed)
 
 
 def _without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
@@ -218,7 +222,7 @@ def _help(at: Refit, effect: Candidate, with_it: HeldOut, base: Refit, pool: Exe
     return held_out(_without(at, effect, base, pool), pool).worse_by(with_it)
 
 
-def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple[Named, ...]:
+def _named(found: Found, seen: Picture, after: HeldOut, passed: tuple[Rival, ...], pool: Executor) -> tuple[Named, ...]:
     """Accepted effects with their evidence."""
     named, final = [], seen.refit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
@@ -231,6 +235,7 @@ def _named(found: Found, seen: Picture, after: HeldOut, pool: Executor) -> tuple
             value, std = c.public(value, std, f_nat, friction)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
+            alike += tuple(p for p in passed if p.candidate.effect.id not in {r.candidate.effect.id for r in alike})
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)

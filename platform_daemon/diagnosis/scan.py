@@ -142,7 +142,8 @@ def side_modes(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
     n = next_fast_len(2 * count, real=True)
     found = []
     fastest = 3.0 * 2.0 * math.pi / at.states[0].dynamics.w
-    for tau in np.geomspace(fastest, 2.0 * seconds, _TAUS):
+    # What hardly decays within the window is a line.
+    for tau in np.geomspace(fastest, 0.7 * seconds, _TAUS):
         fall = np.exp(-time / tau)
         norm = math.sqrt(0.5 * float(fall @ fall))
         transforms = np.stack([rfft(m * fall, n, axis=1) for m in means]) / norm
