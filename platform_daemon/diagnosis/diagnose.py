@@ -187,7 +187,7 @@ def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tu
 
 
 def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, tuple[Rival, ...]]:
-    """The best refit, or one with look-alikes in the place of its effects that predicts better; what was passed over."""
+    """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
     seen, passed = found.picture, []
     for effect in seen.refit.hypothesis.common:
         options = [seen.refit]
