@@ -197,7 +197,8 @@ _HEAD = """# Does the diagnosis name what is missing?
 
 Simulated recordings of {shots} shots with one effect that nobody declared to the diagnosis, made by `sim_backend`,
 whose effect code is its own. Strength: multiples of the standard deviation with which the score test sees the effect
-beside the declared parameters of all shots. Written by `make diagnose-study` in {minutes:.0f} minutes; do not edit.
+beside the declared parameters of all shots. Written by `make diagnose-study` in {minutes:.0f} minutes
+(`python -m tests.diagnosis.study {options}`); do not edit.
 
 Not applicable: effects whose strength would have to be implausible to be seen in a pose (a channel that hears nothing),
 Stribeck friction without a jewel, Hertz friction beside the jewel's own.
@@ -221,7 +222,7 @@ def document(outcomes: Sequence[Outcome], shots: int, minutes: float) -> str:
         named, wrong = sum(o.named for o in of), sum(o.wrong for o in of)
         lines.append(f"| {label} | {len(of)} | {named} | {wrong} | {worst:.4f} |")
     rows = [_row(o) for o in outcomes]
-    return _HEAD.format(shots=shots, minutes=minutes) + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
+    return _HEAD.format(shots=shots, minutes=minutes, options=" ".join(sys.argv[1:])) + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
 
 
 def main() -> int:
