@@ -222,7 +222,8 @@ def document(outcomes: Sequence[Outcome], shots: int, minutes: float) -> str:
         named, wrong = sum(o.named for o in of), sum(o.wrong for o in of)
         lines.append(f"| {label} | {len(of)} | {named} | {wrong} | {worst:.4f} |")
     rows = [_row(o) for o in outcomes]
-    return _HEAD.format(shots=shots, minutes=minutes, options=" ".join(sys.argv[1:])) + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
+    head = _HEAD.format(shots=shots, minutes=minutes, options=" ".join(sys.argv[1:]))
+    return head + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
 
 
 def main() -> int:
