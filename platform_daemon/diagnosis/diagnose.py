@@ -19,6 +19,7 @@ from .effects.base import Candidate
 from .effects.clock import gap
 from .effects.receiver import receiver_candidates
 from .effects.torque import drift_candidate, stribeck_candidates, torque_candidates
+from .generic import residues
 from .heldout import HeldOut, held_out
 from .hypothesis import Hypothesis
 from .integrity import Flaw, flaws, without_gaps
@@ -43,6 +44,9 @@ _HERTZ_LAW_RAD = 0.5 * math.pi
 _NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
 _PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 _OPTIONS = 4  # look-alikes that held-out data choose from
+
+
+_Passed = dict[object, Rival]  # look-alikes that were fitted better, by the key of what predicts better
 
 
 class DiagnosisError(ValueError):
@@ -116,6 +120,8 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     tell("prediction of held-out data", 0.8)
     seen, before, after, dropped, passed = _proved(found, pool)
     final = seen.refit
+    if final is not found.best:
+        found = replace(found, residues=residues(final, pool))
     named = _named(found, seen, after, passed, pool) if final.hypothesis.effects else ()
     verdict = _verdict(found, final, named, gaps)
     if verdict == "unexplained":
@@ -164,7 +170,7 @@ def candidates_for(base: Refit) -> list[Candidate]:
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
 
 
-def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tuple[Candidate, ...], tuple[Rival, ...]]:
+def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tuple[Candidate, ...], _Passed]:
     """The picture of the refit that predicts best, without effects that do not help; held-out scores before and after.
 
     Where effects cannot be told apart by the fit, held-out data choose. With what was dropped, and what was passed over
@@ -186,9 +192,9 @@ def _proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tu
     return seen, before, after, tuple(dropped), passed
 
 
-def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, tuple[Rival, ...]]:
+def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, _Passed]:
     """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
-    seen, passed = found.picture, []
+    seen, passed = found.picture, _Passed()
     for effect in seen.refit.hypothesis.common:
         options = [seen.refit]
         options += [r.refit for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None][
@@ -199,9 +205,11 @@ def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, tuple[Rival
             best = min(options, key=lambda o: held_out(o, pool).worse_by(first))
             if best is not seen.refit:
                 rise = (seen.refit.chi2 - best.chi2) / best.noise_factor
-                passed.append(Rival(effect, rise, gain_of(seen.refit, effect), seen.refit))
+                kept = {c.key for c in seen.refit.hypothesis.effects}
+                (new,) = (c for c in best.hypothesis.effects if c.key not in kept)
+                passed[new.key] = Rival(effect, rise, gain_of(seen.refit, effect), seen.refit)
                 seen = found.look_again(best)
-    return seen, tuple(passed)
+    return seen, passed
 
 
 def _without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
@@ -222,7 +230,7 @@ def _help(at: Refit, effect: Candidate, with_it: HeldOut, base: Refit, pool: Exe
     return held_out(_without(at, effect, base, pool), pool).worse_by(with_it)
 
 
-def _named(found: Found, seen: Picture, after: HeldOut, passed: tuple[Rival, ...], pool: Executor) -> tuple[Named, ...]:
+def _named(found: Found, seen: Picture, after: HeldOut, passed: _Passed, pool: Executor) -> tuple[Named, ...]:
     """Accepted effects with their evidence."""
     named, final = [], seen.refit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
@@ -235,7 +243,7 @@ def _named(found: Found, seen: Picture, after: HeldOut, passed: tuple[Rival, ...
             value, std = c.public(value, std, f_nat, friction)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
-            alike += tuple(p for p in passed if p.candidate.effect.id not in {r.candidate.effect.id for r in alike})
+            alike += (passed[c.key],) if c.key in passed else ()
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)
@@ -315,7 +323,7 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
     significant = math.log(max(left.p_value, 1e-300)) < _LEFT and left.excess > _NEGLIGIBLE * explained
     significant |= factor > _NOISY
     if not named:
-        if significant or found.forbidden or found.best is not final:
+        if significant or found.forbidden or found.best.hypothesis.effects:
             return "unexplained"
         return "explained" if gaps else "nothing_missing"
     share = explained / (explained + excess)

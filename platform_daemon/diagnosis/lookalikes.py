@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -99,8 +98,3 @@ def _checked(at: Refit, effect: Candidate, rival: Rival, pool: Executor) -> Riva
     if not signs_allowed(found):
         return None
     return Rival(rival.candidate, (found.chi2 - at.chi2) / at.noise_factor, rival.gain, found)
-
-
-def ids(found: Sequence[Rival]) -> list[str]:
-    """Names of the indistinguishable ones, each once."""
-    return list(dict.fromkeys(r.candidate.effect.id for r in found if r.indistinguishable))

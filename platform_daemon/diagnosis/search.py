@@ -48,7 +48,6 @@ class Tried:
     gain: float
     log_p: float
     allowed: bool
-    refitted: bool
 
 
 @dataclass(frozen=True)
@@ -155,13 +154,7 @@ class _Search:
                 log_p = log_chance(score.gain, c.size, self._trials * c.trials)
                 rows.append(
                     Tried(
-                        (c,),
-                        tuple(score.strengths),
-                        tuple(score.sd),
-                        score.gain,
-                        log_p,
-                        step_allowed([block], score),
-                        False,
+                        (c,), tuple(score.strengths), tuple(score.sd), score.gain, log_p, step_allowed([block], score)
                     )
                 )
         return tuple(sorted(rows, key=lambda t: (t.log_p, -t.gain)))
