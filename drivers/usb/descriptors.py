@@ -10,18 +10,18 @@ DEVICE, CONFIGURATION, STRING, INTERFACE, ENDPOINT = 1, 2, 3, 4, 5
 
 _DEVICE = struct.Struct("<BBHBBBBHHHBBBB")
 _DEVICE_NAMES = (
-    ("bLength", "bDescriptorType", "bcdUSB", "bDeviceClass", "bDeviceSubClass", "bDeviceProtocol", "bMaxPacketSize0")
-    + ("idVendor", "idProduct", "bcdDevice", "iManufacturer", "iProduct", "iSerialNumber", "bNumConfigurations")
+    "bLength", "bDescriptorType", "bcdUSB", "bDeviceClass", "bDeviceSubClass", "bDeviceProtocol", "bMaxPacketSize0",
+    "idVendor", "idProduct", "bcdDevice", "iManufacturer", "iProduct", "iSerialNumber", "bNumConfigurations",
 )  # fmt: skip
 _CONFIGURATION = struct.Struct("<BBHBBBBB")
 _CONFIGURATION_NAMES = (
-    ("bLength", "bDescriptorType", "wTotalLength", "bNumInterfaces")
-    + ("bConfigurationValue", "iConfiguration", "bmAttributes", "bMaxPower")
+    "bLength", "bDescriptorType", "wTotalLength", "bNumInterfaces",
+    "bConfigurationValue", "iConfiguration", "bmAttributes", "bMaxPower",
 )  # fmt: skip
 _INTERFACE = struct.Struct("<BBBBBBBBB")
 _INTERFACE_NAMES = (
-    ("bLength", "bDescriptorType", "bInterfaceNumber", "bAlternateSetting", "bNumEndpoints")
-    + ("bInterfaceClass", "bInterfaceSubClass", "bInterfaceProtocol", "iInterface")
+    "bLength", "bDescriptorType", "bInterfaceNumber", "bAlternateSetting", "bNumEndpoints",
+    "bInterfaceClass", "bInterfaceSubClass", "bInterfaceProtocol", "iInterface",
 )  # fmt: skip
 _ENDPOINT = struct.Struct("<BBBBHB")
 _ENDPOINT_NAMES = ("bLength", "bDescriptorType", "bEndpointAddress", "bmAttributes", "wMaxPacketSize", "bInterval")
