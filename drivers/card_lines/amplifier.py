@@ -24,8 +24,8 @@ class CardPins(Protocol):
 class PlainAmplifier:
     """See drivers.power_amplifier.PowerAmplifier.
 
-    Enabled and unmuted are one: the pin goes high with `unmute()` only.  Temperature and clipping are not known: the
-    temperature is NaN, clipping is never reported.
+    Enabled and unmuted are one: the pin goes high with `unmute()` only.  Temperature and clipping are not known:
+    clipping is never reported.
     """
 
     def __init__(self, card: CardPins, enable: tuple[int, str], fault: tuple[int, str] | None) -> None:
@@ -40,7 +40,7 @@ class PlainAmplifier:
     def status(self) -> AmplifierStatus:
         """See PowerAmplifier."""
         live = self._card.pin(*self._enable)
-        return AmplifierStatus(self._wanted or live, not live, self._fault_text(), float("nan"), False)
+        return AmplifierStatus(self._wanted or live, not live, self._fault_text(), None, False)
 
     def enable(self) -> None:
         """See PowerAmplifier."""

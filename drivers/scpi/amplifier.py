@@ -28,13 +28,13 @@ class ScpiAmplifier:
         return self._exchange.identity()
 
     def status(self) -> AmplifierStatus:
-        """See PowerAmplifier.  Temperature NaN, no fault and no clipping where the device does not tell."""
+        """See PowerAmplifier.  No temperature, no fault and no clipping where the device does not tell."""
         live = self._is_on()
         return AmplifierStatus(
             enabled=live or self._enabled_muted,
             muted=yes(self._exchange, self._do.muted, self._words) if self._do.muted else not live,
             fault=self._fault(),
-            temperature_c=number(self._exchange, self._do.temperature) if self._do.temperature else float("nan"),
+            temperature_c=number(self._exchange, self._do.temperature) if self._do.temperature else None,
             clipped=bool(self._do.clipped) and yes(self._exchange, self._do.clipped, self._words),
         )
 
