@@ -58,22 +58,27 @@ class Board:
     _buffer: bytearray = field(init=False, default_factory=bytearray)
 
     def open(self) -> None:
-        """Connect, see who it is, and set every register that outlives a connection.
-
-        Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError (something else answers, another version).
-        """
+        """Connect.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if something else answers."""
         a = self.address
         self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
-        self._settle()
 
     def take_over(self) -> None:
-        """A new connection in place of the old one, which ends whatever runs; outputs are off when it returns."""
+        """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
         a, old = self.address, self._connection
         try:
             self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
         finally:
             old.close()
-        self._settle()
+
+    def settle(self) -> None:
+        """After a new connection: outputs off and read back, who is there, and all registers.
+
+        The master first: a slave cannot leave its mode while the master's trigger is on.
+        """
+        self._loaded = None
+        self.quiet()
+        self._identify()
+        self._configure()
 
     def close(self) -> None:
         """Let go.  Idempotent."""
@@ -160,15 +165,14 @@ class Board:
         self.ask(f"RP:ADC:DATA:PIPELINED? {start},{count},{chunk}")
 
     def next_chunk(self, first: int, count: int, account: Continuity) -> tuple[NDArray[np.float32], ChunkFlags]:
-        """The next chunk, whose first sample has the raw index `first`: (2, count) float32 V at the inputs."""
+        """The next chunk, whose first sample has the raw index `first`: (used inputs, count) float32 V."""
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
         self._connection.receive_into(raw, self.table.sample_timeout_s)
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)
-        volts = pairs.T.astype(np.float32)
-        volts *= self.scale.scale_v[:, None]
-        volts += self.scale.offset_v[:, None]
+        used = list(self.address.inputs)
+        volts = pairs.T[used] * self.scale.scale_v[used, None] + self.scale.offset_v[used, None]
         return volts, record.flags
 
     # --- start
@@ -181,13 +185,6 @@ class Board:
             and np.array_equal(old.levels_v, program.levels_v)
             and np.array_equal(old.enable, program.enable)
         )
-
-    def _settle(self) -> None:
-        """Identify and configure; a new connection knows no sequence."""
-        self._loaded = None
-        self._identify()
-        self._configure()
-        self.quiet()
 
     def _identify(self) -> None:
         try:
@@ -233,7 +230,6 @@ class Board:
     def _configure(self) -> None:
         """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""
         if self.ask("RP:MODE?")[0] != "CONFIGURATION":
-            log.warning("card_was_in_acquisition", card=self.where)
             self.ask("RP:MODE ACQUISITION", "RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
         self.ask(
             "RP:ADC:FIRENABLED ON",

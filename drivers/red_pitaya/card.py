@@ -21,7 +21,7 @@ from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V, Board
-from drivers.red_pitaya.layout import Layout, pin_header
+from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import CardTable
@@ -59,13 +59,15 @@ class RedPitayaCard:
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
-        self._reader = _Reader(self.boards, self.layout, (), 0, 0, 1)
+        self._reader = _Reader(self.boards, (), 0, 0, 1)
         self._pins = PinLines(self.boards[0].where, {}, ())
         try:
             for board in self.boards:
                 self._locks.append(lock_card(board.address.host, board.address.command_port))
             for board in self.boards:
                 board.open()
+            for board in self.boards:
+                board.settle()
         except Exception:
             self._let_go()
             raise
@@ -152,7 +154,7 @@ class RedPitayaCard:
             self._state = CardState.RUNNING
             total = self._timeline.total_samples
             chunk = self._table.chunk_samples
-            self._reader = _Reader(self.boards, self.layout, self._programs, self._delay, total, chunk)
+            self._reader = _Reader(self.boards, self._programs, self._delay, total, chunk)
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
             self._pins.before_trigger()
             trigger.start(self.boards)
@@ -196,6 +198,8 @@ class RedPitayaCard:
         if not unfinished and not _failures(self.boards, Board.quiet):
             return
         failed = _failures(self.boards, Board.take_over)
+        for board in self.boards:
+            failed += [] if failed else _failures([board], Board.settle)
         if failed:
             raise DeviceError(
                 "outputs could not be confirmed off",
@@ -265,13 +269,12 @@ class _Reader:
     def __init__(
         self,
         boards: Sequence[Board],
-        layout: Layout,
         programs: Sequence[BoardProgram],
         start: int,
         total: int,
         chunk: int,
     ) -> None:
-        self._boards, self._layout, self._start, self._total, self._chunk = boards, layout, start, total, chunk
+        self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
         self._accounts = [Continuity(b.where, p.samples) for b, p in zip(boards, programs, strict=False)]
         self._received = self._given = 0
         self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None
@@ -301,9 +304,9 @@ class _Reader:
     def _receive(self) -> tuple[NDArray[np.float32], ChunkFlags]:
         count = min(self._chunk, self._total - self._received)
         rows, flags = [], ChunkFlags()
-        for board, where, account in zip(self._boards, self._layout.boards, self._accounts, strict=True):
+        for board, account in zip(self._boards, self._accounts, strict=True):
             volts, verdict = board.next_chunk(self._start + self._received, count, account)
-            rows.append(volts[list(where.inputs)])
+            rows.append(volts)
             flags = flags | verdict
         self._received += count
         return np.concatenate(rows), flags

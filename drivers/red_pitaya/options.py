@@ -70,12 +70,12 @@ class CardTable(Section):
     lines: LinesTable = LinesTable()
     decimation: Annotated[int, Field(ge=8, le=8192, multiple_of=2)] = 2048
     step_samples: Annotated[int, Field(ge=1, le=65536)] = 16
-    chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 608
+    chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 1216
     server_version: Annotated[int, Field(ge=1)] = 11
     reply_timeout_s: Positive = 5.0
     sample_timeout_s: Positive = 2.0
     require_calibration: bool = False
-    pin_delay_s: Positive = 0.03
+    pin_delay_s: Positive = 0.06
     instant_reset: bool = True
     trigger: Literal["internal", "external"] = "internal"
 
