@@ -267,11 +267,13 @@ class SimulatedOptions(Section):
 
 
 class IoCardTable(Section):
-    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples."""
+    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples, grid of the edges in samples (a real
+    card's sequence has steps; 1: edges anywhere)."""
 
     base_frequency_hz: Positive
     decimation: Count
     max_samples: Count
+    step_samples: Count = 1
 
 
 class LnaTable(Section):

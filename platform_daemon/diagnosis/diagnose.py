@@ -13,6 +13,7 @@ import numpy as np
 
 from platform_daemon.estimation.models import RingDownModel
 
+from .design import discrimination
 from .effects.base import Candidate
 from .effects.receiver import receiver_candidates
 from .effects.torque import drift_candidate, stribeck_candidates, torque_candidates
@@ -27,7 +28,7 @@ from .notes import notes, undecided
 from .parameters import Mean, means, widened, window_disagreement
 from .pool import shot_pool
 from .proof import proved
-from .proposals import Proposal, proposals
+from .proposals import Ambiguity, Proposal, proposals
 from .refit import Refit, refit
 from .search import Found, Progress, search
 from .shots import Shot
@@ -108,10 +109,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     tell("parameters before and after", 0.9)
     left = found.residues
     torque = missing_torque(final, left) if verdict in ("unexplained", "partly_explained") else None
-    sets = [
-        (n.candidate, [r.candidate for r in n.alike], n.rise, gain_of(final, n.candidate)) for n in named if n.alike
-    ]
-    exact = means(final)
+    exact, alike = means(final), [r.candidate for n in named for r in n.alike]
     after_all = widened(exact, [(means(r.refit), r.rise) for n in named for r in n.alike if r.refit is not None])
     return Diagnosis(
         shots=tuple(shots),
@@ -130,11 +128,28 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
         sigma_after=window_disagreement(final, pool),
         torque=torque,
         next_measurements=tuple(
-            proposals(sets, left.excess if verdict in ("unexplained", "partly_explained") else 0.0)
+            proposals(
+                [_ambiguity(n, final, pool) for n in named if n.alike],
+                left.excess if torque is not None else 0.0,
+                dipole=shots[0].record.quantity != "angle",
+            )
         ),
-        notes=(*notes(found, final, refused, dropped), *undecided(exact, after_all)),
+        notes=(
+            *notes(found, final, alike, refused, dropped),
+            *undecided(exact, after_all),
+        ),
         seconds=time.perf_counter() - began,
     )
+
+
+def _ambiguity(named: Named, final: Refit, pool: Executor) -> Ambiguity:
+    """An effect and its look-alikes, and what further measurements would make of them."""
+    effect, alike = named.candidate, tuple({r.candidate.key: r.candidate for r in named.alike}.values())
+
+    def expected(key: str) -> list[float] | None:
+        return discrimination(final, effect, alike, key, pool)
+
+    return Ambiguity(effect, alike, named.rise, gain_of(final, effect), expected)
 
 
 def candidates_for(base: Refit) -> list[Candidate]:

@@ -15,11 +15,14 @@ from .effects.clock import gap
 from .heldout import HeldOut
 from .integrity import Flaw
 from .lookalikes import Rival, gain_of, rivals
-from .picture import Picture
-from .proof import Passed, help_of
+from .picture import Picture, picture
+from .proof import Passed, help_of, without
 from .refit import Refit
 from .search import Found
 from .significance import log_chance
+
+_NEAR = 4.0  # rise of chi^2 up to which another hidden scale tells of the strength's error
+_SCALES = (0.1, 0.4, 1.5, 4.0)  # shares of a grid step at which a hidden scale is varied
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,7 @@ def named_effects(found: Found, seen: Picture, after: HeldOut, passed: Passed, p
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
+            std = max(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
             value, std = c.public(value, std, f_nat, friction)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
@@ -82,6 +86,17 @@ def _strength(c: Candidate, final: Refit, where: slice) -> tuple[float, float]:
     if c.size == 1:
         return float(values[0]), float(np.sqrt(covariance[0, 0]))
     return _amplitude(values, covariance, pairs=c.detail.frequency_hz is not None)
+
+
+def _scale_spread(c: Candidate, final: Refit, base: Refit, pool: Executor) -> float:
+    """By how much the strength moves with its hidden scale, per standard deviation of the latter."""
+    beside = without(final, c, base, pool)
+    assert c.near is not None
+    seen = picture(beside, [replace(v, parts=()) for share in _SCALES for v in c.near(share)], pool)
+    scores = [score for b in seen.blocks if (score := seen.gain([b])) is not None]
+    best = max(scores, key=lambda s: s.gain)
+    near = [s for s in scores if best.gain - s.gain < _NEAR]
+    return max(abs(float(s.strengths[0] - best.strengths[0])) / math.sqrt(max(best.gain - s.gain, 1.0)) for s in near)
 
 
 def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tuple[float, float]:

@@ -21,12 +21,14 @@ def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[st
     return [f"errors of {', '.join(names)} span what the look-alikes of the named effects would make of them"]
 
 
-def notes(found: Found, final: Refit, refused: Sequence[Refused], dropped: Sequence[Candidate]) -> tuple[str, ...]:
+def notes(
+    found: Found, final: Refit, alike: Sequence[Candidate], refused: Sequence[Refused], dropped: Sequence[Candidate]
+) -> tuple[str, ...]:
     """What the reader should know besides."""
     said = [f"{r.shot.name} was left out: {r.reason}" for r in refused]
     if len(final.started) == 1:
         said.append("one shot only: held out is the last 30 % of its window, predicted from the first 70 %")
-    said += [c.effect.absorbed for c in final.hypothesis.effects if c.effect.absorbed]
+    said += dict.fromkeys(c.effect.absorbed for c in (*final.hypothesis.effects, *alike) if c.effect.absorbed)
     said += [f"{c.effect.id} gains in the fit but not on held-out data, and was not accepted" for c in dropped]
     if found.forbidden:
         names = " and ".join(c.effect.id for c in found.forbidden)

@@ -203,9 +203,10 @@ def cases(asked: argparse.Namespace) -> list[Case]:
     return found
 
 
-def _drawn(effect: dict[str, Any], rng: np.random.Generator) -> float:
+def _drawn(effect: dict[str, Any], rng: np.random.Generator) -> Any:
     """Its strength, more or less; samples are whole."""
-    return float(effect["strength"]) * (1.0 if effect["id"] == "clock_gap" else float(rng.uniform(0.8, 1.25)))
+    strength, factor = effect["strength"], float(rng.uniform(0.8, 1.25))
+    return strength if effect["id"] == "clock_gap" else strength * factor
 
 
 def run(task: tuple[Case, int]) -> Outcome:
@@ -219,14 +220,19 @@ def run(task: tuple[Case, int]) -> Outcome:
         tuple(e["id"] for e in report["effects"]),
         tuple(i for e in report["effects"] for i in e["indistinguishable_from"]),
         report["held_out"]["chi2_per_dof_after"],
-        farthest(report["parameters_after"], truths, {e["id"] for e in report["effects"]}),
+        farthest(report["parameters_after"], truths, _said(report)),
         report["seconds"],
     )
 
 
-def farthest(after: Mapping[str, Any], truths: Sequence[Mapping[str, Any]], named: set[str]) -> tuple[str, float]:
+def _said(report: Mapping[str, Any]) -> set[str]:
+    """Ids of all effects and of their look-alikes."""
+    return {i for e in report["effects"] for i in (e["id"], *e["indistinguishable_from"])}
+
+
+def farthest(after: Mapping[str, Any], truths: Sequence[Mapping[str, Any]], said: set[str]) -> tuple[str, float]:
     """Parameter farthest from its mean truth, in its standard deviations; without what the effects absorb."""
-    skipped = set().union(*(_ABSORBED.get(i, set()) for i in named))
+    skipped = set().union(*(_ABSORBED.get(i, set()) for i in said))
     found = {}
     for name, m in after.items():
         true = [t[name] for t in truths if t.get(name) is not None]
