@@ -21,6 +21,7 @@ from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
 from platform_daemon.cli_diagnose import diagnose
 from platform_daemon.cli_diagnose_live import FilesOrLive
+from platform_daemon.cli_emulate import emulate
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
 from platform_daemon.cli_models import adopt, models_app
@@ -50,6 +51,7 @@ app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
 app.add_typer(models_app, name="models")
 app.command()(adopt)
+app.command()(emulate)
 app.command()(fit)
 app.command()(predict)
 app.command()(slide)

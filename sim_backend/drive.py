@@ -22,6 +22,7 @@ from sim_backend.options import AmplifierOptions, CoilOptions
 Interval = tuple[float, float]
 NEGLIGIBLE_A = 1e-16
 HEAT_STEP_S = 1e-5
+ON_THE_SAMPLE = 1e-6  # of a sample: rounding of sample times
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,16 @@ class Source:
     def wanted_v(self, time_s: float, bursts: Sequence[Burst]) -> float:
         """Sum of the given bursts before the limit, V."""
         return sum(self.gain * b.amplitude_v * np.sin(self.phase(b, time_s)) for b in bursts)
+
+    def wanted_at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the output would be at times (n,) after the trigger, before the limit: (n,) float64, V."""
+        volts = np.zeros(times_s.size)
+        for b in self.bursts:
+            place = times_s * self.rate_hz - b.start_sample
+            on = (place > -ON_THE_SAMPLE) & (place < b.stop_sample - b.start_sample - ON_THE_SAMPLE)
+            turn = 2 * np.pi * b.frequency_hz * (place[on] / self.rate_hz) + b.phase_rad
+            volts[on] += self.gain * b.amplitude_v * np.sin(turn)
+        return volts
 
     def phase(self, burst: Burst, time_s: float) -> float:
         """Phase of a burst at a time, rad."""
@@ -142,8 +153,10 @@ def cuts(
     contacts: Sequence[tuple[float, float, SwitchPosition]],
     coils: Sequence[CoilOptions],
     output_impedance_ohm: float,
+    initial_a: Sequence[float] = (),
 ) -> list[Cut]:
-    """All cuts of a shot, covering the contact spans (s after the trigger) without gaps; currents start at zero.
+    """All cuts of a shot, covering the contact spans (s after the trigger) without gaps; currents start at initial_a,
+    one per coil, none: zero.
 
     live: when the power stage is on; off, its outputs hold zero volts and a remaining current dies with L/R.
     Contacts that are not on TRANSMIT open the loop: the current is zero.
@@ -156,9 +169,10 @@ def cuts(
         clipped = powered and any(s.is_clipped(middle_s) for s in drives)
         terms = []
         for k, (source, coil) in enumerate(zip(drives, coils, strict=True)):
-            initial_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else 0.0
+            first_a = initial_a[k] if initial_a else 0.0
+            before_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else first_a
             loop = coil.resistance_ohm + output_impedance_ohm, coil.inductance_h
-            terms.append(_loop_terms(source, powered, start_s, stop_s, initial_a, *loop) if closed else ())
+            terms.append(_loop_terms(source, powered, start_s, stop_s, before_a, *loop) if closed else ())
         out.append(Cut(start_s, stop_s, position, tuple(terms), clipped))
     return out
 
