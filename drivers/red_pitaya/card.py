@@ -31,6 +31,7 @@ from drivers.timeline import Timeline
 
 WHERE = "I/O card"
 FREQUENCY_STEP_HZ = 125e6 / 2**48
+PIN_CHUNK = 320  # samples per chunk where lines are set by command, which waits for the end of a chunk
 PATIENCE_S = 0.2  # how long a stop waits for commands that are on their way
 GRANULE = 32  # the recording grows in steps of so many samples
 
@@ -153,9 +154,9 @@ class RedPitayaCard:
             assert self._timeline is not None
             self._state = CardState.RUNNING
             total = self._timeline.total_samples
-            chunk = self._table.chunk_samples
-            self._reader = _Reader(self.boards, self._programs, self._delay, total, chunk)
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
+            chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
+            self._reader = _Reader(self.boards, self._programs, self._delay, total, chunk)
             self._pins.before_trigger()
             trigger.start(self.boards)
             for board in self.boards:
@@ -247,7 +248,7 @@ class RedPitayaCard:
         try:
             yield
         except (DeviceError, OSError):
-            if self._stops != before:
+            if self._stops != before or self._stopping.locked():
                 raise DeviceStateError(
                     "the shot was stopped", where=WHERE, remedy="program and start the shot again"
                 ) from None

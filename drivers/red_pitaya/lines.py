@@ -52,8 +52,7 @@ class PinLines:
         """So many samples have arrived: set what is due.  Raises ShotRefused if it is too late for that."""
         while self._done < len(self.edges) and self.edges[self._done].sample <= arrived:
             edge = self.edges[self._done]
-            self._set(edge)
-            written = int(self.boards[0].ask("RP:ADC:WP?")[0])
+            written = self._set(edge)
             if written - edge.sample > self.delay_samples:
                 raise ShotRefused(
                     f"a line on {edge.pin} was set {written - edge.sample} samples late",
@@ -67,6 +66,9 @@ class PinLines:
             if edge.high:
                 self.boards[edge.board].ask(f"{pin_header(edge.pin)} OFF")
 
-    def _set(self, edge: Edge) -> None:
-        self.boards[edge.board].ask(f"{pin_header(edge.pin)} {'ON' if edge.high else 'OFF'}")
+    def _set(self, edge: Edge) -> int:
+        """Set the pin; returns the sample at which it was."""
+        level = "ON" if edge.high else "OFF"
+        _, written = self.boards[edge.board].ask(f"{pin_header(edge.pin)} {level}", "RP:ADC:WP?")
         self._done += 1
+        return int(written)

@@ -22,7 +22,8 @@ def query(exchange: Exchange, question: str) -> str:
     found = ERROR.fullmatch(answer)
     if found:
         kind = ERRORS.get(int(found[1]), DeviceProtocolError)
-        raise kind(f"{question!r} was refused", where=exchange.where, why=found[2], remedy="check the device")
+        remedy = "check that this is the right device on the right port"
+        raise kind(f"{question!r} was refused", where=exchange.where, why=found[2], remedy=remedy)
     return answer
 
 

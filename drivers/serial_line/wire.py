@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import termios
 
 import serial
 
@@ -31,14 +32,14 @@ class SerialWire:
             self._port.write(f"{text}\n".encode("ascii"))
         except serial.SerialTimeoutException:
             raise DeviceTimeout("the serial line takes no data", where=self._port_name) from None
-        except (serial.SerialException, OSError) as error:
+        except (serial.SerialException, OSError, termios.error) as error:
             raise self._lost(error) from None
 
     def receive(self) -> str:
         """See Wire."""
         try:
             raw = self._port.read_until(b"\n", LONGEST_LINE)
-        except (serial.SerialException, OSError, TypeError) as error:
+        except (serial.SerialException, OSError, TypeError, termios.error) as error:
             raise self._lost(error) from None
         if not raw.endswith(b"\n"):
             if raw:
@@ -58,7 +59,7 @@ class SerialWire:
 
     def close(self) -> None:
         """See Wire."""
-        with contextlib.suppress(serial.SerialException, OSError):
+        with contextlib.suppress(serial.SerialException, OSError, termios.error):
             self._port.close()
 
     def _lost(self, error: Exception) -> DeviceLost:

@@ -55,7 +55,7 @@ def test_a_burst_is_played_to_the_sample(start, length, frequency_hz, amplitude_
     programs = compile_timeline(timeline, LAYOUT)
     board, out = LAYOUT.output(output)
     n = timeline.total_samples
-    assert played_v(programs[board], out, n) == pytest.approx(timeline.output_volts(output, 0, n), abs=1e-6)
+    assert np.allclose(played_v(programs[board], out, n), timeline.output_volts(output, 0, n), rtol=0, atol=1e-6)
 
 
 def test_lines_go_high_and_low_at_their_samples_and_only_there():
@@ -82,14 +82,14 @@ def test_a_train_of_bursts_of_one_running_sine_is_played():
     timeline = shot(*bursts)
     n = timeline.total_samples
     found = played_v(compile_timeline(timeline, LAYOUT)[0], 1, n)
-    assert found == pytest.approx(timeline.output_volts(1, 0, n), abs=1e-6)
+    assert np.allclose(found, timeline.output_volts(1, 0, n), rtol=0, atol=1e-6)
 
 
 def test_three_sines_at_once_are_played_and_four_are_not():
     three = [Burst(0, 0, 2880, 200.0 + k, 0.1, k) for k in range(3)]
     n = shot().total_samples
     found = played_v(compile_timeline(shot(*three), LAYOUT)[0], 0, n)
-    assert found == pytest.approx(shot(*three).output_volts(0, 0, n), abs=1e-6)
+    assert np.allclose(found, shot(*three).output_volts(0, 0, n), rtol=0, atol=1e-6)
     with pytest.raises(SequenceRejected, match="3 sines, not 4"):
         compile_timeline(shot(*three, Burst(0, 0, 2880, 300.0, 0.1)), LAYOUT)
 
