@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import AmplifierOptions, CoilOptions
 
 Interval = tuple[float, float]
+Times = TypeVar("Times", float, NDArray[np.float64])
 NEGLIGIBLE_A = 1e-16
 HEAT_STEP_S = 1e-5
 ON_THE_SAMPLE = 1e-6  # of a sample: rounding of sample times
@@ -93,8 +95,8 @@ class Source:
             volts[on] += self.gain * b.amplitude_v * np.sin(turn)
         return volts
 
-    def phase(self, burst: Burst, time_s: float) -> float:
-        """Phase of a burst at a time, rad."""
+    def phase(self, burst: Burst, time_s: Times) -> Times:
+        """Phase of a burst at one time or many, rad."""
         start_s = burst.start_sample / self.rate_hz
         return 2 * np.pi * burst.frequency_hz * (time_s - start_s) + burst.phase_rad
 
@@ -111,12 +113,14 @@ class Source:
         bursts = self.active(0.5 * (start_s + stop_s))
         if sum(abs(b.amplitude_v) for b in bursts) * self.gain <= self.limit_v:
             return []
-        grid = np.linspace(start_s, stop_s, int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * 200) + 50)
+        per_period = 200 if len(bursts) == 1 else 20
+        points = int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * per_period) + 50
+        grid = np.linspace(start_s, stop_s, points)
 
         def excess(t: float) -> float:
             return abs(self.wanted_v(t, bursts)) - self.limit_v
 
-        values = np.array([excess(t) for t in grid])
+        values = np.abs(sum(b.amplitude_v * self.gain * np.sin(self.phase(b, grid)) for b in bursts)) - self.limit_v
         flips = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
         return [float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15)) for i in flips]
 

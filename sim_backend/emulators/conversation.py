@@ -140,7 +140,8 @@ class Conversation:
     def _commands(self, timeout_s: float | None) -> None:
         """Execute what waits on the command socket; None: wait until something comes.  Raises EOFError if the client
         has gone."""
-        while not self._evicted.is_set():
+        reading = self._sending
+        while not self._evicted.is_set() and self._sending is reading:
             patience = POLL_S if self._buffer else timeout_s
             readable, _, _ = select.select([self._command, self._woken], [], [], patience)
             if self._command in readable:
@@ -150,17 +151,15 @@ class Conversation:
                         raise EOFError
                     return  # noticed only when the read is over
                 self._buffer += part
-                while b"\n" in self._buffer:
+                while b"\n" in self._buffer and self._sending is reading:
                     self._execute_line()
             elif self._buffer:
-                self._buffer += b"\n"  # nothing waits: what is there is taken for complete
+                if b"\n" not in self._buffer:
+                    self._buffer += b"\n"  # nothing waits: what is there is taken for complete
                 self._execute_line()
             elif not readable:
                 return
-            if self._sending is not None or self._blocked:
-                timeout_s = 0.0
 
-    _blocked = False
     _later: Callable[[], object] | None = None
 
     def _execute_line(self) -> None:
@@ -236,11 +235,7 @@ class Conversation:
         was = self._sending
         readable, _, _ = select.select([self._command, self._woken], [self._data], [], 1.0)
         if self._command in readable and was is not None:
-            self._blocked = True
-            try:
-                self._commands(0.0)
-            finally:
-                self._blocked = False
+            self._commands(0.0)
         return self._sending is was
 
     def _finish(self) -> None:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from contextlib import suppress
 
 from sim_backend.emulators.board import Board
 from sim_backend.emulators.conversation import Conversation
 from sim_backend.emulators.listening import hang_up, listening_socket
 from sim_backend.emulators.wire_faults import WireFaults
+
+MAIN_LOOP_S = 0.02
 
 
 class DaqServer:
@@ -56,6 +59,7 @@ class DaqServer:
                 data.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self._half_open = None
                 self._talk = Conversation(self._board, command, data, self._faults, self.close, left_over)
+                time.sleep(MAIN_LOOP_S)  # the main loop looks for the next client only now and then
 
     def _evict(self, successor: socket.socket) -> bytes:
         """End the client before; what it had already sent is still answered, but to its successor.  Returns what is

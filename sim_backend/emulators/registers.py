@@ -72,6 +72,8 @@ class Program:
 
     def runs(self, channel: int, first: int, last: float) -> list[tuple[int, float, bool, float, bool]]:
         """(from, to, enabled, V, phase restarts at its end) covering samples first..last of one channel."""
+        if not len(self.values):
+            return []
         if not self.samples_per_step:
             return [(first, last, bool(self.enable[0, channel]), float(self.values[0, channel]), False)]
         resync = self.resync[:, channel] if channel < OUTPUTS else np.zeros(len(self.values), dtype=np.bool_)

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-HARMONICS = 100
+HARMONICS = 40
 NEGLIGIBLE = 1e-6
 
 Partials = tuple[tuple[int, float, float], ...]
