@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from sim_backend.emulators.board import Board
 
 BASE_HZ = 125e6
-SHORTEST_LEG_S, USUAL_LEG_S, LONGEST_LEG_S = 0.1, 0.5, 20.0
+SHORTEST_LEG_S, USUAL_LEG_S, LONGEST_LEG_S = 0.1, 0.5, 2.0
 LONGEST_LEG = 2**21
 AFTER_SEQUENCE_S = 0.25
 
@@ -78,8 +78,12 @@ class Shot:
         return Timeline(self.clock, tx, switch, total - tx - switch, tuple(bursts), tuple(lines))
 
     def _length(self, first: int) -> int:
-        """As long as somebody wants to read, or the sequences last, within reason."""
+        """As long as somebody wants to read, or the sequences last, within reason; short where lines are switched by
+        command, because every command changes what was computed ahead."""
         rate = self.clock.rate_hz
+        options = self._cards.options
+        if options.pa_gate.pin() or options.rx_connect.pin():
+            return int(SHORTEST_LEG_S * rate)
         ends = [b.offset + b.sequence_stop() + AFTER_SEQUENCE_S * rate for b in self._cards.boards if b.triggered]
         known = self.wanted or max([e for e in ends if math.isfinite(e)], default=0.0)
         length = known - first if known > first else USUAL_LEG_S * rate
