@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,28 +12,55 @@ from .arrays import Array, IntArray
 from .chebyshev import grid, size_weights
 from .models import RingDownModel
 from .sampling import DIPOLE
-from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
-from .swing_table import build_table
-from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
+from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes
+from .swing_pass import pass_stretch
+from .trace import STATUS_OK, STATUS_STUCK
 from .trajectory import Dynamics
 
+_NO_SAMPLES = np.empty((1, 0))
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
 
 Torque = tuple[int, IntArray, IntArray, Array]
 
 
 class SwingTables:
-    """Tables of half swings for one pair of grid sizes."""
+    """Tables of half swings for one pair of grid sizes; `arrays` as the kernel takes them."""
 
     def __init__(self, nodes: int, sizes: int, columns: int) -> None:
-        self.grid = grid(nodes)
-        self.weights = size_weights(sizes)
+        self.grid = g = grid(nodes)
+        self.barycentric = size_weights(sizes)
         # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
         self.bands = np.zeros((2, 3))
         self.sizes = np.zeros((2, sizes))
-        self.accelerations = np.zeros((2, sizes, nodes))
         self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
-        self.ends = np.zeros((2, sizes, 2 + 2 * columns))
+        self.arrays = (
+            g.nodes, g.to_nodes, g.once, g.twice, self.barycentric, self.bands, self.sizes,
+            np.zeros((2, sizes, nodes)), self.values, np.zeros((2, sizes, 2 + 2 * columns)),
+        )  # fmt: skip
+
+
+@dataclass
+class Sums:
+    """What a walk collects on its way (moments.py).
+
+    Attributes:
+        window: y (channels, n), first and last sample, sampling interval in s, w, theta.
+        stride: of all half swings every so many-th takes part.
+        moments: gram (b, b), products (channels, b), energy (channels,).
+        used: samples that took part.
+    """
+
+    window: tuple[Array, int, int, float, float, float]
+    stride: int
+    moments: tuple[Array, Array, Array]
+    used: int = 0
+
+    @staticmethod
+    def over(y: Array, first: int, last: int, dt_s: float, d: Dynamics, columns: int, stride: int = 1) -> Sums:
+        """Empty sums over samples first .. last-1."""
+        b, channels = 7 + 2 * columns, y.shape[0]
+        moments = np.zeros((b, b)), np.zeros((channels, b)), np.zeros(channels)
+        return Sums((y, first, last, float(dt_s), float(d.w), float(d.theta)), stride, moments)
 
 
 class Walk:
@@ -45,7 +73,7 @@ class Walk:
     """
 
     def __init__(self, model: RingDownModel, d: Dynamics, s_end: float) -> None:
-        self._s_end, self._symmetric = s_end, model.symmetric
+        self._d, self._s_end, self._symmetric = d, s_end, model.symmetric
         self.columns = columns = 1 + len(model.coefficients)
         self._torque: Torque = columns, model.codes, model.widths, d.dimensionless(model)
         self.at = np.zeros(WALK + 2 * columns)
@@ -82,35 +110,25 @@ class Walk:
         low, high = remaining_sizes(size, left, math.copysign(1.0, -self.angle), *self._torque[1:], ratio)
         return float(low), float(high)
 
-    def stretches(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> Iterator[int]:
-        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended."""
-        self.status = STATUS_NO_TABLE
-        while self.status == STATUS_NO_TABLE:
-            tabulated = self._tabulate(tables, ratio, observable, digits)
-            # Where there is no turning point, it may rest.
-            yield self._advance(tables)
-            if self.status == STATUS_NO_TABLE and not tabulated:
-                self.status = STATUS_LOST
+    def stretches(
+        self, tables: SwingTables, ratio: float, observable: int, digits: float, sums: Sums | None = None,
+        band: tuple[float, float] | None = None,
+    ) -> Iterator[int]:  # fmt: skip
+        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
 
-    def _advance(self, tables: SwingTables) -> int:
-        """As far as the tables reach."""
-        self.weights = np.empty((self._rows, tables.weights.size))
-        count, self.status = walk_swings(
-            self.at, self._s_end, *self._torque, self._symmetric, tables.bands, tables.sizes, tables.weights,
-            tables.ends, self.heads, self.weights,
-        )  # fmt: skip
-        return int(count)
-
-    def _tabulate(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> bool:
-        """Tables for the half swings that are left on this side; False if there is no turning point."""
-        side = math.copysign(1.0, -self.angle)
-        which = 0 if self._symmetric or side > 0.0 else 1
-        low, high = self.band(ratio)
+        sums: grow by the moments of the samples passed. band: of the first stretch, if it is known already.
+        """
+        self.status, passed = STATUS_NO_TABLE, 0
+        sums = Sums.over(_NO_SAMPLES, 0, 0, 1.0, self._d, self.columns) if sums is None else sums
         settled = 10.0 ** (-0.8 * digits)
-        g = tables.grid
-        pull = build_table(
-            low, high, 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once,
-            g.twice, tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
-        )  # fmt: skip
-        tables.bands[which] = low, high, pull
-        return not math.isnan(pull)
+        while self.status == STATUS_NO_TABLE:
+            low, high = band or self.band(ratio)
+            band = None
+            self.weights = np.empty((self._rows, tables.barycentric.size))
+            count, self.status, used = pass_stretch(
+                low, high, settled, observable, *self._torque, self._symmetric, self.at, self._s_end, *tables.arrays,
+                self.heads, self.weights, *sums.window, passed, sums.stride, *sums.moments,
+            )  # fmt: skip
+            passed += count
+            sums.used += used
+            yield count
