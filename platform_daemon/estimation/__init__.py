@@ -12,7 +12,7 @@ The way of one shot through the room:
     solving                      from all starts to one minimum
     growing, gauss_newton        least squares on growing windows (assemble, linear), from
     workspace, moments, sums       what the samples say, half swing by half swing (direct_moments: one by one), with
-    swing_chain, swing_walk        their order in time (swing_pass), looked up in
+    swing_chain, swing_walk        their order in time, looked up in
     swing_table, collocation         half swings solved once for all amplitudes (chebyshev, terms)
     trajectory                   the same motion sample by sample: trace (half_swing, tableau, terms), sampling
     weighting                    every harmonic by the noise that stands there (colour)

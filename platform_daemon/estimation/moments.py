@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from .jit import fast_part
+from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
 from .sums import LANES, SCRATCH, add_gram, add_products, count_up, spread, to_nodes
 from .swing_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
@@ -43,7 +43,7 @@ def write_basis(values, head, observable, nodes, w, theta, columns, at, basis): 
                 derivative[i] = by_size * values[4 + k, i] + own * values[4 + 2 * p + k, i] - shift * values[2 + k, i]
 
 
-@fast_part
+@fast_kernel
 def collect_swings(  # type: ignore[no-untyped-def]
     y, first, last, dt, w, theta, skipped, stride, count, heads, weights, mirrored, observable, nodes, matrix, values,
     gram, products, energy,

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from .jit import fast_kernel, part
+from .jit import fast_kernel, kernel, part
 from .swing_table import look_up_end
 from .terms.dispatch import acceleration
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
@@ -48,7 +48,7 @@ def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[
     return low, min(1.5 * size, size + max(change, 0.0) + 1e-3 * size)
 
 
-@part
+@kernel
 def walk_swings(  # type: ignore[no-untyped-def]
     walk, s_end, columns, codes, widths, c, mirrored, bands, sizes, barycentric, ends, heads, weights
 ):

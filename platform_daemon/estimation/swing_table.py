@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from .collocation import solve_half_swing
-from .jit import fast_part
+from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
 from .terms.dispatch import acceleration
 
@@ -72,7 +72,7 @@ def _undamped(size, nodes, a):  # type: ignore[no-untyped-def]
     return math.pi / mean
 
 
-@fast_part
+@fast_kernel
 def build_table(  # type: ignore[no-untyped-def]
     low, high, side, columns, codes, widths, c, observable, settled, nodes, once, twice, sizes, accelerations, values,
     ends,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,55 +11,28 @@ from .arrays import Array, IntArray
 from .chebyshev import grid, size_weights
 from .models import RingDownModel
 from .sampling import DIPOLE
-from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes
-from .swing_pass import pass_stretch
-from .trace import STATUS_OK, STATUS_STUCK
+from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
+from .swing_table import build_table
+from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import Dynamics
 
-_NO_SAMPLES = np.empty((1, 0))
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
 
 Torque = tuple[int, IntArray, IntArray, Array]
 
 
 class SwingTables:
-    """Tables of half swings for one pair of grid sizes; `arrays` as the kernel takes them."""
+    """Tables of half swings for one pair of grid sizes."""
 
     def __init__(self, nodes: int, sizes: int, columns: int) -> None:
-        self.grid = g = grid(nodes)
+        self.grid = grid(nodes)
         self.barycentric = size_weights(sizes)
         # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
         self.bands = np.zeros((2, 3))
         self.sizes = np.zeros((2, sizes))
         self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
-        self.arrays = (
-            g.nodes, g.to_nodes, g.once, g.twice, self.barycentric, self.bands, self.sizes,
-            np.zeros((2, sizes, nodes)), self.values, np.zeros((2, sizes, 2 + 2 * columns)),
-        )  # fmt: skip
-
-
-@dataclass
-class Sums:
-    """What a walk collects on its way (moments.py).
-
-    Attributes:
-        window: y (channels, n), first and last sample, sampling interval in s, w, theta.
-        stride: of all half swings every so many-th takes part.
-        moments: gram (b, b), products (channels, b), energy (channels,).
-        used: samples that took part.
-    """
-
-    window: tuple[Array, int, int, float, float, float]
-    stride: int
-    moments: tuple[Array, Array, Array]
-    used: int = 0
-
-    @staticmethod
-    def over(y: Array, first: int, last: int, dt_s: float, d: Dynamics, columns: int, stride: int = 1) -> Sums:
-        """Empty sums over samples first .. last-1."""
-        b, channels = 7 + 2 * columns, y.shape[0]
-        moments = np.zeros((b, b)), np.zeros((channels, b)), np.zeros(channels)
-        return Sums((y, first, last, float(dt_s), float(d.w), float(d.theta)), stride, moments)
+        self.accelerations = np.zeros((2, sizes, nodes))
+        self.ends = np.zeros((2, sizes, 2 + 2 * columns))
 
 
 class Walk:
@@ -73,7 +45,7 @@ class Walk:
     """
 
     def __init__(self, model: RingDownModel, d: Dynamics, s_end: float) -> None:
-        self._d, self._s_end, self._symmetric = d, s_end, model.symmetric
+        self._s_end, self._symmetric = s_end, model.symmetric
         self.columns = columns = 1 + len(model.coefficients)
         self._torque: Torque = columns, model.codes, model.widths, d.dimensionless(model)
         self.at = np.zeros(WALK + 2 * columns)
@@ -111,24 +83,35 @@ class Walk:
         return float(low), float(high)
 
     def stretches(
-        self, tables: SwingTables, ratio: float, observable: int, digits: float, sums: Sums | None = None,
-        band: tuple[float, float] | None = None,
-    ) -> Iterator[int]:  # fmt: skip
+        self, tables: SwingTables, ratio: float, observable: int, digits: float, band: tuple[float, float] | None = None
+    ) -> Iterator[int]:
         """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
 
-        sums: grow by the moments of the samples passed. band: of the first stretch, if it is known already.
+        band: of the first stretch, if it is known already.
         """
-        self.status, passed = STATUS_NO_TABLE, 0
-        sums = Sums.over(_NO_SAMPLES, 0, 0, 1.0, self._d, self.columns) if sums is None else sums
+        self.status = STATUS_NO_TABLE
         settled = 10.0 ** (-0.8 * digits)
         while self.status == STATUS_NO_TABLE:
-            low, high = band or self.band(ratio)
+            pull = self._tabulate(tables, band or self.band(ratio), observable, settled)
             band = None
             self.weights = np.empty((self._rows, tables.barycentric.size))
-            count, self.status, used = pass_stretch(
-                low, high, settled, observable, *self._torque, self._symmetric, self.at, self._s_end, *tables.arrays,
-                self.heads, self.weights, *sums.window, passed, sums.stride, *sums.moments,
+            count, self.status = walk_swings(
+                self.at, self._s_end, *self._torque, self._symmetric, tables.bands, tables.sizes, tables.barycentric,
+                tables.ends, self.heads, self.weights,
             )  # fmt: skip
-            passed += count
-            sums.used += used
+            # Where there is no turning point, it may rest.
+            if self.status == STATUS_NO_TABLE and math.isnan(pull):
+                self.status = STATUS_LOST
             yield count
+
+    def _tabulate(self, tables: SwingTables, band: tuple[float, float], observable: int, settled: float) -> float:
+        """Tables for the half swings of this band on this side; the pull that build_table returns."""
+        side = math.copysign(1.0, -self.angle)
+        which = 0 if self._symmetric or side > 0.0 else 1
+        g = tables.grid
+        pull: float = build_table(
+            *band, 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once, g.twice,
+            tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
+        )  # fmt: skip
+        tables.bands[which] = *band, pull
+        return pull

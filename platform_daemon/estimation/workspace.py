@@ -13,10 +13,11 @@ from .basis_table import fill_basis_from_table
 from .chebyshev import nodes_for, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
+from .moments import collect_swings
 from .residual_trace import fill_model, points_in, to_coefficients
 from .sampling import DIPOLE
 from .swing_chain import WALK, WALK_START
-from .swing_walk import Sums, SwingTables, Walk
+from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError, Trajectory
 
@@ -36,16 +37,49 @@ def _check(d: Dynamics, end_s: float) -> None:
         raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
 
 
-def _rest(walk: Walk, sums: Sums, observable: int) -> None:
-    """The remaining samples of a rotor that is stuck: dm/dt is silent, an angle is constant."""
-    samples, first, last, dt_s, w, theta = sums.window
-    y = samples[:, max(first, math.ceil((walk.at[WALK_START] - theta) / (w * dt_s))) : last]
-    gram, products, energy = sums.moments
-    constant = walk.at_rest(observable)
-    gram += y.shape[1] * np.outer(constant, constant)
-    products += np.outer(y.sum(axis=1), constant)
-    energy += np.sum(y**2, axis=1)
-    sums.used += y.shape[1]
+class _Sums:
+    """Moments of samples first .. last-1, collected on a walk; every stride-th half swing takes part."""
+
+    def __init__(
+        self, walk: Walk, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int
+    ) -> None:
+        self._walk, self._y, self._window, self._clock = (
+            walk,
+            y,
+            (first, last),
+            (float(dt_s), float(d.w), float(d.theta)),
+        )
+        self._observable, self._stride, self._skipped = observable, stride, 0
+        b = 7 + 2 * walk.columns
+        self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
+        self.used = 0
+
+    def collect(self, count: int, tables: SwingTables, symmetric: bool) -> None:
+        """The samples of the half swings in the walk's last stretch."""
+        if count:
+            self.used += collect_swings(
+                self._y, *self._window, *self._clock, self._skipped, self._stride, count, self._walk.heads,
+                self._walk.weights, symmetric, self._observable, tables.grid.nodes, tables.grid.to_nodes,
+                tables.values, *self._sums,
+            )  # fmt: skip
+        self._skipped += count
+
+    def rest(self) -> None:
+        """The remaining samples of a rotor that is stuck: dm/dt is silent, an angle is constant."""
+        dt_s, w, theta = self._clock
+        first, last = self._window
+        at = self._walk.at
+        y = self._y[:, max(first, math.ceil((at[WALK_START] - theta) / (w * dt_s))) : last]
+        gram, products, energy = self._sums
+        constant = self._walk.at_rest(self._observable)
+        gram += y.shape[1] * np.outer(constant, constant)
+        products += np.outer(y.sum(axis=1), constant)
+        energy += np.sum(y**2, axis=1)
+        self.used += y.shape[1]
+
+    def moments(self) -> Moments:
+        """What was collected."""
+        return Moments(*self._sums, self.used, self._walk.at[WALK + self._walk.columns :].copy())
 
 
 @dataclass(frozen=True)
@@ -91,17 +125,19 @@ class Workspace:
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
         walk = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta)
-        sums = Sums.over(y, direct_to, last, dt_s, d, self.columns, stride)
+        sums = _Sums(walk, d, y, direct_to, last, dt_s, observable, stride)
         tables, ratio, band = self._fresh_tables(walk, digits, tabulated)
-        self._held = None
-        counts = [count for count in walk.stretches(tables, ratio, observable, digits, sums, band) if count]
+        self._held, counts = None, []
+        for count in walk.stretches(tables, ratio, observable, digits, band):
+            sums.collect(count, tables, self._symmetric)
+            counts.append(count)
         if walk.status == STATUS_STUCK:
-            _rest(walk, sums, observable)
+            sums.rest()
         if walk.status == STATUS_LOST or sums.used == 0:
             raise LostTrajectoryError(_LOST)
-        if digits == EXACT and tabulated and len(counts) == 1:
-            self._held = _Held(d, walk, tables, counts[0])
-        later = Moments(*sums.moments, sums.used, walk.at[WALK + walk.columns :].copy())
+        if digits == EXACT and tabulated and sum(c > 0 for c in counts) == 1:
+            self._held = _Held(d, walk, tables, max(counts))
+        later = sums.moments()
         if direct_to == first:
             return later
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
@@ -165,7 +201,7 @@ class Workspace:
             return
         walk = Walk(self.model, d, s_end)
         tables, ratio, band = self._fresh_tables(walk, EXACT, True)
-        for count in walk.stretches(tables, ratio, observable, EXACT, band=band):
+        for count in walk.stretches(tables, ratio, observable, EXACT, band):
             yield walk, tables, count
 
     def _fresh_tables(

@@ -8,15 +8,16 @@ import numba
 
 from platform_daemon.estimation import jit, warm_up
 from platform_daemon.estimation.jit import part
+from platform_daemon.estimation.moments import collect_swings
 from platform_daemon.estimation.sampling import fill_basis
-from platform_daemon.estimation.swing_chain import remaining_sizes
-from platform_daemon.estimation.swing_pass import pass_stretch
+from platform_daemon.estimation.swing_chain import walk_swings
+from platform_daemon.estimation.swing_table import build_table
 from platform_daemon.estimation.terms import TERMS
 from platform_daemon.estimation.trace import trace_half_swings
 
 
 def test_the_cache_of_every_kernel_depends_on_the_sources_of_all_kernels():
-    kernels = [trace_half_swings, fill_basis, remaining_sizes, pass_stretch]
+    kernels = [trace_half_swings, fill_basis, build_table, walk_swings, collect_swings]
     assert {k._cache._cache_file._source_stamp for k in kernels} == {jit._sources_digest()}
 
 
@@ -35,7 +36,7 @@ def test_importing_the_room_compiles_nothing():
 
 def test_each_entry_kernel_is_compiled_for_one_signature_only():
     warm_up()
-    assert [len(k.signatures) for k in (trace_half_swings, fill_basis, pass_stretch)] == [1, 1, 1]
+    assert [len(k.signatures) for k in (trace_half_swings, fill_basis, collect_swings)] == [1, 1, 1]
 
 
 def test_a_part_is_compiled_once_whatever_the_options_of_its_callers_and_is_plain_python_elsewhere():
