@@ -7,6 +7,8 @@ PlatformError                     what, where, why and the remedy; one line on t
 │   └── RecordingError            a file that is no usable recording
 ├── DeviceError                   a device said no, or said nothing
 │   ├── DeviceNotFound            nothing at the address, or the back end has no such device
+│   ├── DeviceDenied              it is there, but its port is not ours: permissions, or another program holds it
+│   ├── DeviceLost                it was there and is gone: unplugged, restarted, or taken by somebody else
 │   ├── DeviceTimeout             no answer in time
 │   ├── DeviceProtocolError       an answer that makes no sense
 │   ├── DeviceFault               the device reports a fault (trip, over-temperature, overload)
@@ -76,6 +78,18 @@ class DeviceNotFound(DeviceError):
     """Nothing answers at the address, or the back end offers no such device."""
 
     title = "Device not found"
+
+
+class DeviceDenied(DeviceError):
+    """The device is there, but the operating system keeps us out: permissions, or another program holds it."""
+
+    title = "Device denied"
+
+
+class DeviceLost(DeviceError):
+    """The device was there and is gone: unplugged, restarted, or taken over by another client."""
+
+    title = "Device lost"
 
 
 class DeviceTimeout(DeviceError):

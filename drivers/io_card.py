@@ -15,7 +15,12 @@ from drivers.timeline import SampleClock, Timeline
 
 @dataclass(frozen=True)
 class CardCapabilities:
-    """What the card can do: number of analog inputs and outputs, full scales in V, sample clock, longest timeline."""
+    """What the card can do: number of analog inputs and outputs, full scales in V, sample clock, longest timeline.
+
+    step_samples: every edge of a burst or line must lie on a multiple of it; line_delay_s: lines may change so much
+    later than asked; output_step_v, frequency_step_hz: steps of the registers, a burst gets the nearest value
+    (0: exact).
+    """
 
     inputs: int
     outputs: int
@@ -23,6 +28,10 @@ class CardCapabilities:
     output_full_scale_v: float
     clock: SampleClock
     max_samples: int
+    step_samples: int = 1
+    line_delay_s: float = 0.0
+    output_step_v: float = 0.0
+    frequency_step_hz: float = 0.0
 
 
 class CardState(StrEnum):
@@ -50,6 +59,14 @@ class ChunkFlags:
     def names(self) -> tuple[str, ...]:
         """Names of the flags that are set."""
         return tuple(n for n in ("overwritten", "corrupted", "lost_steps") if getattr(self, n))
+
+    def __or__(self, other: ChunkFlags) -> ChunkFlags:
+        """What holds for the samples of both."""
+        return ChunkFlags(
+            self.overwritten or other.overwritten,
+            self.corrupted or other.corrupted,
+            self.lost_steps or other.lost_steps,
+        )
 
 
 @dataclass(frozen=True)
@@ -81,7 +98,8 @@ class IoCard(Protocol):
         """Load a timeline.  Outputs stay zero and lines low.
 
         Allowed when IDLE or PROGRAMMED, else DeviceStateError.  Raises SequenceRejected if the card cannot play it
-        exactly (clock, length, amplitude, output number): it never clamps or rounds.
+        exactly (clock, length, amplitude, output number, grid of edges): it never clamps, and rounds at most to the
+        register steps in `capabilities()`.  DeviceLost if the connection broke: `stop()` makes a new one.
         """
 
     def arm(self) -> None:
@@ -98,12 +116,16 @@ class IoCard(Protocol):
 
         The card's own filter delay is compensated to the nearest sample: sample k is the instant k / rate after the
         trigger.  The state becomes IDLE with the last sample.  Raises DeviceStateError if nothing is running (also
-        after a stop), DeviceTimeout if samples stay away, DeviceProtocolError on a reply that makes no sense.
+        after a stop), DeviceTimeout if samples stay away, DeviceLost if the card is gone, DeviceProtocolError on a
+        reply that makes no sense, ShotRefused if the card's own account shows that this is not one recording.
         """
 
     def stop(self) -> None:
-        """All outputs zero and all lines low, at once, in any state; the card is IDLE afterwards.  Never raises for
-        a card that is already quiet; raises DeviceError only if it cannot confirm that outputs are off."""
+        """All outputs zero and all lines low, at once, in any state; the card is IDLE afterwards (CLOSED stays CLOSED).
+
+        It reads back that outputs are off, over a new connection if the old one is broken, and raises DeviceError if
+        it cannot.  A `read()` that waits meanwhile ends in DeviceStateError.
+        """
 
     def close(self) -> None:
         """`stop()`, then let go of the card.  Idempotent."""

@@ -10,13 +10,13 @@ from drivers.identity import Identity
 
 @dataclass(frozen=True)
 class AmplifierStatus:
-    """Read-back: enabled, muted, fault text (None if healthy), heat-sink temperature in deg C, clipped since the
-    last `enable()`."""
+    """Read-back: enabled, muted, fault text (None if healthy), heat-sink temperature in deg C (None if the amplifier
+    does not tell), clipped since the last `enable()`."""
 
     enabled: bool
     muted: bool
     fault: str | None
-    temperature_c: float
+    temperature_c: float | None
     clipped: bool
 
     @property

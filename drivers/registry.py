@@ -13,7 +13,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from importlib.metadata import entry_points
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated, Any, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -23,6 +24,7 @@ from drivers.errors import ConfigError
 from drivers.platform import Backend, Platform
 
 GROUP = "platform_daemon.backends"
+EMULATORS = "platform_daemon.emulators"
 
 
 class DeviceSection(BaseModel):
@@ -75,6 +77,30 @@ def load_backend(name: str, options: Mapping[str, Any]) -> Backend:
         )
     backend: Backend = found[0].load()(options)
     return backend
+
+
+class Emulator(Protocol):
+    """Devices that exist only as wires, constructed as `Emulator(tables, folder)`: the tables of its TOML file, and the
+    folder that paths in it count from.  Raises ConfigError; nothing listens then."""
+
+    def endpoints(self) -> dict[str, Any]:
+        """Where everything listens, plain JSON types: `io_cards`, `serial`, `usb`."""
+
+    def close(self) -> None:
+        """Stop listening and remove whatever was made."""
+
+
+def load_emulator(name: str, tables: Mapping[str, Any], folder: Path) -> Emulator:
+    """Import and start an emulator.  Raises ConfigError if none of that name is installed."""
+    found = {e.name: e for e in entry_points(group=EMULATORS)}
+    if name not in found:
+        raise ConfigError(
+            f"no emulator is called {name!r}",
+            why=f"installed are: {', '.join(sorted(found)) or 'none'}",
+            remedy=f"correct the name, or install the package that publishes it in the entry-point group {EMULATORS}",
+        )
+    emulator: Emulator = found[name].load()(tables, folder)
+    return emulator
 
 
 def build_platform(section: PlatformSection, calibration: ReceiveCalibration | None = None) -> Platform:

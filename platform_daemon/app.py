@@ -95,11 +95,11 @@ def _warm_up(parts: dict[str, bool]) -> None:
         log.error("warm_up_failed", error=str(error))
 
 
-def check_config(path: Path) -> str:
+def check_config(path: Path, endpoints: Path | None = None) -> str:
     """One sentence on a valid platform, resonator or sequence file.  Raises ConfigError, DeviceError."""
     tables, _ = read_toml(path)
     if "io_card" in tables or "limits" in tables:
-        engine = start_engine(load_platform(path))
+        engine = start_engine(load_platform(path, endpoints=endpoints))
         status = engine.status()
         engine.close()
         return f"{path}: platform {status['platform']!r} is valid"

@@ -21,11 +21,13 @@ from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
 from platform_daemon.cli_diagnose import diagnose
 from platform_daemon.cli_diagnose_live import FilesOrLive
+from platform_daemon.cli_emulate import emulate
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
 from platform_daemon.cli_models import adopt, models_app
 from platform_daemon.cli_options import (
     CalibrationOption,
+    EndpointsOption,
     ForceOption,
     JsonOption,
     ModelsOption,
@@ -41,7 +43,7 @@ from platform_daemon.cli_options import (
 )
 from platform_daemon.cli_planning import predict
 from platform_daemon.cli_slide import slide
-from platform_daemon.cli_tables import fit_table_text, print_info
+from platform_daemon.cli_tables import fit_table_text, print_devices, print_info
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 config_app = typer.Typer(help="Configuration files.")
@@ -49,6 +51,7 @@ app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
 app.add_typer(models_app, name="models")
 app.command()(adopt)
+app.command()(emulate)
 app.command()(fit)
 app.command()(predict)
 app.command()(slide)
@@ -113,6 +116,7 @@ def serve(
     port: Annotated[int, typer.Option(help="Port to listen on; 0: any free one.", min=0, max=65535)] = 8212,
     data: Annotated[Path, typer.Option(help="Folder of recordings and fits.")] = Path("data"),
     overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.api.server import Server, create_api
@@ -121,7 +125,7 @@ def serve(
     from platform_daemon.settings import load_platform
 
     _log_from(logging.INFO)
-    file = load_platform(platform, overrides or ())
+    file = load_platform(platform, overrides or (), endpoints)
     listener = _listen(host, port)
     folder = open_data_folder(data)
     engine = start_engine(file, Journal(folder.jobs), library(folder.models))
@@ -167,6 +171,7 @@ def measure(
     comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
     platform: PlatformOption = "simulated",
     overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
     json_file: JsonOption = None,
     force: ForceOption = False,
 ) -> None:
@@ -193,7 +198,7 @@ def measure(
     must_not_exist(json_file, force)
     must_not_exist(out, force)
     signal.signal(signal.SIGTERM, interrupt)
-    engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
+    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     interrupted = False
     try:
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
@@ -271,9 +276,30 @@ def plot(
     print(target)
 
 
+@app.command()
+def devices(
+    platform: PlatformOption = "simulated",
+    overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """List what is there: identity, state and error of each device.  Exit code 1 if one is missing."""
+    from drivers.inventory import find_devices
+    from platform_daemon.settings import load_platform
+
+    file = load_platform(platform, overrides or (), endpoints)
+    must_not_exist(json_file, force)
+    reports = [report.as_dict() for report in find_devices(file.section)]
+    print_devices(reports)
+    write_json(json_file, {"platform": file.section.name, "devices": reports})
+    if any(report["error"] for report in reports):
+        raise typer.Exit(1)
+
+
 @config_app.command("check")
-def config_check(file: Path) -> None:
+def config_check(file: Path, endpoints: EndpointsOption = None) -> None:
     """Check a platform, resonator or sequence file; a platform's devices are built, not energised."""
     from platform_daemon.app import check_config
 
-    print(check_config(file))
+    print(check_config(file, endpoints))

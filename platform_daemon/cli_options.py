@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
+EndpointsOption = Annotated[
+    Path | None,
+    typer.Option("--endpoints", help="Addresses for ${...} in the platform file, as `emulate` writes them."),
+]
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -103,3 +103,19 @@ def print_info(facts: Mapping[str, Any], indent: str = "") -> None:
                 )
         else:
             print(f"{indent}{key}: {value}")
+
+
+def print_devices(reports: Sequence[Mapping[str, Any]]) -> None:
+    """A row per device: who it is, its state, and what went wrong."""
+    table = Table()
+    for heading in ("device", "identity", "state", "error"):
+        table.add_column(heading, overflow="fold")
+    for report in reports:
+        identity = " ".join(part for part in (report["identity"] or {}).values() if part)
+        state = ", ".join(f"{name} {_plain(value)}" for name, value in report["state"].items())
+        table.add_row(report["device"], identity or "-", state or "-", report["error"] or "-")
+    Console().print(table)
+
+
+def _plain(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -16,6 +16,7 @@ from drivers.errors import ConfigError
 from drivers.registry import PlatformSection
 from drivers.specimen import Specimen
 from drivers.validation import validated
+from platform_daemon.endpoints import with_endpoints
 from sequences.limits import SafetyLimits
 from sequences.request import SequenceRequest
 
@@ -68,13 +69,15 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
         raise ConfigError("is not TOML", where=str(path), why=str(error), remedy="correct the line named") from None
 
 
-def load_platform(name: str | Path, overrides: Sequence[str] = ()) -> PlatformFile:
-    """A platform file, with `KEY=VALUE` overrides (dotted keys, TOML values) applied.  Raises ConfigError."""
+def load_platform(name: str | Path, overrides: Sequence[str] = (), endpoints: Path | None = None) -> PlatformFile:
+    """A platform file, with `KEY=VALUE` overrides (dotted keys, TOML values) applied and `${...}` taken from the file
+    `endpoints`.  Raises ConfigError."""
     path = locate("platforms", name)
     tables, text = read_toml(path)
     for override in overrides:
         apply_override(tables, override)
     where = str(path)
+    tables = with_endpoints(tables, endpoints)
     calibration = _calibration_file(tables, path)
     if "limits" not in tables:
         raise ConfigError("table 'limits' is missing", where=where, remedy="add [limits], see docs/configuration.md")

@@ -14,7 +14,7 @@ from drivers.tx_rx_switch import SwitchTiming
 from sequences.drive import ChannelDrive, drives_for_field
 from sequences.limits import SafetyLimits, check_drive, check_timeline
 from sequences.request import SequenceRequest
-from sequences.windows import Windows, realise
+from sequences.windows import Windows, realise, whole_steps
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def compile_shot(request: SequenceRequest, side: TransmitSide, *, blank: bool = 
     Raises SequenceRejected if the request leaves the safety envelope, the card's abilities or the switch's timing.
     Nothing is clamped.  A blank shot has the same windows and lines, and no burst.
     """
-    windows = realise(request, side.card.clock)
+    windows = realise(request, side.card.clock, side.card.step_samples)
     drives: tuple[ChannelDrive, ...] = ()
     if not blank:
         drives = drives_for_field(request.field_t * request.direction(), windows.frequency_hz, side.channels)
@@ -85,7 +85,8 @@ def _timeline(
 ) -> Timeline:
     """TX with the gate high, guard, receiver connected to the end."""
     total = windows.tx_samples + windows.switch_samples + windows.rx_samples
-    connect = min(windows.tx_samples + request.guard_samples, total - 1)
+    step = side.card.step_samples
+    connect = min(windows.tx_samples + whole_steps(request.guard_samples, step), total - step)
     gate = (LineLevel(Line.PA_GATE, 0, windows.tx_samples),) if drives else ()
     return Timeline(
         clock=side.card.clock,

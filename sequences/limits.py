@@ -60,16 +60,16 @@ def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilit
         peak = float(np.max(np.abs(timeline.output_volts(output, 0, timeline.tx_samples))))
         name = f"DAC output {output}"
         _at_most(name, peak, card.output_full_scale_v, "V", "the card's output range", "field_t")
-    _check_exclusion(timeline, switch)
+    _check_exclusion(timeline, switch, card.line_delay_s * rate)
 
 
-def _check_exclusion(timeline: Timeline, switch: SwitchTiming) -> None:
-    """Power and receiver never together, and the receiver settled before RX begins."""
+def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float) -> None:
+    """Power and receiver never together, receiver settled before RX begins; lines may be `late` samples late."""
     power = [level for level in timeline.lines if level.line is Line.PA_GATE]
     receive = [level for level in timeline.lines if level.line is Line.RX_CONNECT]
     for p in power:
         for r in receive:
-            if r.start_sample <= p.stop_sample and p.start_sample <= r.stop_sample:
+            if r.start_sample <= p.stop_sample + late and p.start_sample <= r.stop_sample + late:
                 raise SequenceRejected(
                     "the receiver would be connected while the amplifier can put out power",
                     where=f"samples {max(p.start_sample, r.start_sample)} to {min(p.stop_sample, r.stop_sample)}",
@@ -78,7 +78,7 @@ def _check_exclusion(timeline: Timeline, switch: SwitchTiming) -> None:
     for b in timeline.bursts:
         if not all(timeline.is_high(Line.PA_GATE, k) for k in (b.start_sample, b.stop_sample - 1)):
             raise SequenceRejected("a burst lies outside the amplifier's gate", where=f"output {b.output}")
-    settled = [r.start_sample + switch.total_s * timeline.clock.rate_hz for r in receive]
+    settled = [r.start_sample + late + switch.total_s * timeline.clock.rate_hz for r in receive]
     if not receive or min(settled) > timeline.rx_start:
         rate = timeline.clock.rate_hz
         have = (timeline.rx_start - receive[0].start_sample) / rate if receive else 0.0

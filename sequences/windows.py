@@ -10,6 +10,11 @@ from drivers.timeline import SampleClock
 from sequences.request import SequenceRequest
 
 
+def whole_steps(samples: float, step: int) -> int:
+    """Samples rounded up to whole steps."""
+    return step * math.ceil(samples / step)
+
+
 @dataclass(frozen=True)
 class Windows:
     """Samples per window and the excitation frequency that fits whole periods into them."""
@@ -20,8 +25,8 @@ class Windows:
     frequency_hz: float
 
 
-def realise(request: SequenceRequest, clock: SampleClock) -> Windows:
-    """Whole samples for the three windows.
+def realise(request: SequenceRequest, clock: SampleClock, step: int = 1) -> Windows:
+    """Whole samples for the three windows, each a multiple of `step`, the card's grid of edges.
 
     The TX window holds a whole number of periods and of samples, so the frequency moves a little: 10 periods of 212 Hz
     at 125 MHz/2048 become 2879 samples and 212.0012 Hz.  Raises SequenceRejected for a frequency that the clock cannot
@@ -33,12 +38,18 @@ def realise(request: SequenceRequest, clock: SampleClock) -> Windows:
             where="sequence.f_tx_hz",
             remedy=f"ask for at most {clock.rate_hz / 8:.0f} Hz",
         )
-    tx = round(request.tx_periods * clock.rate_hz / request.f_tx_hz)
-    rx = round(request.rx_s * clock.rate_hz)
+    tx = step * round(request.tx_periods * clock.rate_hz / request.f_tx_hz / step)
+    rx = step * round(request.rx_s * clock.rate_hz / step)
     if rx < 1:
         raise SequenceRejected(
             f"an RX window of {request.rx_s:g} s holds no sample",
             where="sequence.rx_s",
-            remedy=f"ask for at least {1 / clock.rate_hz:.2g} s",
+            remedy=f"ask for at least {step / clock.rate_hz:.2g} s",
         )
-    return Windows(tx, math.ceil(request.switch_s * clock.rate_hz), rx, request.tx_periods * clock.rate_hz / tx)
+    if tx < 8 * request.tx_periods:
+        raise SequenceRejected(
+            f"{request.tx_periods} periods of {request.f_tx_hz:g} Hz do not fit the card's steps of {step} samples",
+            where="sequence.tx_periods",
+            remedy="ask for more periods or a lower frequency",
+        )
+    return Windows(tx, whole_steps(request.switch_s * clock.rate_hz, step), rx, request.tx_periods * clock.rate_hz / tx)

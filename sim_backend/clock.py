@@ -12,11 +12,12 @@ from sim_backend.options import ClockOptions
 class SimulatedClock:
     """World time in seconds since construction.  Safe from any thread.
 
-    fast: time stands still except when somebody sleeps or waits; realtime: time is that of the computer.
+    fast: time stands still except when somebody sleeps or waits; realtime: time is that of the computer, times `speed`.
     """
 
     def __init__(self, options: ClockOptions) -> None:
         self.realtime = options.mode == "realtime"
+        self._speed = options.speed
         self._start_utc = (options.start_utc or datetime.now(UTC)).astimezone(UTC)
         self._start_s = time.monotonic()
         self._now_s = 0.0
@@ -25,7 +26,7 @@ class SimulatedClock:
     def monotonic_s(self) -> float:
         """See drivers.clock.Clock."""
         if self.realtime:
-            return time.monotonic() - self._start_s
+            return (time.monotonic() - self._start_s) * self._speed
         with self._changed:
             return self._now_s
 
@@ -36,7 +37,7 @@ class SimulatedClock:
     def sleep(self, seconds: float) -> None:
         """See drivers.clock.Clock; fast: returns at once, with the time advanced."""
         if self.realtime:
-            time.sleep(max(seconds, 0.0))
+            time.sleep(max(seconds, 0.0) / self._speed)
         else:
             with self._changed:
                 self._now_s += max(seconds, 0.0)
@@ -50,6 +51,6 @@ class SimulatedClock:
                 self._now_s = max(self._now_s, world_s)
             return True
         while (left := world_s - self.monotonic_s()) > 0:
-            if cancelled.wait(left):
+            if cancelled.wait(left / self._speed):
                 return False
         return not cancelled.is_set()

@@ -49,6 +49,10 @@ class Contacts:
         """The same history with the armature stuck, or free again."""
         return replace(self, stuck=stuck)
 
+    def like(self, options: SwitchOptions) -> Contacts:
+        """The same history with a relay of these options from now on."""
+        return replace(self, options=options)
+
     def shifted(self, seconds: float) -> Contacts:
         """The same history counted from another time zero."""
         return replace(self, changes=tuple((t + seconds, position) for t, position in self.changes))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +21,10 @@ from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import AmplifierOptions, CoilOptions
 
 Interval = tuple[float, float]
+Times = TypeVar("Times", float, NDArray[np.float64])
 NEGLIGIBLE_A = 1e-16
 HEAT_STEP_S = 1e-5
+ON_THE_SAMPLE = 1e-6  # of a sample: rounding of sample times
 
 
 @dataclass(frozen=True)
@@ -82,8 +85,18 @@ class Source:
         """Sum of the given bursts before the limit, V."""
         return sum(self.gain * b.amplitude_v * np.sin(self.phase(b, time_s)) for b in bursts)
 
-    def phase(self, burst: Burst, time_s: float) -> float:
-        """Phase of a burst at a time, rad."""
+    def wanted_at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What the output would be at times (n,) after the trigger, before the limit: (n,) float64, V."""
+        volts = np.zeros(times_s.size)
+        for b in self.bursts:
+            place = times_s * self.rate_hz - b.start_sample
+            on = (place > -ON_THE_SAMPLE) & (place < b.stop_sample - b.start_sample - ON_THE_SAMPLE)
+            turn = 2 * np.pi * b.frequency_hz * (place[on] / self.rate_hz) + b.phase_rad
+            volts[on] += self.gain * b.amplitude_v * np.sin(turn)
+        return volts
+
+    def phase(self, burst: Burst, time_s: Times) -> Times:
+        """Phase of a burst at one time or many, rad."""
         start_s = burst.start_sample / self.rate_hz
         return 2 * np.pi * burst.frequency_hz * (time_s - start_s) + burst.phase_rad
 
@@ -100,12 +113,14 @@ class Source:
         bursts = self.active(0.5 * (start_s + stop_s))
         if sum(abs(b.amplitude_v) for b in bursts) * self.gain <= self.limit_v:
             return []
-        grid = np.linspace(start_s, stop_s, int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * 200) + 50)
+        per_period = 200 if len(bursts) == 1 else 20
+        points = int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * per_period) + 50
+        grid = np.linspace(start_s, stop_s, points)
 
         def excess(t: float) -> float:
             return abs(self.wanted_v(t, bursts)) - self.limit_v
 
-        values = np.array([excess(t) for t in grid])
+        values = np.abs(sum(b.amplitude_v * self.gain * np.sin(self.phase(b, grid)) for b in bursts)) - self.limit_v
         flips = np.flatnonzero(np.signbit(values[:-1]) != np.signbit(values[1:]))
         return [float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15)) for i in flips]
 
@@ -142,8 +157,10 @@ def cuts(
     contacts: Sequence[tuple[float, float, SwitchPosition]],
     coils: Sequence[CoilOptions],
     output_impedance_ohm: float,
+    initial_a: Sequence[float] = (),
 ) -> list[Cut]:
-    """All cuts of a shot, covering the contact spans (s after the trigger) without gaps; currents start at zero.
+    """All cuts of a shot, covering the contact spans (s after the trigger) without gaps; currents start at initial_a,
+    one per coil, none: zero.
 
     live: when the power stage is on; off, its outputs hold zero volts and a remaining current dies with L/R.
     Contacts that are not on TRANSMIT open the loop: the current is zero.
@@ -156,9 +173,10 @@ def cuts(
         clipped = powered and any(s.is_clipped(middle_s) for s in drives)
         terms = []
         for k, (source, coil) in enumerate(zip(drives, coils, strict=True)):
-            initial_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else 0.0
+            first_a = initial_a[k] if initial_a else 0.0
+            before_a = float(out[-1].current_a(k, np.array([start_s]))[0]) if out else first_a
             loop = coil.resistance_ohm + output_impedance_ohm, coil.inductance_h
-            terms.append(_loop_terms(source, powered, start_s, stop_s, initial_a, *loop) if closed else ())
+            terms.append(_loop_terms(source, powered, start_s, stop_s, before_a, *loop) if closed else ())
         out.append(Cut(start_s, stop_s, position, tuple(terms), clipped))
     return out
 

@@ -4,8 +4,10 @@ overwritten, corrupted, lost_steps   the card flags one chunk in the middle of t
 dropped_samples                      the card loses DROPPED samples in the middle: first_sample jumps
 card_timeout                         from the middle on the card delivers nothing
 amplifier_trip                       the amplifier trips in the middle of the transmit gate
+relay_bounce                         the contacts bounce ten times as long and as often
 switch_stuck                         from this shot on the contacts stay where they are, until `clear()`
 lna_overload                         a burst of interference overloads the LNA in the middle of the shot
+adc_clip                             the converter is driven beyond its range in the middle of the shot
 """
 
 from __future__ import annotations

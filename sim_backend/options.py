@@ -23,12 +23,14 @@ Poles = Annotated[tuple[Positive, ...], Field(strict=False)]
 
 
 class ClockOptions(Section):
-    """`fast`: time passes only when somebody sleeps or reads; `realtime`: like a clock on the wall.
+    """`fast`: time passes only when somebody sleeps or reads; `realtime`: like a clock on the wall, `speed` times as
+    fast.
 
     start_utc: time of day at construction, None: this computer's.
     """
 
     mode: Literal["fast", "realtime"]
+    speed: Positive = 1.0
     start_utc: datetime | None = None
 
 
@@ -93,6 +95,11 @@ class SwitchOptions(Section):
     isolation_db: NonNegative
     transient_v: Vector
     transient_tau_s: Positive
+
+    def worn(self, times: int) -> SwitchOptions:
+        """The same relay, bouncing so many times as long and as often."""
+        worse = {"bounce_s": self.bounce_s * times, "bounces": max(self.bounces, 1) * times}
+        return self.model_copy(update=worse)
 
 
 class LnaOptions(Section):
@@ -230,7 +237,9 @@ class FaultOptions(Section):
     card_timeout: Shots = ()
     amplifier_trip: Shots = ()
     switch_stuck: Shots = ()
+    relay_bounce: Shots = ()
     lna_overload: Shots = ()
+    adc_clip: Shots = ()
 
 
 class SimulatedOptions(Section):
@@ -258,11 +267,13 @@ class SimulatedOptions(Section):
 
 
 class IoCardTable(Section):
-    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples."""
+    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples, grid of the edges in samples (a real
+    card's sequence has steps; 1: edges anywhere)."""
 
     base_frequency_hz: Positive
     decimation: Count
     max_samples: Count
+    step_samples: Count = 1
 
 
 class LnaTable(Section):

@@ -15,6 +15,7 @@ from sim_backend.noise import hum_v, noise_v
 from sim_backend.shot_setup import NOISE, ShotSetup
 
 OVERLOAD_BURST_S = 5e-3
+CLIPPING_S = 1e-3
 
 
 @dataclass(frozen=True)
@@ -53,13 +54,15 @@ def listen(
     total, rate = setup.timeline.total_samples, setup.timeline.clock.rate_hz
     volts += noise_v(setup.rng(NOISE), sd_v, total, rate, setup.options.noise.colour)[:, : times.size]
     overload_s = _limit(setup, times, volts)
+    if "adc_clip" in setup.faults:
+        _add_clipping(setup, times, volts)
     step_v = adc_step_v(setup)
     return Heard(digitised(volts, step_v, setup.options.card.adc_bits), np.hypot(sd_v, step_v / 12**0.5), overload_s)
 
 
 def sample_times(setup: ShotSetup) -> NDArray[np.float64]:
     """Instants of the samples up to the end of the shot, s after the trigger."""
-    return sample_numbers(setup) / setup.timeline.clock.rate_hz
+    return sample_numbers(setup) / setup.timeline.clock.rate_hz - setup.delay_s
 
 
 def sample_numbers(setup: ShotSetup) -> NDArray[np.int64]:
@@ -116,6 +119,11 @@ def _add_transients(
 def _add_interference(setup: ShotSetup, times: NDArray[np.float64], volts: NDArray[np.float64]) -> None:
     start_s = (setup.timeline.rx_start + setup.timeline.rx_samples / 2) / setup.timeline.clock.rate_hz
     volts[:, (times >= start_s) & (times < start_s + OVERLOAD_BURST_S)] += 2 * setup.options.lna.output_limit_v
+
+
+def _add_clipping(setup: ShotSetup, times: NDArray[np.float64], volts: NDArray[np.float64]) -> None:
+    start_s = (setup.timeline.rx_start + setup.timeline.rx_samples / 2) / setup.timeline.clock.rate_hz
+    volts[:, (times >= start_s) & (times < start_s + CLIPPING_S)] = 2 * setup.options.card.input_full_scale_v
 
 
 def _limit(setup: ShotSetup, times: NDArray[np.float64], volts: NDArray[np.float64]) -> float | None:

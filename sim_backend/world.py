@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from drivers.errors import DeviceFault
 from drivers.specimen import Specimen
@@ -26,7 +27,7 @@ from sim_backend.hidden import NONE
 from sim_backend.options import SimulatedOptions
 from sim_backend.power import OVER_TEMPERATURE, PowerStage
 from sim_backend.rotor import Rotor, effective
-from sim_backend.shot import ShotResult, conductance, simulate
+from sim_backend.shot import ShotResult, after, commanded, conductance, cut_short, simulate
 from sim_backend.shot_setup import ShotSetup
 from sim_backend.torque import parameters
 from sim_backend.truth import record
@@ -46,6 +47,21 @@ class Violation:
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return {"time_s": self.time_s, "shot": self.shot, "cause": self.cause}
+
+
+class Feed(Protocol):
+    """Where an open-ended shot gets what is played and hands over what is heard; samples are counted from the trigger.
+
+    delay_s: of the record, see `ShotSetup`.  Called with the world's lock held.
+    """
+
+    delay_s: float
+
+    def timeline(self, first_sample: int, samples: int | None = None) -> Timeline:
+        """What will be played from a sample on, as far as is known now; None: for as long as the feed likes."""
+
+    def heard(self, first_sample: int, volts: NDArray[np.float32]) -> None:
+        """A leg is over; (channel, n) V."""
 
 
 class World:
@@ -72,6 +88,10 @@ class World:
         self._resting = Resting()
         self._setup: ShotSetup | None = None
         self._running = False
+        self._feed: Feed | None = None
+        self._begun_s, self._leg_first = 0.0, 0
+        self._first_leg: tuple[ShotSetup, ShotResult] | None = None
+        self._idle_gate = self._idle_receive = False
         self._shown_s = -np.inf
         self._compute = threading.Lock()
         self._cached: tuple[ShotSetup, ShotResult] | None = None
@@ -106,8 +126,11 @@ class World:
 
     # --- shots
 
-    def start(self, timeline: Timeline) -> float:
-        """Trigger: the timeline starts now; returns the world time of sample 0."""
+    def start(self, timeline: Timeline, feed: Feed | None = None) -> float:
+        """Trigger: the timeline starts now; returns the world time of sample 0.
+
+        With a feed the shot is open-ended: the timeline is its first leg, the feed has the next ones, until `stop`.
+        """
         with self.lock:
             self._settle()
             now = self.clock.monotonic_s()
@@ -134,9 +157,12 @@ class World:
                 lna_gain=self.lna_gain,
                 lna_broken=self.lna_broken,
                 faults=faults,
+                open_ended=feed is not None,
+                delay_s=0.0 if feed is None else feed.delay_s,
             )
             self._setup = self._setup.with_trip()
             self._running, self._shown_s = True, -np.inf
+            self._feed, self._begun_s, self._leg_first, self._first_leg = feed, now, 0, None
             return now
 
     def result(self) -> tuple[ShotSetup, ShotResult]:
@@ -153,12 +179,49 @@ class World:
                 with self.lock:
                     self._cached = cached
 
+    def leg(self) -> tuple[int, ShotResult]:
+        """The present leg of an open-ended shot and the number of its first sample."""
+        while True:
+            setup, result = self.result()
+            with self.lock:
+                if setup is self._setup:
+                    return self._leg_first, result
+
+    def leg_first(self) -> int:
+        """Number of the first sample of the present leg."""
+        with self.lock:
+            return self._leg_first
+
+    def extend(self, stop_sample: int) -> None:
+        """Let an open-ended shot be known up to a sample, if it still runs."""
+        while True:
+            with self.lock:
+                setup = self._setup
+                if not self._running or self._feed is None or setup is None or self._leg_stop() >= stop_sample:
+                    return
+            _, result = self.result()
+            with self.lock:
+                if self._running and self._setup is setup:
+                    self._next_leg(setup, result)
+
+    def replan(self) -> None:
+        """What an open-ended shot plays from now on is no longer what its feed said."""
+        with self.lock:
+            if self._running and self._feed is not None and self._setup is not None:
+                timeline = self._feed.timeline(self._leg_first, self._setup.timeline.total_samples)
+                if timeline != self._setup.timeline:
+                    self._setup = replace(self._setup, timeline=timeline)
+
     def stop(self) -> None:
         """All outputs zero and lines low now: cut the running shot short, if there is one."""
+        self._catch_up()
         with self.lock:
             if self._setup is None or not self._running:
                 return
             elapsed = self.clock.monotonic_s() - self._setup.start_s
+            if self._feed is not None:
+                self._stop_open(elapsed)
+                return
             if elapsed < self._setup.stop_s:
                 self._setup = replace(self._setup, stop_s=max(elapsed, 1e-9))
             self._end_shot(self._setup)
@@ -168,17 +231,25 @@ class World:
         with self.lock:
             if self.power.set(self.clock.monotonic_s(), enabled=enabled, muted=muted) and self._running:
                 self._relive()
+            self._check_idle()
+
+    def idle_lines(self, *, pa_gate: bool, rx_connect: bool) -> None:
+        """Levels of the digital lines while nothing is played; the contacts follow at once."""
+        with self.lock:
+            self._idle_gate, changed = pa_gate, rx_connect != self._idle_receive
+            self._idle_receive = rx_connect
+            if changed and not self._running:
+                self.move_contacts(SwitchPosition.RECEIVE if rx_connect else SwitchPosition.TRANSMIT)
+            self._check_idle()
 
     # --- read-back
 
     def contacts(self) -> Contacts:
         """The contacts' history in world time, running shot included."""
+        self._catch_up()
         with self.lock:
-            running = self._running
-        if running:
-            setup, result = self.result()
-            return result.contacts.shifted(setup.start_s)
-        with self.lock:
+            if self._running and self._setup is not None:
+                return commanded(self._setup).shifted(self._setup.start_s)
             return self._contacts
 
     def move_contacts(self, target: SwitchPosition) -> float:
@@ -186,6 +257,7 @@ class World:
         with self.lock:
             self._settle()
             self._contacts = self._contacts.command(self.clock.monotonic_s(), target, self._contacts_rng)
+            self._check_idle()
             return self._contacts.arrival_s()
 
     def is_running(self) -> bool:
@@ -196,12 +268,14 @@ class World:
 
     def refresh(self) -> None:
         """Let everything that has happened by now show in the read-backs (overload, clipping, trip)."""
+        self._catch_up()
         with self.lock:
             running = self._running
         if running:
             setup, result = self.result()
             with self.lock:
-                self._show(setup, result, self.clock.monotonic_s() - setup.start_s)
+                if setup is self._setup:
+                    self._show(setup, result, self.clock.monotonic_s() - setup.start_s)
                 self._settle()
 
     def amplifier_temperature_c(self) -> float:
@@ -225,11 +299,11 @@ class World:
             self._contacts = self._contacts.jam(False)
 
     def truth(self) -> dict[str, Any] | None:
-        """The record of the last shot, None before the first."""
+        """The record of the last shot, of its first leg if it is open-ended; None before the first."""
         with self.lock:
             if self._setup is None:
                 return None
-        setup, result = self.result()
+        setup, result = self._first_leg or self.result()
         happened = [Violation(setup.start_s + t, setup.number, cause).as_dict() for t, cause in result.violations]
         return record(setup, result, self.temperature.celsius(setup.start_s), happened)
 
@@ -283,9 +357,62 @@ class World:
     def _settle(self) -> None:
         """If the running shot is over, make its end the state of the world."""
         setup = self._setup
-        if setup is None or not self._running or self.clock.monotonic_s() < setup.start_s + setup.stop_s:
+        if (
+            setup is None
+            or not self._running
+            or self._feed is not None
+            or self.clock.monotonic_s() < setup.start_s + setup.stop_s
+        ):
             return
         self._end_shot(setup)
+
+    def _catch_up(self) -> None:
+        """Let an open-ended shot be known up to now."""
+        with self.lock:
+            running = self._running and self._feed is not None and self._setup is not None
+            rate_hz = self._setup.timeline.clock.rate_hz if self._setup is not None else 0.0
+            now = int((self.clock.monotonic_s() - self._begun_s) * rate_hz) + 1
+        if running:
+            self.extend(now)
+
+    def _leg_stop(self) -> int:
+        assert self._setup is not None
+        return self._leg_first + self._setup.timeline.total_samples
+
+    def _next_leg(self, setup: ShotSetup, result: ShotResult) -> None:
+        """Go on from the end of a leg of an open-ended shot."""
+        assert self._feed is not None
+        self._show(setup, result, setup.stop_s)
+        self._feed.heard(self._leg_first, result.heard.volts)
+        end_s = setup.start_s + setup.stop_s
+        self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))
+        self._leg_first = self._leg_stop()
+        self._first_leg = self._first_leg or (setup, result)
+        timeline = self._feed.timeline(self._leg_first)
+        live = self.power.live_intervals(end_s, end_s + timeline.duration_s)
+        self._setup, self._shown_s = after(setup, result, timeline, live), -np.inf
+
+    def _stop_open(self, elapsed_s: float) -> None:
+        """End the running leg of an open-ended shot."""
+        assert self._setup is not None
+        assert self._feed is not None
+        stop_s = min(max(elapsed_s, 1e-9), self._setup.stop_s)
+        if self._cached is not None and self._cached[0] is self._setup:
+            self._cached = cut_short(*self._cached, stop_s)
+        else:
+            self._cached = self._finished(replace(self._setup, stop_s=stop_s))
+        self._setup, result = self._cached
+        self._feed.heard(self._leg_first, result.heard.volts)
+        self._end_shot(self._setup)
+
+    def _check_idle(self) -> None:
+        """Without a shot: power on the connected receiver is a violation as well."""
+        gate_open = self._idle_gate and self.power.enabled and not self.power.muted and self.power.fault is None
+        heading = self._contacts.heading() is SwitchPosition.RECEIVE
+        if gate_open and heading and not self._running and not self.lna_broken:
+            now = max(self.clock.monotonic_s(), self._contacts.arrival_s())
+            self._violations.append(Violation(now, self.shots, "receiver connected to the live amplifier while idle"))
+            self.lna_broken = self.lna_overloaded = True
 
     def _end_shot(self, setup: ShotSetup) -> None:
         """Make the end of the shot the state of the world."""
@@ -293,8 +420,9 @@ class World:
         self._running = False
         setup, result = self._finished(setup)
         self._resting = Resting(end_s, result.phi_rad, result.phi_dot_rad_per_s, result.hidden)
-        contacts = result.contacts.shifted(setup.start_s)
-        self._contacts = contacts.command(end_s, SwitchPosition.TRANSMIT, self._contacts_rng)
+        contacts = result.contacts.shifted(setup.start_s).like(self.options.switch)
+        home = SwitchPosition.RECEIVE if self._idle_receive else SwitchPosition.TRANSMIT
+        self._contacts = contacts.command(end_s, home, self._contacts_rng)
         self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))
         self._show(setup, result, setup.stop_s)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -21,6 +22,10 @@ from platform_daemon.settings import load_platform
 settings.register_profile("repeatable", derandomize=True)
 settings.register_profile("campaign")
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+# A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 SHORT_JEWEL = {"resonator": "jewel", "sequence": {"rx_s": 0.6}}
 """A jewel shot of 0.6 s: long enough for a fit, quick to simulate."""

@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from drivers.errors import ConfigError
@@ -6,8 +8,18 @@ from platform_daemon.settings import apply_override, load_platform, load_sequenc
 
 
 @pytest.mark.parametrize("kind", ["platforms", "resonators", "sequences"])
-def test_every_shipped_file_is_valid(kind):
-    load = {"platforms": load_platform, "resonators": load_specimen, "sequences": load_sequence}[kind]
+def test_every_shipped_file_is_valid(kind, tmp_path):
+    somewhere = {"host": "127.0.0.1", "port": 1, "command_port": 1, "data_port": 2}
+    device = somewhere | {"vendor_id": 1, "product_id": 2, "serial": "A1"}
+    endpoints = tmp_path / "endpoints.json"
+    endpoints.write_text(json.dumps(
+        {"io_cards": [somewhere] * 2, "serial": {"switch": "a", "lna": "b"}, "usb": {"amplifier": device}}
+    ))  # fmt: skip
+
+    def platform(name):
+        return load_platform(name, endpoints=endpoints)
+
+    load = {"platforms": platform, "resonators": load_specimen, "sequences": load_sequence}[kind]
     folder = locate("resonators", "thread").parent.parent / kind
     names = [p.stem for p in folder.glob("*.toml")]
     assert names

@@ -22,6 +22,7 @@ def root() -> dict[str, Any]:
     """Entry points of the API."""
     paths = (
         "platform",
+        "devices",
         "acquisitions",
         "recordings",
         "fits",
@@ -53,6 +54,12 @@ def ready(context: Shared) -> JSONResponse:
 def platform(context: Shared) -> dict[str, Any]:
     """As last read back, at `read_at`: every second while idle, after each shot while an acquisition runs."""
     return context.engine.status()
+
+
+@router.get("/devices", summary="What is there: identity, state and last error of each device")
+def devices(context: Shared) -> dict[str, Any]:
+    """One entry per device, as last read back; one that does not answer is there with its error."""
+    return {"devices": context.engine.devices()}
 
 
 @router.get("/resonators", summary="Resonators that can be measured")

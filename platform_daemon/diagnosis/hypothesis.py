@@ -105,9 +105,14 @@ class Hypothesis:
         return mask
 
     def free(self, size: int) -> np.ndarray:
-        """Parameters of a declared FitState of this size that are fitted: all but losses held at 0, bool (size,)."""
+        """Parameters of a declared FitState of this size that are fitted, bool (size,).
+
+        All but the losses held at 0 and the coefficients that the model itself holds: those of an adopted effect.
+        """
         mask = np.ones(size, dtype=bool)
-        mask[[3 + k for k in self.gone]] = False
+        known = self.model.parameters
+        held = [k for k, c in enumerate(self.model.coefficients) if known[c.name].fixed is not None]
+        mask[[3 + k for k in (*self.gone, *held)]] = False
         return mask
 
     def extended(self, state: FitState, strengths: Array) -> FitState:

@@ -12,7 +12,7 @@ import numpy as np
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
 from platform_daemon.estimation.gauss_newton import Normal
 from platform_daemon.estimation.publish import Published, publish
-from platform_daemon.estimation.result import FitResult
+from platform_daemon.estimation.result import Estimate, FitResult
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
@@ -20,25 +20,30 @@ from .predict import additive, own_sizes, received, window_of
 from .refit import Refit
 
 _ANGLES = {"psi_start_rad"}
+Parameters = Mapping[str, Estimate]
 _PAIRED = 4  # shots from which the scatter itself is the standard error
 
 
 @dataclass(frozen=True)
 class Mean:
-    """Mean over the shots, its standard deviation from the shots' own errors, and the scatter between shots."""
+    """Mean over the shots, its standard deviation, and the scatter between shots.
+
+    The standard deviation is that of the shots' own errors, which average out, with that of the common strengths,
+    which does not.
+    """
 
     value: float
     std: float
     scatter: float | None
 
 
-def published(at: Refit, k: int) -> Published:
-    """Public parameters of shot k, with errors that include those of the common strengths.  LostTrajectoryError."""
+def published(at: Refit, k: int, *, common: bool = True) -> Published:
+    """Public parameters of shot k; common: errors include those of the common strengths.  LostTrajectoryError."""
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
     mask[np.flatnonzero(mask)[~linear.free]] = False
     spread = linear.own_covariance()
-    if at.hypothesis.size:
+    if common and at.hypothesis.size:
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
         spread[np.ix_(linear.free, linear.free)] += within @ at.covariance @ within.T
     spread = spread[np.ix_(linear.free, linear.free)]
@@ -53,19 +58,42 @@ def published(at: Refit, k: int) -> Published:
 
 def means(at: Refit) -> dict[str, Mean]:
     """Mean public parameters of all shots; angles on the circle."""
-    rows = []
+    rows, alone = [], []
     for k in range(len(at.linear)):
         try:
-            rows.append(published(at, k).parameters)
+            both = published(at, k).parameters, published(at, k, common=False).parameters
         except (LostTrajectoryError, np.linalg.LinAlgError):
             continue
+        rows.append(both[0])
+        alone.append(both[1])
     names = [n for n, e in rows[0].items() if e.std is not None] if rows else []
-    return {name: _mean(name, rows) for name in names}
+    return {name: _mean(name, rows, alone) for name in names}
 
 
-def _mean(name: str, rows: Sequence[Mapping[str, object]]) -> Mean:
-    values = np.array([row[name].value for row in rows])  # type: ignore[attr-defined]
-    stds = np.array([row[name].std for row in rows])  # type: ignore[attr-defined]
+def widened(found: Mapping[str, Mean], alike: Sequence[tuple[Mapping[str, Mean], float]]) -> dict[str, Mean]:
+    """Parameters with standard deviations that span what other explanations would make of them.
+
+    alike: of every explanation that cannot be told apart, its parameters and the rise of chi^2 that it costs: it lies
+    the root of this rise away, as on a profile of the likelihood.
+    """
+    out = {}
+    for name, m in found.items():
+        off = [(_difference(name, o[name].value, m.value), rise) for o, rise in alike if name in o]
+        std = max([m.std, *(abs(d) / math.sqrt(max(rise, 1.0)) for d, rise in off)])
+        out[name] = replace(m, std=std)
+    return out
+
+
+def _difference(name: str, a: float, b: float) -> float:
+    """Of two values; of angles, on the circle."""
+    return math.remainder(a - b, 2.0 * math.pi) if name in _ANGLES else a - b
+
+
+def _mean(name: str, rows: Sequence[Parameters], alone: Sequence[Parameters]) -> Mean:
+    values = np.array([row[name].value for row in rows])
+    stds = np.array([row[name].std or 0.0 for row in rows])
+    own = np.array([row[name].std or 0.0 for row in alone])
+    common = float(np.sqrt(np.maximum(stds**2 - own**2, 0.0)).mean())
     centre = 0.0
     if name in _ANGLES:
         centre = math.atan2(np.sin(values).mean(), np.cos(values).mean())
@@ -73,7 +101,7 @@ def _mean(name: str, rows: Sequence[Mapping[str, object]]) -> Mean:
     mean = centre + float(values.mean())
     scatter = float(values.std(ddof=1)) if values.size > 1 else None
     mean = mean % (2.0 * math.pi) if name in _ANGLES else mean
-    return Mean(mean, float(np.sqrt(np.sum(stds**2))) / values.size, scatter)
+    return Mean(mean, math.hypot(float(np.sqrt(np.sum(own**2))) / values.size, common), scatter)
 
 
 def window_disagreement(at: Refit, pool: Executor) -> dict[str, float]:

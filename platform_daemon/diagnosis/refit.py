@@ -248,17 +248,32 @@ def _line_search(
     started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
     at: list[Linear], common: Array, pool: Executor,
 ) -> tuple[list[FitState], Array, list[Linear]] | None:  # fmt: skip
-    """The longest of ever shorter steps that goes down, or None."""
+    """The longest of ever shorter steps that goes down, or None.
+
+    The valley of an effect that the shots' own parameters can nearly follow is narrow and bent: a good step along it
+    leaves it sideways. A step that goes up may therefore make one more before it is judged.
+    """
     before = _chi2(at)
     fraction = 1.0
     while fraction > _SMALLEST:
-        moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]
-        there = strengths + fraction * common
-        try:
-            trial = _linearised(started, hypothesis, moved, there, pool)
-        except LostTrajectoryError:
-            trial = []
-        if trial and _chi2(trial) < before:
-            return moved, there, trial
+        there = _stepped(started, hypothesis, states, strengths, at, fraction, common, pool)
+        if there is not None and _chi2(there[2]) >= before:
+            again, _ = _common_step(there[2], hypothesis.size)
+            there = _stepped(started, hypothesis, *there, 1.0, again, pool)
+        if there is not None and _chi2(there[2]) < before:
+            return there
         fraction *= 0.3
     return None
+
+
+def _stepped(
+    started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
+    at: list[Linear], fraction: float, common: Array, pool: Executor,
+) -> tuple[list[FitState], Array, list[Linear]] | None:  # fmt: skip
+    """After a fraction of a step; None where nothing oscillates."""
+    moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]
+    there = strengths + fraction * common
+    try:
+        return moved, there, _linearised(started, hypothesis, moved, there, pool)
+    except LostTrajectoryError:
+        return None

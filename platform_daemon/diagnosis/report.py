@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from .diagnose import Diagnosis, Named
+from .diagnose import Diagnosis
 from .missing_torque import MissingTorque
+from .naming import Named
 from .search import Tried
 from .significance import chance
 

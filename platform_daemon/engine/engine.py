@@ -20,7 +20,7 @@ from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
-from platform_daemon.engine.status import platform_status
+from platform_daemon.engine.status import Readback
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
@@ -62,7 +62,8 @@ class Engine:
         self._closed = threading.Event()
         self._interlock: str | None = None
         self._warm = threading.Event()
-        self._status = self._read_back()
+        self._readback = Readback(platform)
+        self._readback.refresh()
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
         self._thread.start()
 
@@ -115,7 +116,11 @@ class Engine:
         """Devices as last read back (a second ago while idle, after the last shot in a series), and the job."""
         running = next((j.identifier for j in self.jobs("acquisition") if j.state is JobState.RUNNING), None)
         waiting = [j.identifier for j in self.jobs("acquisition") if j.state is JobState.QUEUED]
-        return {**self._status, "interlock": self._interlock, "running": running, "queued": waiting}
+        return {**self._readback.status, "interlock": self._interlock, "running": running, "queued": waiting}
+
+    def devices(self) -> list[dict[str, Any]]:
+        """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
+        return self._readback.devices
 
     @property
     def warm(self) -> bool:
@@ -214,10 +219,6 @@ class Engine:
 
     def _refresh(self) -> None:
         try:
-            self._status = self._read_back()
+            self._readback.refresh()
         except Exception as error:  # the thread that owns the hardware must outlive any device
             log.error("status_failed", error=str(error), exc_info=not isinstance(error, PlatformError))
-            self._status = {**self._status, "error": str(error)}
-
-    def _read_back(self) -> dict[str, Any]:
-        return {**platform_status(self.platform), "read_at": self.platform.clock.utc().isoformat()}

@@ -125,7 +125,7 @@ def _collect(
             return volts[:, :done], flags, str(refusal), clipped
         volts[:, done : done + piece.volts.shape[1]] = piece.volts
         done += piece.volts.shape[1]
-        flags = _merged(flags, piece.flags)
+        flags = flags | piece.flags
         if powered and done >= timeline.tx_samples:
             clipped, powered = _end_of_power(platform), False
         if done == timeline.rx_start + 1 < timeline.total_samples:
@@ -166,10 +166,6 @@ def _check_contiguous(first: int, shape: tuple[int, ...], wanted: tuple[int, ...
         raise ShotRefused(f"a chunk of shape {shape} at sample {first} does not fit a shot of shape {wanted}")
     if first != done:
         raise ShotRefused(f"samples {done} to {first} are missing" if first > done else f"sample {first} came twice")
-
-
-def _merged(a: ChunkFlags, b: ChunkFlags) -> ChunkFlags:
-    return ChunkFlags(a.overwritten or b.overwritten, a.corrupted or b.corrupted, a.lost_steps or b.lost_steps)
 
 
 def _end_of_power(platform: Platform) -> bool:

@@ -1,40 +1,50 @@
-"""Reads back every device into one plain dictionary."""
+"""Reads back every device, and keeps the last thing that went wrong with each."""
 
 from __future__ import annotations
 
 from dataclasses import asdict
 from typing import Any
 
+from drivers.errors import PlatformError
+from drivers.inventory import DeviceReport, report_platform
 from drivers.platform import Platform
 
 
-def platform_status(platform: Platform) -> dict[str, Any]:
-    """Identity and state of each device, units in the names.  Raises DeviceError if one does not answer."""
-    card = platform.card.capabilities()
+class Readback:
+    """The devices as last read back.  The thread that owns the hardware writes it, anybody may read it."""
+
+    def __init__(self, platform: Platform) -> None:
+        self._platform = platform
+        self._last_errors: dict[str, dict[str, str]] = {}
+        self.devices: list[dict[str, Any]] = []
+        self.status: dict[str, Any] = {}
+
+    def refresh(self) -> None:
+        """Ask all devices.  Raises the first device's error after all have been asked."""
+        now = self._platform.clock.utc().isoformat()
+        reports = report_platform(self._platform)
+        for each in reports:
+            if each.error is not None:
+                self.note(each.device, each.error)
+        self.devices = [{**r.as_dict(), "last_error": self._last_errors.get(r.device), "read_at": now} for r in reports]
+        failed = next((r.error for r in reports if r.error is not None), None)
+        if failed is not None:
+            self.status = {**self.status, "error": str(failed)}
+            raise failed
+        self.status = {**_status(self._platform, {r.device: r for r in reports}), "read_at": now}
+
+    def note(self, device: str, error: PlatformError) -> None:
+        """Keep an error as the last one of a device."""
+        self._last_errors[device] = {"error": str(error), "at": self._platform.clock.utc().isoformat()}
+
+
+def _status(platform: Platform, found: dict[str, DeviceReport]) -> dict[str, Any]:
+    """Identity and state of each device, units in the names."""
+    thermometer = found.pop("thermometer", None)
     return {
         "platform": platform.name,
-        "io_card": {
-            "identity": asdict(platform.card.identity()),
-            "state": str(platform.card.state()),
-            "inputs": card.inputs,
-            "outputs": card.outputs,
-            "sampling_rate_hz": card.clock.rate_hz,
-        },
-        "tx_rx_switch": {
-            "identity": asdict(platform.switch.identity()),
-            "position": str(platform.switch.position()),
-            "total_time_s": platform.switch.timing().total_s,
-        },
-        "power_amplifier": {
-            "identity": asdict(platform.amplifier.identity()),
-            **asdict(platform.amplifier.status()),
-        },
-        "lna": {
-            "identity": asdict(platform.lna.identity()),
-            "gain": platform.lna.gain(),
-            "overloaded": platform.lna.overloaded(),
-        },
-        "temperature_c": platform.thermometer.temperature_c() if platform.thermometer else None,
+        **{name: {"identity": asdict(r.identity) if r.identity else None, **r.state} for name, r in found.items()},
+        "temperature_c": None if thermometer is None else thermometer.state["temperature_c"],
         "calibration": {"identifier": platform.calibration.identifier, "date": platform.calibration.date},
         "error": None,
     }

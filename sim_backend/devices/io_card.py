@@ -25,7 +25,7 @@ class SimulatedIoCard:
     def __init__(self, world: World, table: IoCardTable) -> None:
         self._world = world
         self._clock = SampleClock(table.base_frequency_hz, table.decimation)
-        self._max_samples = table.max_samples
+        self._max_samples, self._step = table.max_samples, table.step_samples
         self._lock = threading.RLock()
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
@@ -40,7 +40,13 @@ class SimulatedIoCard:
         """See IoCard."""
         card = self._world.options.card
         return CardCapabilities(
-            CHANNELS, CHANNELS, card.input_full_scale_v, card.output_full_scale_v, self._clock, self._max_samples
+            inputs=CHANNELS,
+            outputs=CHANNELS,
+            input_full_scale_v=card.input_full_scale_v,
+            output_full_scale_v=card.output_full_scale_v,
+            clock=self._clock,
+            max_samples=self._max_samples,
+            step_samples=self._step,
         )
 
     def state(self) -> CardState:
@@ -137,6 +143,10 @@ class SimulatedIoCard:
             complaints.append(f"its clock is {self._clock}, not {timeline.clock}")
         if timeline.total_samples > self._max_samples:
             complaints.append(f"{timeline.total_samples} samples are more than {self._max_samples}")
+        edges = [(b.start_sample, b.stop_sample) for b in timeline.bursts]
+        edges += [(e.start_sample, e.stop_sample) for e in timeline.lines]
+        if any(edge % self._step for pair in edges for edge in pair):
+            complaints.append(f"its edges do not all lie on multiples of {self._step} samples")
         for burst in timeline.bursts:
             if not 0 <= burst.output < CHANNELS:
                 complaints.append(f"there is no output {burst.output}")

@@ -1,4 +1,4 @@
-"""One undeclared effect at a time on the simulated platform: is it named, how strongly, and what does it cost?
+"""Undeclared effects on the simulated platform, one, two, nameless or none: are they named, and what does it cost?
 
 Strengths are multiples of the standard deviation that the score test finds beside the declared parameters, so that
 every effect is equally visible. As a program it writes docs/diagnosis-study.md:  python -m tests.diagnosis.study
@@ -29,6 +29,7 @@ from platform_daemon.diagnosis.start import start
 from platform_daemon.estimation.models import model_named
 
 from .simulated import shots_with
+from .study_page import document, limits, row
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "diagnosis-study.md"
 POSES: dict[str, tuple[float, float, float] | None] = {"as mounted": None, "tilted": (0.6, -0.3, -1.1)}
@@ -39,41 +40,72 @@ TORQUES = (
 RECEIVERS = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression")
 _PLAUSIBLE = 0.3  # of a gain, or of anything that would be no small effect any more
 _SD = 0.02  # A m^2/s, of a sample
+_PAIRED_FROM = 15.0  # sigma from which effects are also drawn in pairs
+# What the declared parameters take up of an effect, whatever its size (the reports say so): not determined by data.
+_ABSORBED = {
+    "channel_gain": {"m_r_am2"},
+    "crosstalk": {"rodrigues_x", "rodrigues_y", "rodrigues_z"},
+    "channel_delay": {"psi_start_rad"},
+    "receive_lowpass": {"psi_start_rad", "m_r_am2"},
+    "torsion_stiffness": {"f_nat_hz"},
+}
 
 
 @dataclass(frozen=True)
 class Case:
-    """One diagnosis: an effect table of the platform, or none."""
+    """One diagnosis: effect tables of the platform. nameless: they are in no list of candidates."""
 
     variant: str
     pose: str
     sigma: float
-    effect: dict[str, Any] | None
+    effects: tuple[dict[str, Any], ...]
     seed: int
+    nameless: bool = False
+
+    @property
+    def kind(self) -> str:
+        """Of the study's tables."""
+        if self.nameless:
+            return "nameless"
+        return ("clean", "one", "two")[len(self.effects)]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out of it."""
+    """What came out of it.
+
+    worst: parameter that lies farthest from the truth, and by how many of its standard deviations; of what the data
+    determine beside the effect.
+    """
 
     case: Case
     verdict: str
     names: tuple[str, ...]
     alike: tuple[str, ...]
     chi2_after: float
+    worst: tuple[str, float]
     seconds: float
 
     @property
-    def named(self) -> bool:
-        """Named, or in the set of one that was."""
-        if self.case.effect is None:
+    def right(self) -> bool:
+        """Every effect named, or in the set of one that was; nothing named where there is nothing, or no name."""
+        if self.case.nameless:
+            return self.verdict != "explained"
+        if not self.case.effects:
             return self.verdict == "nothing_missing"
-        return self.case.effect["id"] in {*self.names, *self.alike}
+        return all(e["id"] in {*self.names, *self.alike} for e in self.case.effects)
 
     @property
     def wrong(self) -> bool:
-        """A name although it is neither the effect nor declared alike."""
-        return bool(self.names) and not self.named
+        """A name although neither it nor any of its set is there."""
+        if self.case.nameless:
+            return not self.right
+        return bool(self.names) and not self.right
+
+    @property
+    def exact(self) -> bool:
+        """Each effect by its own name and nothing else."""
+        return sorted(self.names) == sorted(e["id"] for e in self.case.effects)
 
 
 def visible(variant: str, pose: str, shots: int) -> dict[tuple[Any, ...], float]:
@@ -130,25 +162,57 @@ def effects(variant: str, sd: Mapping[tuple[Any, ...], float], sigma: float, sho
     yield {"id": "clock_gap", "strength": max(1, round(sigma / 5.0)), "sample": int(0.4 * window_s * rate)}
 
 
-def cases(variants: Sequence[str], poses: Sequence[str], sigmas: Sequence[float], shots: int, clean: int) -> list[Case]:
-    """Everything that applies."""
-    found, seed = [], 100
-    for variant in variants:
-        for pose in poses:
-            sd = visible(variant, pose, shots)
-            for sigma in sigmas:
-                for effect in effects(variant, sd, sigma, shots):
-                    seed += 1
-                    found.append(Case(variant, pose, sigma, effect, seed))
-            found += [Case(variant, pose, 0.0, None, seed + 1000 + k) for k in range(clean)]
+def nameless(variant: str) -> Iterator[dict[str, Any]]:
+    """Torques with a state of their own, at strengths that are plainly seen; the gap breathes in a band with f."""
+    f_hz = {"thread": 215.7, "jewel": 213.2}[variant]
+    yield {"id": "memory_relaxation", "strength": 3e-4, "tau_s": 0.02}
+    yield {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1}
+    yield {"id": "memory_bristle", "strength": 60.0, "reach_rad": 0.2}
+    yield {"id": "breathing_gap", "strength": 3e-4, "frequency_hz": 2.1 * f_hz, "decay_per_s": 5.0}
+    yield {"id": "second_mode", "strength": 0.01, "frequency_hz": 1.03 * f_hz, "decay_per_s": 3.0, "order": 1}
+    yield {"id": "second_mode", "strength": 0.02, "frequency_hz": 2.05 * f_hz, "decay_per_s": 3.0, "order": 2}
+
+
+def pairs(singles: Sequence[dict[str, Any]], count: int, rng: np.random.Generator) -> Iterator[tuple[Any, ...]]:
+    """Different effects at once, drawn at random."""
+    found = [(a, b) for k, a in enumerate(singles) for b in singles[k + 1 :] if a["id"] != b["id"]]
+    yield from (found[int(k)] for k in rng.permutation(len(found))[:count])
+
+
+def cases(asked: argparse.Namespace) -> list[Case]:
+    """Everything that applies; strengths are drawn at random around the multiples asked for."""
+    found: list[Case] = []
+    rng = np.random.default_rng(asked.seed)
+
+    def add(variant: str, pose: str, sigma: float, *tables: dict[str, Any], outside: bool = False) -> None:
+        found.append(Case(variant, pose, sigma, tables, asked.seed + len(found), outside))
+
+    for variant in asked.variants:
+        for pose in asked.poses:
+            sd = visible(variant, pose, asked.shots)
+            for sigma in asked.sigma:
+                drawn = [dict(e, strength=_drawn(e, rng)) for e in effects(variant, sd, sigma, asked.shots)]
+                for effect in drawn:
+                    add(variant, pose, sigma, effect)
+                for both in pairs(drawn, asked.pairs if sigma >= _PAIRED_FROM else 0, rng):
+                    add(variant, pose, sigma, *both)
+            for effect in nameless(variant) if asked.nameless else ():
+                add(variant, pose, 0.0, effect, outside=True)
+            for _ in range(asked.clean):
+                add(variant, pose, 0.0)
     return found
+
+
+def _drawn(effect: dict[str, Any], rng: np.random.Generator) -> Any:
+    """Its strength, more or less; samples are whole."""
+    strength, factor = effect["strength"], float(rng.uniform(0.8, 1.25))
+    return strength if effect["id"] == "clock_gap" else strength * factor
 
 
 def run(task: tuple[Case, int]) -> Outcome:
     """One case."""
     case, shots = task
-    undeclared = [] if case.effect is None else [case.effect]
-    made, _ = shots_with(case.variant, undeclared, count=shots, seed=case.seed, pose=POSES[case.pose])
+    made, truths = shots_with(case.variant, case.effects, count=shots, seed=case.seed, pose=POSES[case.pose])
     report = as_json(diagnose(made, model_named(case.variant)))
     return Outcome(
         case,
@@ -156,74 +220,29 @@ def run(task: tuple[Case, int]) -> Outcome:
         tuple(e["id"] for e in report["effects"]),
         tuple(i for e in report["effects"] for i in e["indistinguishable_from"]),
         report["held_out"]["chi2_per_dof_after"],
+        farthest(report["parameters_after"], truths, _said(report)),
         report["seconds"],
     )
 
 
-def limits() -> str:
-    """Smallest strengths found with 95 % power in 1, 10 and 100 shots, from the score test's standard deviation."""
-    rows = ["", "## Detection limits", "", _LIMITS.format(sigma=_FOUND)]
-    rows += ["| variant | effect | 1 shot | 10 shots | 100 shots |", "|---|---|---|---|---|"]
-    for variant in ("thread", "jewel"):
-        for (name, *where), sd in visible(variant, "as mounted", 1).items():
-            if name in ("f_nat_hz", "window_s") or not sd < _LARGEST.get(name, math.inf):
-                continue
-            place = " ".join(str(w) for w in where if w is not None)
-            sizes = [_FOUND * sd / math.sqrt(shots) for shots in (1, 10, 100)]
-            sizes = [math.sqrt(s) for s in sizes] if (name, *where) == ("receive_lowpass", None, None) else sizes
-            rows.append(f"| {variant} | {name} {place} | " + " | ".join(f"{s:.2g}" for s in sizes) + " |")
-    return "\n".join(rows) + "\n"
+def _said(report: Mapping[str, Any]) -> set[str]:
+    """Ids of all effects and of their look-alikes."""
+    return {i for e in report["effects"] for i in (e["id"], *e["indistinguishable_from"])}
 
 
-def _row(outcome: Outcome) -> str:
-    case, effect = outcome.case, outcome.case.effect
-    name = "nothing" if effect is None else effect["id"] + (f" {effect['axis']}" if "axis" in effect else "")
-    said = ", ".join(outcome.names) or "-"
-    alike = ", ".join(outcome.alike) or "-"
-    mark = "yes" if outcome.named else "**no**"
-    return (
-        f"| {case.variant} | {case.pose} | {name} | {case.sigma:g} | {mark} | {outcome.verdict} | {said} | {alike} "
-        f"| {outcome.chi2_after:.4f} |"
-    )
-
-
-_FOUND = 6.0  # standard deviations: 4.35 pass the corrected level of 1e-3, and 1.65 for a power of 95 %
-_LARGEST = {"channel_gain": 0.05, "channel_delay": 1e-4, "receive_lowpass": 1e-4, "crosstalk": 0.05}
-_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction in rad/s^2 at the
-velocity scale named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the
-declared parameters, shots as in the study.
-"""
-_HEAD = """# Does the diagnosis name what is missing?
-
-Simulated recordings of {shots} shots with one effect that nobody declared to the diagnosis, made by `sim_backend`,
-whose effect code is its own. Strength: multiples of the standard deviation with which the score test sees the effect
-beside the declared parameters of all shots. Written by `make diagnose-study` in {minutes:.0f} minutes
-(`python -m tests.diagnosis.study {options}`); do not edit.
-
-Not applicable: effects whose strength would have to be implausible to be seen in a pose (a channel that hears nothing),
-Stribeck friction without a jewel, Hertz friction beside the jewel's own.
-
-| strength | cases | named or in its declared set | a wrong name | held-out chi2/dof after, worst |
-|---|---|---|---|---|
-"""
-_TABLE = """
-| variant | pose | effect | sigma | named | verdict | says | cannot tell it from | chi2/dof after |
-|---|---|---|---|---|---|---|---|---|
-"""
-
-
-def document(outcomes: Sequence[Outcome], shots: int, minutes: float) -> str:
-    """The study as a page."""
-    lines = []
-    for sigma in sorted({o.case.sigma for o in outcomes}):
-        of = [o for o in outcomes if o.case.sigma == sigma]
-        label = f"{sigma:g} sigma" if sigma else "nothing undeclared: nothing_missing"
-        worst = max((o.chi2_after for o in of), key=lambda c: abs(c - 1.0))
-        named, wrong = sum(o.named for o in of), sum(o.wrong for o in of)
-        lines.append(f"| {label} | {len(of)} | {named} | {wrong} | {worst:.4f} |")
-    rows = [_row(o) for o in outcomes]
-    head = _HEAD.format(shots=shots, minutes=minutes, options=" ".join(sys.argv[1:]))
-    return head + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
+def farthest(after: Mapping[str, Any], truths: Sequence[Mapping[str, Any]], said: set[str]) -> tuple[str, float]:
+    """Parameter farthest from its mean truth, in its standard deviations; without what the effects absorb."""
+    skipped = set().union(*(_ABSORBED.get(i, set()) for i in said))
+    found = {}
+    for name, m in after.items():
+        true = [t[name] for t in truths if t.get(name) is not None]
+        if name in skipped or not true or not m["std"]:
+            continue
+        off = m["value"] - float(np.mean(true))
+        if name == "psi_start_rad":
+            off = math.remainder(off, 2.0 * math.pi)
+        found[name] = abs(off) / m["std"]
+    return max(found.items(), key=lambda item: item[1], default=("-", 0.0))
 
 
 def main() -> int:
@@ -233,13 +252,14 @@ def main() -> int:
     parser.add_argument("--sigma", type=float, nargs="+", default=[5.0, 15.0, 50.0])
     parser.add_argument("--variants", nargs="+", default=["thread", "jewel"])
     parser.add_argument("--poses", nargs="+", default=list(POSES), choices=list(POSES))
-    parser.add_argument(
-        "--clean", type=int, default=10, help="recordings with nothing undeclared, per variant and pose"
-    )
+    parser.add_argument("--clean", type=int, default=10, help="recordings without an effect, per variant and pose")
+    parser.add_argument("--pairs", type=int, default=10, help="two effects at once, per variant, pose and strength")
+    parser.add_argument("--nameless", action=argparse.BooleanOptionalAction, default=True)
+    parser.add_argument("--seed", type=int, default=100)
     parser.add_argument("--out", type=Path, default=DOCUMENT)
     asked = parser.parse_args()
     began = time.monotonic()
-    todo = cases(asked.variants, asked.poses, asked.sigma, asked.shots, asked.clean)
+    todo = cases(asked)
     cores = sorted(os.sched_getaffinity(0))
     outcomes: list[Outcome] = []
     context = multiprocessing.get_context("spawn")
@@ -247,8 +267,8 @@ def main() -> int:
         for outcome in pool.imap(run, [(case, asked.shots) for case in todo]):
             outcomes.append(outcome)
             left = (time.monotonic() - began) / len(outcomes) * (len(todo) - len(outcomes))
-            print(f"{len(outcomes)}/{len(todo)}, {left / 60.0:.0f} min left: {_row(outcome)}", flush=True)
-    text = document(outcomes, asked.shots, (time.monotonic() - began) / 60.0) + limits()
+            print(f"{len(outcomes)}/{len(todo)}, {left / 60.0:.0f} min left: {row(outcome)}", flush=True)
+    text = document(outcomes, asked.shots, (time.monotonic() - began) / 60.0) + limits(visible)
     asked.out.write_text(text, encoding="utf-8")
     return 0
 

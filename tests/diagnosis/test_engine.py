@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis import DiagnosisError, as_json, diagnose
+from platform_daemon.diagnosis.diagnose import candidates_for
 from platform_daemon.diagnosis.hypothesis import Hypothesis
 from platform_daemon.diagnosis.motion import torque_answers
+from platform_daemon.diagnosis.picture import picture
 from platform_daemon.diagnosis.pool import shot_pool
 from platform_daemon.diagnosis.refit import refit
 from platform_daemon.diagnosis.start import start
@@ -168,3 +170,18 @@ def test_the_answer_to_any_torque_agrees_with_the_derivative_of_a_known_one(mode
     # A lambda of 1/s is a damping of 1/w; both begin at different times, which the shot's own parameters take up.
     assert np.linalg.norm(linear.beside(column)) < 1e-3 * np.linalg.norm(column)
     assert np.linalg.norm(column) == pytest.approx(w * np.linalg.norm(linear.seen.base[place]), rel=0.1)
+
+
+def test_a_refit_follows_a_bent_valley_to_its_end():
+    """A bias torque turns the orientation by hundreds of its standard deviations: single steps there go up."""
+    shots, _ = shots_with("thread", [{"id": "bias_torque", "strength": 4000.0}], count=2)
+    with shot_pool() as pool:
+        started, _ = start(shots, THREAD, pool)
+        base = refit(started, Hypothesis(THREAD), pool)
+        bias = [c for c in candidates_for(base) if c.effect.id == "bias_torque"]
+        seen = picture(base, bias, pool)
+        expected = seen.gain([seen.blocks[0]])
+        at = refit(started, base.hypothesis.plus(*bias), pool, base.states)
+    assert base.chi2 - at.chi2 == pytest.approx(expected.gain * base.noise_factor, rel=0.02)
+    assert at.strengths[0] == pytest.approx(4000.0, abs=4.5 * expected.sd[0])
+    assert np.sqrt(at.covariance[0, 0]) == pytest.approx(expected.sd[0], rel=0.05)

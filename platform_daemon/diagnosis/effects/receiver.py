@@ -35,6 +35,7 @@ DELAY = Effect(
 LOW_PASS = Effect(
     "receive_lowpass", "s", 1, (_CAL_2F, _TURN), "u2 in phase; all channels: u2 and v3 in amplitude",
     "capacitance of coil and cable, bandwidth of the amplifier",
+    "the delay of a pole common to all channels is part of psi_start",
 )  # fmt: skip
 COMPRESSION = Effect(
     "receiver_compression", "1/V^2", 0, (_AMPLITUDE,), "v3 and v1 grow as phi^3", "amplifier near its limit",

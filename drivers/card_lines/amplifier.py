@@ -1,0 +1,79 @@
+"""A plain power amplifier that one DIO pin of the card enables."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from drivers.errors import DeviceFault, DeviceStateError
+from drivers.identity import Identity
+from drivers.power_amplifier import AmplifierStatus
+
+WHERE = "power_amplifier"
+
+
+class CardPins(Protocol):
+    """What such an amplifier must know of the card."""
+
+    def pin(self, board: int, pin: str) -> bool:
+        """Level of a DIO pin, read back at the pad."""
+
+    def set_pin(self, board: int, pin: str, high: bool) -> None:
+        """Set a DIO pin and read it back; raises DeviceError if it does not follow."""
+
+
+class PlainAmplifier:
+    """See drivers.power_amplifier.PowerAmplifier.
+
+    Enabled and unmuted are one: the pin goes high with `unmute()` only.  Temperature and clipping are not known:
+    clipping is never reported.
+    """
+
+    def __init__(self, card: CardPins, enable: tuple[int, str], fault: tuple[int, str] | None) -> None:
+        self._card, self._enable, self._fault = card, enable, fault
+        self._wanted = False
+        self.disable()
+
+    def identity(self) -> Identity:
+        """See PowerAmplifier."""
+        return Identity("", f"amplifier enabled by {self._enable[1]}")
+
+    def status(self) -> AmplifierStatus:
+        """See PowerAmplifier."""
+        live = self._card.pin(*self._enable)
+        return AmplifierStatus(self._wanted or live, not live, self._fault_text(), None, False)
+
+    def enable(self) -> None:
+        """See PowerAmplifier."""
+        fault = self._fault_text()
+        if fault is not None:
+            raise DeviceFault(f"fault latched: {fault}", where=WHERE, remedy="reset the amplifier by hand")
+        self._wanted = True
+
+    def disable(self) -> None:
+        """See PowerAmplifier."""
+        self._wanted = False
+        self._card.set_pin(*self._enable, high=False)
+
+    def mute(self) -> None:
+        """See PowerAmplifier."""
+        self._card.set_pin(*self._enable, high=False)
+
+    def unmute(self) -> None:
+        """See PowerAmplifier."""
+        if not self._wanted:
+            raise DeviceStateError("the amplifier is disabled", where=WHERE, remedy="enable it first")
+        self._card.set_pin(*self._enable, high=True)
+
+    def reset_fault(self) -> None:
+        """See PowerAmplifier.  Raises DeviceFault if the pin still reports it: there is no wire to reset it."""
+        self.disable()
+        fault = self._fault_text()
+        if fault is not None:
+            raise DeviceFault(fault, where=WHERE, remedy="reset the amplifier by hand")
+
+    def close(self) -> None:
+        """See PowerAmplifier."""
+        self.disable()
+
+    def _fault_text(self) -> str | None:
+        return "the fault pin is high" if self._fault is not None and self._card.pin(*self._fault) else None

@@ -1,0 +1,79 @@
+"""A Tx/Rx switch that has nothing but the card's line RX_CONNECT, and perhaps a contact that reads back."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from drivers.errors import DeviceFault, DeviceStateError
+from drivers.identity import Identity
+from drivers.timeline import Line, Timeline
+from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
+
+WHERE = "tx_rx_switch"
+
+
+class CardLines(Protocol):
+    """What such a switch must know of the card."""
+
+    def timeline(self) -> Timeline | None:
+        """The timeline that runs, None if none does."""
+
+    def sample(self) -> int | None:
+        """The sample being played, None if nothing runs."""
+
+    def pin(self, board: int, pin: str) -> bool:
+        """Level of a DIO pin."""
+
+
+class LineSwitch:
+    """See drivers.tx_rx_switch.TxRxSwitch.
+
+    Outside a timeline the line is low, so the switch rests on TRANSMIT and cannot be asked for RECEIVE.  Without a
+    read-back contact the position is what the line says, after the switch's times: a stuck relay goes unnoticed.
+    """
+
+    def __init__(self, card: CardLines, timing: SwitchTiming, readback: tuple[int, str] | None) -> None:
+        self._card, self._timing, self._readback = card, timing, readback
+
+    def identity(self) -> Identity:
+        """See TxRxSwitch."""
+        return Identity("", "relay on the card's line", "", "with read-back" if self._readback else "no read-back")
+
+    def timing(self) -> SwitchTiming:
+        """See TxRxSwitch."""
+        return self._timing
+
+    def position(self) -> SwitchPosition:
+        """See TxRxSwitch."""
+        if self._readback is not None:
+            return SwitchPosition.RECEIVE if self._card.pin(*self._readback) else SwitchPosition.TRANSMIT
+        timeline, sample = self._card.timeline(), self._card.sample()
+        if timeline is None or sample is None:
+            return SwitchPosition.TRANSMIT
+        return self._commanded(timeline, sample)
+
+    def _commanded(self, timeline: Timeline, sample: int) -> SwitchPosition:
+        moving = (self._timing.dead_time_s + self._timing.bounce_s) * timeline.clock.rate_hz
+        edges = [k for e in timeline.lines if e.line is Line.RX_CONNECT for k in (e.start_sample, e.stop_sample)]
+        if any(edge <= sample < edge + moving for edge in edges):
+            return SwitchPosition.MOVING
+        high = timeline.is_high(Line.RX_CONNECT, sample)
+        return SwitchPosition.RECEIVE if high else SwitchPosition.TRANSMIT
+
+    def to_transmit(self) -> None:
+        """See TxRxSwitch.  The line is low already; this only looks."""
+        if self._card.timeline() is not None:
+            raise DeviceStateError("a timeline is running", where=WHERE, remedy="stop the card first")
+        if self.position() is not SwitchPosition.TRANSMIT:
+            raise DeviceFault(
+                "the contacts are not on transmit though the line is low", where=WHERE, remedy="check the relay"
+            )
+
+    def to_receive(self) -> None:
+        """See TxRxSwitch.  Always DeviceStateError: only a timeline raises the line."""
+        raise DeviceStateError(
+            "this switch follows the card's line only", where=WHERE, remedy="connect the receiver within a timeline"
+        )
+
+    def close(self) -> None:
+        """See TxRxSwitch."""

@@ -1,0 +1,134 @@
+"""Questions and answers over a wire that may break: one at a time, reopened and re-identified after any failure.
+
+A wire (serial line, USB, TCP) only carries lines.  After a time-out its late answer could be taken for that of the next
+question, and after a reconnect another device may be there; so an exchange that failed opens the wire anew and asks who
+is there before anything else.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError
+from drivers.identity import Identity
+
+
+class Wire(Protocol):
+    """Carries lines.  Raises DeviceTimeout, DeviceLost, DeviceProtocolError."""
+
+    def send(self, text: str) -> None:
+        """Send one line."""
+
+    def receive(self) -> str:
+        """The next line, without its end."""
+
+    def close(self) -> None:
+        """Let go.  Idempotent."""
+
+
+class Exchange:
+    """The owner of a wire: any thread may ask, one question is on the wire at a time.
+
+    identity: what `*IDN?` must contain, empty: anything; on_open: called after every opening, the first included, to
+    bring the device into its safe state; a device may set it anew.
+    """
+
+    def __init__(
+        self,
+        where: str,
+        open_wire: Callable[[], Wire],
+        identity: str = "",
+        identify: str = "*IDN?",
+        on_open: Callable[[Exchange], None] = lambda exchange: None,
+    ) -> None:
+        """Opens.  Raises DeviceNotFound, DeviceDenied, DeviceTimeout, DeviceProtocolError (somebody else answers)."""
+        self.where, self._open_wire, self._wanted, self._identify = where, open_wire, identity, identify
+        self.on_open = on_open
+        self._lock = threading.RLock()
+        self._wire: Wire | None = None
+        self._known: str | None = None
+        self._closed = False
+        with self._lock:
+            self._opened()
+
+    def ask(self, question: str) -> str:
+        """The answer to one question.  Raises DeviceTimeout, DeviceLost, DeviceProtocolError."""
+        with self._lock, self._failing_closed():
+            wire = self._opened()
+            wire.send(question)
+            return wire.receive()
+
+    def tell(self, command: str) -> None:
+        """Send a command that has no answer; errors as in `ask`."""
+        with self._lock, self._failing_closed():
+            self._opened().send(command)
+
+    def identity(self) -> Identity:
+        """Who is there, asked now.  Raises also DeviceProtocolError if it is another device than before."""
+        with self._lock:
+            text = self.ask(self._identify)
+            self._check(text)
+        return parsed_identity(text)
+
+    def close(self) -> None:
+        """Let go.  Idempotent."""
+        with self._lock:
+            self._closed = True
+            self._drop()
+
+    def _opened(self) -> Wire:
+        if self._closed:
+            raise DeviceLost("the device is closed", where=self.where, remedy="start anew")
+        if self._wire is None:
+            self._wire = self._open_wire()
+            try:
+                self._wire.send(self._identify)
+                self._check(self._wire.receive())
+                self.on_open(self)
+            except Exception:
+                self._drop()
+                raise
+        return self._wire
+
+    def _check(self, text: str) -> None:
+        if self._wanted not in text or (self._known is not None and text != self._known):
+            raise DeviceProtocolError(
+                "another device answers",
+                where=self.where,
+                why=f"it is {text[:80]!r}, not {self._known or self._wanted!r}",
+                remedy="plug the right device in, or correct port and identity in the platform file",
+            )
+        self._known = text
+
+    @contextlib.contextmanager
+    def _failing_closed(self) -> Iterator[None]:
+        """After a failure the next exchange opens anew."""
+        try:
+            yield
+        except DeviceError:
+            self._drop()
+            raise
+
+    def _drop(self) -> None:
+        if self._wire is not None:
+            self._wire.close()
+            self._wire = None
+
+
+def parsed_identity(text: str) -> Identity:
+    """`maker,model,serial,firmware`; what is missing stays empty."""
+    parts = [part.strip() for part in text.split(",")] + [""] * 4
+    return Identity(*parts[:4])
+
+
+@contextlib.contextmanager
+def closed_on_error(exchange: Exchange) -> Iterator[Exchange]:
+    """The exchange, closed again if what is done with it raises."""
+    try:
+        yield exchange
+    except Exception:
+        exchange.close()
+        raise

@@ -1,0 +1,12 @@
+"""Red Pitaya STEMlab 125-14 running RedPitayaDAQServer, one card or several with a common trigger.
+
+card.py         the I/O card contract over all boards: life cycle, reading, stopping
+trigger.py      common start and stop of the boards
+board.py        one board: who it is, its registers, its sequence
+sequence.py     timeline -> step sequence, enable bits and sines of each board
+stream.py       samples and status records of a pipelined read
+connection.py   the two sockets: connecting, asking, uploading
+commands.py     every command the driver may send, and what the server answers to it
+lock.py         one daemon per card on this computer
+backend.py, options.py   the back end `red_pitaya` and its tables
+"""

@@ -1,0 +1,266 @@
+"""One board: who it is, its registers, its sequence, its stream."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+import structlog
+from numpy.typing import NDArray
+
+from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
+from drivers.io_card import ChunkFlags
+from drivers.red_pitaya.connection import Connection
+from drivers.red_pitaya.layout import pin_header
+from drivers.red_pitaya.options import BoardTable, CardTable
+from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram, Sine
+from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
+
+log = structlog.get_logger()
+
+AMPLITUDE_STEP_V = 1 / 32767  # of the register, which truncates
+INPUT_CALIBRATED = 0b1111  # flags: scale and offset of both inputs were set
+SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
+OUTPUTS_OFF = [
+    *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0" for o, c in SINES),
+    *(f"RP:DAC:CHANNEL{o}:OFFSET 0" for o in (0, 1)),
+]
+READ_BACK = [
+    *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE?" for o, c in SINES),
+    *(f"RP:DAC:CHANNEL{o}:OFFSET?" for o in (0, 1)),
+]
+QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
+
+
+@dataclass(frozen=True)
+class InputScale:
+    """Volts per count and volts at count 0 of the two inputs, from the card's memory; each (2,) float32."""
+
+    scale_v: NDArray[np.float32]
+    offset_v: NDArray[np.float32]
+    calibrated: bool
+
+
+@dataclass
+class Board:
+    """One board and its connection; the last one passes the trigger on to nobody."""
+
+    address: BoardTable
+    table: CardTable
+    output_pins: list[str]
+    is_last: bool
+    input_pins: list[str] = field(init=False, default_factory=list)
+    scale: InputScale = field(init=False)
+    version: str = field(init=False, default="")
+    _loaded: BoardProgram | None = field(init=False, default=None)
+    _connection: Connection = field(init=False)
+    _buffer: bytearray = field(init=False, default_factory=bytearray)
+
+    def open(self) -> None:
+        """Connect.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if something else answers."""
+        a = self.address
+        self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
+
+    def take_over(self) -> None:
+        """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
+        a, old = self.address, self._connection
+        try:
+            self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
+        finally:
+            old.close()
+
+    def settle(self) -> None:
+        """After a new connection: outputs off and read back, who is there, and all registers.
+
+        The master first: a slave cannot leave its mode while the master's trigger is on.
+        """
+        self._loaded = None
+        self.quiet()
+        self._identify()
+        self._configure()
+
+    def close(self) -> None:
+        """Let go.  Idempotent."""
+        if hasattr(self, "_connection"):
+            self._connection.close()
+
+    def ask(self, *commands: str) -> list[str | int | float]:
+        """See Connection.ask_all."""
+        return self._connection.ask_all(commands)
+
+    @property
+    def where(self) -> str:
+        """The board's address."""
+        return f"{self.address.host}:{self.address.command_port}"
+
+    def use_pin(self, pin: str, *, output: bool) -> None:
+        """Give a DIO pin its direction; an output goes low.  Raises ConfigError if it has another use already."""
+        if pin in (*self.output_pins, *self.input_pins):
+            raise ConfigError(f"the pin {pin} is used twice", where=self.where, remedy="give each device its own")
+        header = pin_header(pin)
+        if output:
+            self.output_pins.append(pin)
+            self.ask(f"{header} OFF", f"{header}:DIR OUT")
+        else:
+            self.input_pins.append(pin)
+            self.ask(f"{header}:DIR IN")
+
+    # --- outputs
+
+    def load(self, program: BoardProgram) -> None:
+        """Upload a sequence, in mode CONFIGURATION; nothing is sent if it is there already."""
+        if self._is_loaded(program):
+            return
+        self._loaded = None
+        steps, channels = program.levels_v.shape
+        self.ask(f"RP:DAC:SEQ:SAMPLESPERSTEP {program.step_samples}", f"RP:DAC:SEQ:CHAN {channels}")
+        self._connection.upload(f"RP:DAC:SEQ:LUT {steps},1", program.levels_v.astype("<f4").tobytes())
+        self._connection.upload("RP:DAC:SEQ:LUT:ENABLE", program.enable.tobytes())
+        self._loaded = program
+
+    def arm(self, program: BoardProgram) -> None:
+        """Sequence and sines into the registers, once per shot; then mode ACQUISITION.
+
+        While the trigger is off the card holds everything at zero.  Raises DeviceProtocolError if an amplitude reads
+        back wrong.
+        """
+        sines = [command for sine in program.sines for command in _sine(sine)]
+        amplitudes = [f"{_component(s)}:AMPLITUDE {_truncated(s.amplitude_v):.15g}" for s in program.sines]
+        checks = [f"{_component(s)}:AMPLITUDE?" for s in program.sines]
+        answers = self.ask(*sines, "RP:DAC:SEQ:SET", *amplitudes, *checks, "RP:MODE ACQUISITION")
+        found = answers[len(answers) - 1 - len(checks) : -1]
+        for sine, value in zip(program.sines, found, strict=True):
+            if not abs(float(value) - sine.amplitude_v) <= 1.5 * AMPLITUDE_STEP_V:
+                raise DeviceProtocolError(
+                    f"an amplitude of {sine.amplitude_v} V reads back as {value} V",
+                    where=self.where,
+                    remedy="check the output calibration in the card's memory",
+                )
+
+    def quiet(self) -> None:
+        """Sines, offsets and DIO lines off, and read back.  Raises DeviceError if they are not."""
+        lows = [f"{pin_header(pin)} OFF" for pin in self.output_pins]
+        levels = [f"{pin_header(pin)}?" for pin in self.output_pins]
+        answers = self.ask(*OUTPUTS_OFF, *lows, *READ_BACK, *levels)
+        found = answers[len(OUTPUTS_OFF) + len(lows) :]
+        volts, pins = found[: len(READ_BACK)], found[len(READ_BACK) :]
+        if any(not abs(float(v)) <= QUIET_V for v in volts) or any(level != "OFF" for level in pins):
+            raise DeviceError(
+                "outputs could not be confirmed off",
+                where=self.where,
+                why=f"read back: {volts} V, lines {pins}",
+                remedy="switch the amplifier's mains off by hand",
+            )
+
+    def playing(self) -> bool:
+        """True while the sequence runs."""
+        return bool(int(self.ask("RP:STATUS?")[0]) & 16)
+
+    # --- samples
+
+    def start_stream(self, start: int, count: int, chunk: int) -> None:
+        """Ask for `count` samples from `start` on, in chunks."""
+        self._buffer = bytearray(chunk * PAIR_BYTES + RECORD.size)
+        self.ask(f"RP:ADC:DATA:PIPELINED? {start},{count},{chunk}")
+
+    def next_chunk(self, first: int, count: int, account: Continuity) -> tuple[NDArray[np.float32], ChunkFlags]:
+        """The next chunk, whose first sample has the raw index `first`: (used inputs, count) float32 V."""
+        raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
+        self._connection.receive_into(raw, self.table.sample_timeout_s)
+        record = Record.parse(raw[count * PAIR_BYTES :], first)
+        account.check(record)
+        pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)
+        used = list(self.address.inputs)
+        volts = pairs.T[used] * self.scale.scale_v[used, None] + self.scale.offset_v[used, None]
+        return volts, record.flags
+
+    # --- start
+
+    def _is_loaded(self, program: BoardProgram) -> bool:
+        old = self._loaded
+        return (
+            old is not None
+            and old.step_samples == program.step_samples
+            and np.array_equal(old.levels_v, program.levels_v)
+            and np.array_equal(old.enable, program.enable)
+        )
+
+    def _identify(self) -> None:
+        try:
+            image, server = self.ask("RP:VERSION:IMAGE?", "RP:VERSION:SERVER?")
+        except DeviceTimeout:
+            image, server = "unknown", "unknown"
+        wanted = self.table.server_version
+        if (image, server) != (wanted, wanted):
+            raise DeviceProtocolError(
+                f"the card's image is version {image} and its server version {server}, not {wanted}",
+                where=self.where,
+                why="the protocol differs between versions",
+                remedy="update the card's DAQ server, or set io_card.server_version if you know that it behaves alike",
+            )
+        self.version = f"server {server}"
+        self.scale = self._input_scale()
+        if not self.scale.calibrated:
+            self.version += ", inputs not calibrated"
+
+    def _input_scale(self) -> InputScale:
+        keys = [f"RP:CALIB:ADC:CHANNEL{k}:{what}?" for what in ("SCALE", "OFFSET") for k in (0, 1)]
+        *values, flags = self.ask(*keys, "RP:CALIB:FLAGS")
+        numbers = np.array(values, np.float32)
+        calibrated = int(flags) & INPUT_CALIBRATED == INPUT_CALIBRATED
+        if not np.all(np.isfinite(numbers)) or not np.all(numbers[:2] > 0):
+            raise DeviceProtocolError(
+                "the input calibration in the card's memory makes no sense",
+                where=self.where,
+                why=f"V per count and offset: {values}",
+                remedy="calibrate the card's inputs anew",
+            )
+        if not calibrated:
+            log.warning("card_inputs_not_calibrated", card=self.where, scale_v=numbers[:2].tolist())
+            if self.table.require_calibration:
+                raise DeviceProtocolError(
+                    "the card's inputs were never calibrated",
+                    where=self.where,
+                    why=f"calibration flags are {int(flags):#06b}",
+                    remedy="calibrate them, or set io_card.require_calibration = false",
+                )
+        return InputScale(numbers[:2], numbers[2:], calibrated)
+
+    def _configure(self) -> None:
+        """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""
+        if self.ask("RP:MODE?")[0] != "CONFIGURATION":
+            self.ask("RP:MODE ACQUISITION", "RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
+        self.ask(
+            "RP:ADC:FIRENABLED ON",
+            f"RP:ADC:DECIMATION {self.table.decimation}",
+            f"RP:TRIGGER:MODE {self.table.trigger.upper()}",
+            f"RP:TRIGGER:PROP {'OFF' if self.is_last else 'ON'}",
+            "RP:COUNTERTRIGGER:ENABLE OFF",
+            f"RP:INSTANTRESET:MODE {'ON' if self.table.instant_reset else 'OFF'}",
+            *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
+            *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),
+            *(f"{pin_header(pin)}:DIR OUT" for pin in self.output_pins),
+            *(f"{pin_header(pin)}:DIR IN" for pin in self.input_pins),
+        )
+        found = self.ask("RP:ADC:DECIMATION?")[0]
+        if found != self.table.decimation:
+            raise DeviceProtocolError(
+                f"the decimation reads back as {found}, not {self.table.decimation}",
+                where=self.where,
+                remedy="make sure that nobody else uses the card",
+            )
+
+
+def _component(sine: Sine) -> str:
+    return f"RP:DAC:CHANNEL{sine.output}:COMPONENT{sine.component}"
+
+
+def _sine(sine: Sine) -> list[str]:
+    head = _component(sine)
+    return [f"{head}:FREQUENCY {sine.frequency_hz:.15g}", f"{head}:PHASE {sine.phase_rad:.15g}"]
+
+
+def _truncated(volts: float) -> float:
+    """The voltage to ask for so that the truncating register ends on the nearest step."""
+    return min((math.floor(volts / AMPLITUDE_STEP_V + 0.5) + 0.25) * AMPLITUDE_STEP_V, 1.0)

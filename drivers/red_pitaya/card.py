@@ -1,0 +1,332 @@
+"""One or several boards as one I/O card.
+
+A shot: `program` uploads the sequences (once per timeline), `arm` sets them and the amplitudes, `trigger` starts the
+master and asks every board for the whole recording, `read` takes chunk after chunk from all of them.  A shot that runs
+to its end leaves the boards ready for the next.  One that does not is ended by a new connection, which zeroes all
+outputs at once and is the only safe way out of an unfinished sequence.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import DeviceError, DeviceStateError, InputError
+from drivers.identity import Identity
+from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags
+from drivers.red_pitaya import trigger
+from drivers.red_pitaya.board import AMPLITUDE_STEP_V, Board
+from drivers.red_pitaya.layout import pin_header
+from drivers.red_pitaya.lines import PinLines
+from drivers.red_pitaya.lock import lock_card
+from drivers.red_pitaya.options import CardTable
+from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
+from drivers.red_pitaya.stream import Continuity, filter_delay_samples
+from drivers.timeline import Timeline
+
+WHERE = "I/O card"
+FREQUENCY_STEP_HZ = 125e6 / 2**48
+PIN_CHUNK = 320  # samples per chunk where lines are set by command, which waits for the end of a chunk
+PATIENCE_S = 0.2  # how long a stop waits for commands that are on their way
+GRANULE = 32  # the recording grows in steps of so many samples
+
+
+class RedPitayaCard:
+    """See drivers.io_card.IoCard."""
+
+    def __init__(self, table: CardTable) -> None:
+        """Open all boards; outputs are off when it returns.
+
+        Raises ConfigError, DeviceNotFound, DeviceTimeout, DeviceProtocolError, DeviceDenied if another daemon holds
+        a board.
+        """
+        self._table, self.layout = table, table.layout()
+        self._delay = round(filter_delay_samples(table.decimation))
+        last = len(table.boards) - 1
+        lines = [(p.board, p.pin) for p in self.layout.lines.values() if p.sequence_channel is None]
+        self.boards = [
+            Board(address, table, [pin for board, pin in lines if board == k], is_last=k == last)
+            for k, address in enumerate(table.boards)
+        ]
+        self._locks: list[TextIO] = []
+        self._guard = threading.RLock()  # whoever gives commands; never held while waiting for samples
+        self._stopping = threading.Lock()
+        self._stops = 0
+        self._state = CardState.IDLE
+        self._timeline: Timeline | None = None
+        self._programs: tuple[BoardProgram, ...] = ()
+        self._reader = _Reader(self.boards, (), 0, 0, 1)
+        self._pins = PinLines(self.boards[0].where, {}, ())
+        try:
+            for board in self.boards:
+                self._locks.append(lock_card(board.address.host, board.address.command_port))
+            for board in self.boards:
+                board.open()
+            for board in self.boards:
+                board.settle()
+        except Exception:
+            self._let_go()
+            raise
+
+    def identity(self) -> Identity:
+        """See IoCard.  The serial number is the address: the server tells none."""
+        for board in self.boards:
+            board.ask("*IDN?")
+        where = ", ".join(board.address.host for board in self.boards)
+        versions = "; ".join(dict.fromkeys(board.version for board in self.boards))
+        return Identity("Red Pitaya", f"{len(self.boards)} x STEMlab 125-14, RedPitayaDAQServer", where, versions)
+
+    def capabilities(self) -> CardCapabilities:
+        """See IoCard."""
+        scales = [b.scale.scale_v[k] for b, where in zip(self.boards, self.layout.boards, strict=True)
+                  for k in where.inputs]  # fmt: skip
+        return CardCapabilities(
+            inputs=self.layout.inputs,
+            outputs=self.layout.outputs,
+            input_full_scale_v=float(min(scales)) * 32768,
+            output_full_scale_v=OUTPUT_FULL_SCALE_V,
+            clock=self.layout.clock,
+            max_samples=MAX_SAMPLES - self._delay - GRANULE,
+            step_samples=self.layout.step_samples,
+            line_delay_s=self.layout.line_delay_s(),
+            output_step_v=AMPLITUDE_STEP_V,
+            frequency_step_hz=FREQUENCY_STEP_HZ,
+        )
+
+    def state(self) -> CardState:
+        """See IoCard."""
+        return self._state
+
+    def sample(self) -> int | None:
+        """The sample being played now, None if nothing runs."""
+        if self._state is not CardState.RUNNING:
+            return None
+        return int(self.boards[0].ask("RP:ADC:WP?")[0])
+
+    def timeline(self) -> Timeline | None:
+        """The timeline that runs, None if none does."""
+        return self._timeline if self._state is CardState.RUNNING else None
+
+    def use_pin(self, board: int, pin: str, *, output: bool) -> None:
+        """Another device hangs on this DIO pin; an output is low and kept low by every `stop`.
+
+        Raises ConfigError if the pin is taken.
+        """
+        self.boards[board].use_pin(pin, output=output)
+
+    def pin(self, board: int, pin: str) -> bool:
+        """Level of a DIO pin, read at the pad."""
+        return self.boards[board].ask(f"{pin_header(pin)}?")[0] == "ON"
+
+    def set_pin(self, board: int, pin: str, high: bool) -> None:
+        """Set a DIO pin.  Raises DeviceError if it does not read back so."""
+        header = pin_header(pin)
+        level = self.boards[board].ask(f"{header} {'ON' if high else 'OFF'}", f"{header}?")[1]
+        if (level == "ON") is not high:
+            raise DeviceError(f"{pin} reads back {level}", where=self.boards[board].where, remedy="check its wiring")
+
+    def program(self, timeline: Timeline) -> None:
+        """See IoCard."""
+        with self._commanding():
+            self._require(CardState.IDLE, CardState.PROGRAMMED)
+            programs = compile_timeline(timeline, self.layout)
+            for board, program in zip(self.boards, programs, strict=True):
+                board.load(program)
+            self._timeline, self._programs, self._state = timeline, programs, CardState.PROGRAMMED
+
+    def arm(self) -> None:
+        """See IoCard."""
+        with self._commanding():
+            self._require(CardState.PROGRAMMED)
+            self._state = CardState.ARMED  # from here on only a run or a new connection ends it
+            for board, program in zip(self.boards, self._programs, strict=True):
+                board.arm(program)
+
+    def trigger(self) -> None:
+        """See IoCard."""
+        with self._commanding():
+            self._require(CardState.ARMED)
+            assert self._timeline is not None
+            self._state = CardState.RUNNING
+            total = self._timeline.total_samples
+            self._pins = PinLines.of(self.boards, self.layout, self._timeline)
+            chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
+            self._reader = _Reader(self.boards, self._programs, self._delay, total, chunk)
+            self._pins.before_trigger()
+            trigger.start(self.boards)
+            for board in self.boards:
+                board.start_stream(self._delay, total, chunk)
+
+    def read(self, max_samples: int) -> Chunk:
+        """See IoCard.  Waits until min(max_samples, samples left) have come."""
+        if max_samples < 1:
+            raise InputError(f"cannot read {max_samples} samples", where=WHERE, remedy="ask for one or more")
+        self._require(CardState.RUNNING)
+        reader = self._reader
+        with self._stoppable():
+            chunk = reader.read(max_samples, self._pins.at)
+            with self._guard:
+                self._require(CardState.RUNNING)
+                if reader.left == 0:
+                    self._finish()
+            return chunk
+
+    def stop(self) -> None:
+        """See IoCard.  An unfinished shot, and one that is being prepared, costs a new connection."""
+        with self._stopping:
+            if self._state is CardState.CLOSED:
+                return
+            unfinished = self._state in (CardState.ARMED, CardState.RUNNING)
+            if unfinished or not self._guard.acquire(timeout=PATIENCE_S):
+                unfinished = True
+                self._stops += 1
+                for board in self.boards:
+                    board.close()  # whoever waits for this card wakes up and lets go of it
+                self._guard.acquire()
+            try:
+                self._state, self._timeline = CardState.IDLE, None
+                self._all_off(unfinished=unfinished)
+            finally:
+                self._guard.release()
+
+    def _all_off(self, *, unfinished: bool) -> None:
+        """Read back that outputs are off, over new connections if need be.  Raises DeviceError if they may be on."""
+        if not unfinished and not _failures(self.boards, Board.quiet):
+            return
+        failed = _failures(self.boards, Board.take_over)
+        for board in self.boards:
+            failed += [] if failed else _failures([board], Board.settle)
+        if failed:
+            raise DeviceError(
+                "outputs could not be confirmed off",
+                where=WHERE,
+                why="; ".join(failed),
+                remedy="switch the amplifier's mains off by hand, then repair the connection",
+            )
+
+    def close(self) -> None:
+        """See IoCard."""
+        if self._state is CardState.CLOSED:
+            return
+        try:
+            self.stop()
+        finally:
+            self._state = CardState.CLOSED
+            self._let_go()
+
+    def _finish(self) -> None:
+        """The last sample is here: let the sequences end, then make the boards ready for the next shot."""
+        play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
+        self._pins.low()
+        trigger.wait_for_sequences(self.boards, play_s)
+        trigger.end(self.boards)
+        self._state = CardState.IDLE
+
+    def _let_go(self) -> None:
+        for board in self.boards:
+            with contextlib.suppress(DeviceError):
+                board.close()
+        for lock in self._locks:
+            lock.close()
+        self._locks = []
+
+    @contextlib.contextmanager
+    def _commanding(self) -> Iterator[None]:
+        """Nobody else commands the boards meanwhile; errors as in `_stoppable`."""
+        with self._guard, self._stoppable():
+            yield
+
+    @contextlib.contextmanager
+    def _stoppable(self) -> Iterator[None]:
+        """A stop takes the connection away: what fails then, fails because of the stop."""
+        before = self._stops
+        try:
+            yield
+        except (DeviceError, OSError):
+            if self._stops != before or self._stopping.locked():
+                raise DeviceStateError(
+                    "the shot was stopped", where=WHERE, remedy="program and start the shot again"
+                ) from None
+            raise
+
+    def _require(self, *states: CardState) -> None:
+        if self._state not in states:
+            allowed = " or ".join(s.value for s in states)
+            raise DeviceStateError(
+                f"the card is {self._state.value}, not {allowed}",
+                where=WHERE,
+                remedy="keep the order program, arm, trigger, read; stop() makes the card idle",
+            )
+
+
+class _Reader:
+    """Puts the boards' chunks together; each board's chunk i is taken before any board's chunk i + 1."""
+
+    def __init__(
+        self,
+        boards: Sequence[Board],
+        programs: Sequence[BoardProgram],
+        start: int,
+        total: int,
+        chunk: int,
+    ) -> None:
+        self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
+        self._accounts = [Continuity(b.where, p.samples) for b, p in zip(boards, programs, strict=False)]
+        self._received = self._given = 0
+        self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None
+
+    @property
+    def left(self) -> int:
+        """Samples not yet given out."""
+        return self._total - self._given
+
+    def read(self, most: int, arrived: Callable[[int], None]) -> Chunk:
+        """The next min(most, left) samples; `arrived(n)` is told after each hardware chunk."""
+        wanted = min(most, self.left)
+        first, pieces, got, flags = self._given, [], 0, ChunkFlags()
+        while got < wanted:
+            if self._rest is None:
+                self._rest = self._receive()
+                arrived(self._received)
+            volts, verdict = self._rest
+            piece, rest = volts[:, : wanted - got], volts[:, wanted - got :]
+            self._rest = (rest, verdict) if rest.shape[1] else None
+            pieces.append(piece)
+            got += piece.shape[1]
+            flags = flags | verdict
+        self._given += got
+        return Chunk(first, np.concatenate(pieces, axis=1), flags)
+
+    def _receive(self) -> tuple[NDArray[np.float32], ChunkFlags]:
+        count = min(self._chunk, self._total - self._received)
+        rows, flags = [], ChunkFlags()
+        for board, account in zip(self._boards, self._accounts, strict=True):
+            volts, verdict = board.next_chunk(self._start + self._received, count, account)
+            rows.append(volts)
+            flags = flags | verdict
+        self._received += count
+        return np.concatenate(rows), flags
+
+
+def _failures(boards: Sequence[Board], step: Callable[[Board], None]) -> list[str]:
+    """Do it on all boards at once, whatever fails; what failed."""
+    failures: list[str] = []
+
+    def work(board: Board) -> None:
+        try:
+            step(board)
+        except (DeviceError, OSError) as error:
+            failures.append(str(error))
+
+    threads = [threading.Thread(target=work, args=(board,)) for board in boards[1:]]
+    for thread in threads:
+        thread.start()
+    work(boards[0])
+    for thread in threads:
+        thread.join()
+    return failures

@@ -1,0 +1,39 @@
+"""One daemon per card on this computer: the server lets every newcomer throw out whoever is connected."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import tempfile
+from pathlib import Path
+from typing import TextIO
+
+from drivers.errors import DeviceDenied
+
+
+def lock_card(host: str, port: int) -> TextIO:
+    """Hold the card at this address until the file returned is closed or the process ends.
+
+    Raises DeviceDenied if another process holds it.
+    """
+    name = f"{host}-{port}".replace(os.sep, "_")
+    path = Path(tempfile.gettempdir()) / f"platform-daemon-io-card-{name}.lock"
+    try:
+        file = path.open("a")
+    except PermissionError:
+        raise _in_use(host, port, f"{path} belongs to another user") from None
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        file.close()
+        raise _in_use(host, port, f"another process holds {path}") from None
+    return file
+
+
+def _in_use(host: str, port: int, why: str) -> DeviceDenied:
+    return DeviceDenied(
+        "another daemon on this computer uses the card",
+        where=f"{host}:{port}",
+        why=why,
+        remedy="stop it: a second connection would throw it out in the middle of a shot",
+    )

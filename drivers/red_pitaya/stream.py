@@ -1,0 +1,81 @@
+"""Samples and status records of a pipelined read.
+
+After every chunk of samples (int16 little-endian pairs IN1, IN2) the server sends a record of 21 bytes: status bits,
+how far the reader lags behind the recording, how much was recorded while sending, and four figures of the output side.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from drivers.errors import ShotRefused
+from drivers.io_card import ChunkFlags
+
+RECORD = struct.Struct("<BQQ4B")
+PAIR_BYTES = 4
+RING_SAMPLES = 2**25
+FIR_TAPS = 92
+CIC_ORDER = 6
+
+
+def filter_delay_samples(decimation: int) -> float:
+    """Delay of the decimation filters, CIC of order 6 to half the decimation and a FIR that halves it once more."""
+    cic = (decimation / 2 - 1) / 2 * CIC_ORDER / decimation
+    return cic + (FIR_TAPS - 1) / 2 / 2
+
+
+@dataclass(frozen=True)
+class Record:
+    """A chunk's record, with the write pointer when its sending began (samples since the trigger)."""
+
+    status: int
+    written: int
+    lag: int
+
+    @classmethod
+    def parse(cls, raw: bytes | memoryview, first_sample: int) -> Record:
+        """From its 21 bytes; `first_sample` is the raw index of the chunk's first sample."""
+        status, lag, _, *_ = RECORD.unpack(raw)
+        return cls(status, first_sample + lag, lag)
+
+    @property
+    def flags(self) -> ChunkFlags:
+        """The card's verdict, with our own on top: a reader a whole ring behind got other samples, flagged or not."""
+        s = self.status
+        return ChunkFlags(bool(s & 1) or self.lag > RING_SAMPLES, bool(s & 2), bool(s & 4))
+
+    @property
+    def triggered(self) -> bool:
+        """The master trigger was on."""
+        return bool(self.status & 8)
+
+    @property
+    def playing(self) -> bool:
+        """The output sequence was running."""
+        return bool(self.status & 16)
+
+
+class Continuity:
+    """Our own account of one board's recording, beside the card's flags."""
+
+    def __init__(self, where: str, sequence_samples: int) -> None:
+        self._where, self._sequence_samples, self._written = where, sequence_samples, 0
+
+    def check(self, record: Record) -> None:
+        """Raises ShotRefused if trigger, sequence or write pointer tell of another recording than ours."""
+        if not record.triggered:
+            raise ShotRefused("the trigger fell during the shot", where=self._where)
+        if record.written < self._written:
+            raise ShotRefused(
+                "the recording began anew during the shot",
+                where=self._where,
+                why=f"its write pointer went from {self._written} back to {record.written}",
+            )
+        if not record.playing and record.written < self._sequence_samples:
+            raise ShotRefused(
+                "the outputs ended early",
+                where=self._where,
+                why=f"the sequence stopped before sample {record.written} of {self._sequence_samples}",
+            )
+        self._written = record.written

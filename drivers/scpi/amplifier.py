@@ -1,0 +1,119 @@
+"""A class-D power amplifier that speaks SCPI."""
+
+from __future__ import annotations
+
+from drivers.errors import DeviceFault, DeviceStateError
+from drivers.exchange import Exchange
+from drivers.identity import Identity
+from drivers.power_amplifier import AmplifierStatus
+from drivers.scpi.dialogue import number, numbered, yes
+from drivers.scpi.options import AmplifierCommands, Words
+
+
+class ScpiAmplifier:
+    """See drivers.power_amplifier.PowerAmplifier.
+
+    One without mute commands is muted by disabling it: its power stage is then on only while it is unmuted.
+    """
+
+    def __init__(self, exchange: Exchange, commands: AmplifierCommands, words: Words) -> None:
+        self._exchange, self._do, self._words = exchange, commands, words
+        self._enabled_muted = False  # of an amplifier without mute commands
+        exchange.on_open = self._make_safe
+        self._make_safe(exchange)
+        self.disable()
+
+    def identity(self) -> Identity:
+        """See PowerAmplifier."""
+        return self._exchange.identity()
+
+    def status(self) -> AmplifierStatus:
+        """See PowerAmplifier.  No temperature, no fault and no clipping where the device does not tell."""
+        live = self._is_on()
+        return AmplifierStatus(
+            enabled=live or self._enabled_muted,
+            muted=yes(self._exchange, self._do.muted, self._words) if self._do.muted else not live,
+            fault=self._fault(),
+            temperature_c=number(self._exchange, self._do.temperature) if self._do.temperature else None,
+            clipped=bool(self._do.clipped) and yes(self._exchange, self._do.clipped, self._words),
+        )
+
+    def enable(self) -> None:
+        """See PowerAmplifier.  Raises DeviceFault also if the device refuses or does not read back so."""
+        fault = self._fault()
+        if fault is not None:
+            raise DeviceFault(f"fault latched: {fault}", where=self._exchange.where, remedy="reset the fault first")
+        if not self._do.mute:
+            self._enabled_muted = True
+            return
+        if not self._is_on():
+            self._command(self._do.mute)
+        self._command(self._do.enable)
+        self._confirm(on=True)
+
+    def disable(self) -> None:
+        """See PowerAmplifier.  Raises DeviceFault if it reads back enabled."""
+        self._enabled_muted = False
+        self._exchange.tell(self._do.disable)
+        if self._do.mute:
+            self._exchange.tell(self._do.mute)
+        self._confirm(on=False)
+
+    def mute(self) -> None:
+        """See PowerAmplifier."""
+        self._exchange.tell(self._do.mute or self._do.disable)
+
+    def unmute(self) -> None:
+        """See PowerAmplifier."""
+        if not (self._enabled_muted or self._is_on()):
+            raise DeviceStateError("the amplifier is disabled", where=self._exchange.where, remedy="enable it first")
+        self._command(self._do.unmute or self._do.enable)
+        self._confirm(on=True)
+
+    def reset_fault(self) -> None:
+        """See PowerAmplifier.  Raises DeviceFault if the fault stays."""
+        if self._do.reset_fault:
+            self._command(self._do.reset_fault)
+        self.disable()
+        fault = self._fault()
+        if fault is not None:
+            raise DeviceFault(f"the fault stays: {fault}", where=self._exchange.where, remedy="remove its cause")
+
+    def close(self) -> None:
+        """See PowerAmplifier."""
+        try:
+            self.disable()
+        finally:
+            self._exchange.close()
+
+    def _make_safe(self, exchange: Exchange) -> None:
+        """After every opening: no old errors, and off, whatever it was before."""
+        self._enabled_muted = False
+        if self._do.clear:
+            exchange.tell(self._do.clear)
+        exchange.tell(self._do.disable)
+        if self._do.mute:
+            exchange.tell(self._do.mute)
+
+    def _is_on(self) -> bool:
+        return yes(self._exchange, self._do.enabled, self._words)
+
+    def _fault(self) -> str | None:
+        return numbered(self._exchange, self._do.fault) if self._do.fault else None
+
+    def _command(self, text: str) -> None:
+        """Send it, and see whether the device put an error into its queue."""
+        self._exchange.tell(text)
+        complaint = numbered(self._exchange, self._do.error) if self._do.error else None
+        if complaint is not None:
+            raise DeviceFault(
+                f"the amplifier refused {text!r}", where=self._exchange.where, why=complaint, remedy="see its manual"
+            )
+
+    def _confirm(self, *, on: bool) -> None:
+        if self._is_on() is not on:
+            raise DeviceFault(
+                f"the amplifier reads back {'off' if on else 'on'} after it was switched {'on' if on else 'off'}",
+                where=self._exchange.where,
+                remedy="switch its mains off by hand" if not on else "check it",
+            )

@@ -1,0 +1,48 @@
+"""Answers of an SCPI device, read with the words of its table."""
+
+from __future__ import annotations
+
+import re
+
+from drivers.errors import DeviceProtocolError
+from drivers.exchange import Exchange
+from drivers.scpi.options import Words
+
+NUMBERED = re.compile(r'\s*([+-]?\d+)\s*(?:,\s*"?(.*?)"?\s*)?')
+
+
+def yes(exchange: Exchange, question: str, words: Words) -> bool:
+    """A yes or no.  Raises DeviceProtocolError for anything else."""
+    answer = exchange.ask(question)
+    for means, known in ((True, words.yes), (False, words.no)):
+        if answer.upper() in (word.upper() for word in known):
+            return means
+    raise senseless(exchange, question, answer)
+
+
+def number(exchange: Exchange, question: str) -> float:
+    """A number."""
+    answer = exchange.ask(question)
+    try:
+        return float(answer)
+    except ValueError:
+        raise senseless(exchange, question, answer) from None
+
+
+def numbered(exchange: Exchange, question: str) -> str | None:
+    """The text of `number,"text"`; None for number 0."""
+    answer = exchange.ask(question)
+    found = NUMBERED.fullmatch(answer)
+    if found is None:
+        raise senseless(exchange, question, answer)
+    return None if int(found[1]) == 0 else found[2] or f"number {found[1]}"
+
+
+def senseless(exchange: Exchange, question: str, answer: str) -> DeviceProtocolError:
+    """The error for an answer that does not fit."""
+    return DeviceProtocolError(
+        f"the answer to {question!r} makes no sense",
+        where=exchange.where,
+        why=f"it is {answer[:60]!r}",
+        remedy="check the table of commands in the platform file",
+    )

@@ -1,0 +1,1 @@
+"""Devices on a serial line: Tx/Rx switch and LNA, as docs/wire-protocols.md describes them."""

@@ -1,0 +1,78 @@
+"""The Tx/Rx switch with a serial controller that reads its contacts back."""
+
+from __future__ import annotations
+
+import time
+
+from drivers.errors import DeviceFault, DeviceProtocolError
+from drivers.exchange import Exchange
+from drivers.identity import Identity
+from drivers.serial_line.controller import command, flag, numbers, query, senseless
+from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
+
+POSITIONS = {"TX": SwitchPosition.TRANSMIT, "RX": SwitchPosition.RECEIVE, "MOVING": SwitchPosition.MOVING}
+ARRIVAL_S = 0.2  # beyond the switch's own times
+POLL_S = 1e-3
+
+
+class SerialSwitch:
+    """See drivers.tx_rx_switch.TxRxSwitch.  During a timeline it follows the card's line by itself."""
+
+    def __init__(self, exchange: Exchange) -> None:
+        """Raises DeviceProtocolError if this is no Tx/Rx switch."""
+        self._exchange = exchange
+        times = numbers(exchange, "TIM?")
+        if len(times) != 3 or min(times) < 0:
+            raise DeviceProtocolError("three times were expected", where=exchange.where, why=f"TIM? says {times}")
+        self._timing = SwitchTiming(*times)
+        self.to_transmit()
+
+    @staticmethod
+    def prepare(exchange: Exchange) -> None:
+        """After every opening: let it follow the card's line."""
+        command(exchange, "FOLLOW ON")
+        if not flag(exchange, "FOLLOW?"):
+            raise DeviceFault("the switch does not follow its line", where=exchange.where, remedy="check its mode")
+
+    def identity(self) -> Identity:
+        """See TxRxSwitch."""
+        return self._exchange.identity()
+
+    def timing(self) -> SwitchTiming:
+        """See TxRxSwitch."""
+        return self._timing
+
+    def position(self) -> SwitchPosition:
+        """See TxRxSwitch."""
+        answer = query(self._exchange, "POS?")
+        if answer not in POSITIONS:
+            raise senseless(self._exchange, "POS?", answer)
+        return POSITIONS[answer]
+
+    def to_transmit(self) -> None:
+        """See TxRxSwitch.  Raises DeviceStateError while a timeline runs."""
+        self._go(SwitchPosition.TRANSMIT, "POS TX")
+
+    def to_receive(self) -> None:
+        """See TxRxSwitch.  Raises DeviceStateError while a timeline runs."""
+        self._go(SwitchPosition.RECEIVE, "POS RX")
+
+    def close(self) -> None:
+        """See TxRxSwitch."""
+        try:
+            if self.position() is not SwitchPosition.TRANSMIT:
+                self.to_transmit()
+        finally:
+            self._exchange.close()
+
+    def _go(self, target: SwitchPosition, text: str) -> None:
+        command(self._exchange, text)
+        deadline = time.monotonic() + self._timing.total_s + ARRIVAL_S
+        while (found := self.position()) is not target:
+            if time.monotonic() > deadline:
+                raise DeviceFault(
+                    f"the contacts are on {found.value}, not on {target.value}",
+                    where=self._exchange.where,
+                    remedy="check the relay",
+                )
+            time.sleep(POLL_S)

@@ -1,0 +1,1 @@
+"""USB without a USB port: `socket_backend` joins pyusb to a device that listens on a TCP socket."""

@@ -1,0 +1,135 @@
+"""A door into the emulated world for tests: JSON lines over TCP, {"do": NAME, ...} -> {"ok": true, "result": ...}.
+
+truth, violations, outputs, clock             what only the world knows
+inject {kind, shot}                           a world fault (sim_backend/faults.py); shot absent: the next one
+wire_fault {kind, device, ...}                a fault of the wire (wire_faults.py), from now on
+clear_faults, repair                          forget faults to come; replace what broke as well
+mount {specimen}, hold_still                  another resonator (its TOML tables); stop it with a finger
+instant_reset {board, level}                  the card's emergency input
+"""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from drivers.errors import InputError, PlatformError
+from drivers.specimen import Specimen
+from drivers.validation import validated
+from sim_backend.emulators.options import AXES
+from sim_backend.emulators.playback import high_spans, output_bursts
+from sim_backend.emulators.session import Cards
+from sim_backend.emulators.wire_faults import WireFault, WireFaults
+
+Action = Callable[[Mapping[str, Any]], Any]
+
+
+class Control:
+    """Executes the requests of the control socket."""
+
+    def __init__(self, cards: Cards, faults: Mapping[str, WireFaults]) -> None:
+        self._cards, self._world, self._faults = cards, cards.world, faults
+        self._actions: dict[str, Action] = {
+            "truth": lambda _: self._world.truth(),
+            "violations": lambda _: [v.as_dict() for v in self._world.violations()],
+            "outputs": lambda _: self.outputs(),
+            "clock": lambda _: {"world_s": self._world.clock.monotonic_s(), "shots": self._world.shots},
+            "inject": self._inject,
+            "wire_fault": self._wire_fault,
+            "clear_faults": lambda _: self._clear(),
+            "repair": lambda _: self._repair(),
+            "mount": self._mount,
+            "hold_still": lambda _: self._world.hold_still(),
+            "instant_reset": self._instant_reset,
+        }
+
+    def serve(self, link: socket.socket) -> None:
+        """One connection."""
+        with suppress(OSError), link.makefile("rwb") as stream:
+            for line in stream:
+                stream.write(json.dumps(self.reply(line)).encode() + b"\n")
+                stream.flush()
+
+    def reply(self, line: bytes) -> dict[str, Any]:
+        """The answer to one request."""
+        try:
+            request = json.loads(line)
+            action = self._actions[request.pop("do")]
+            return {"ok": True, "result": action(request)}
+        except PlatformError as error:
+            return {"ok": False, "error": str(error)}
+        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+            return {"ok": False, "error": f"no such request: {error!r}"}
+
+    def outputs(self) -> dict[str, Any]:
+        """What the outputs do now; `off`: no DAC plays, the gate is low, and the amplifier puts out nothing."""
+        world = self._world
+        position = world.contacts().position(world.clock.monotonic_s())
+        with world.lock:
+            playing = [p for board in self._cards.boards for p in self._playing(board)]
+            gate, power = self._gate(), world.power
+            live = power.enabled and not power.muted and power.fault is None
+        return {
+            "playing": playing,
+            "pa_gate": gate,
+            "amplifier_live": live,
+            "receiver": position.value,
+            "off": not playing and not (gate and live),
+        }
+
+    def _playing(self, board: Any) -> list[str]:
+        board.settle()
+        if self._cards.shot is None or not board.history:
+            return []
+        now = int(self._cards.shot.now())
+        rate = self._cards.shot.clock.rate_hz
+        return [
+            axis
+            for k, axis in enumerate(board.options.outputs)
+            if axis and output_bursts(board.history, k, AXES.index(axis), now, now + 1, rate)
+        ]
+
+    def _gate(self) -> bool:
+        line = self._cards.options.pa_gate
+        board = self._cards.boards[line.board]
+        if self._cards.shot is None or not board.history:
+            return line.pin() in board.registers.pins
+        now = int(self._cards.shot.now())
+        return bool(high_spans(board.history, line.pin(), line.pdm(), now, now + 1))
+
+    def _inject(self, request: Mapping[str, Any]) -> int:
+        shot = request.get("shot", self._world.shots + 1)
+        self._world.faults.inject(request["kind"], shot)
+        return int(shot)
+
+    def _wire_fault(self, request: Mapping[str, Any]) -> None:
+        fault = validated(WireFault, request, "wire_fault")
+        arm(self._faults, fault)
+
+    def _clear(self) -> None:
+        self._world.faults.clear()
+        for each in self._faults.values():
+            each.clear()
+
+    def _repair(self) -> None:
+        self._clear()
+        self._world.repair()
+
+    def _mount(self, request: Mapping[str, Any]) -> None:
+        if self._world.is_running():
+            raise InputError("a shot is running", where="mount", remedy="end it first")
+        self._world.mount(validated(Specimen, request["specimen"], "specimen"))
+
+    def _instant_reset(self, request: Mapping[str, Any]) -> None:
+        with self._world.lock:
+            self._cards.boards[request.get("board", 0)].instant_reset(bool(request["level"]))
+
+
+def arm(faults: Mapping[str, WireFaults], fault: WireFault) -> None:
+    """Let a fault strike.  Raises InputError if there is no such device."""
+    if fault.device not in faults:
+        raise InputError(f"no device is called {fault.device!r}", remedy=f"use one of {', '.join(sorted(faults))}")
+    faults[fault.device].arm(fault)

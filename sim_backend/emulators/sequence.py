@@ -1,0 +1,145 @@
+"""The sequence of an I/O card: uploads, SEQ:SET with its traps, and the program that runs from the trigger on.
+
+The server fills a ring of steps ahead of time and counts what it has filled.  That counter is only reset when a
+sequence ends or a client connects; a SET in between fills nothing or forgets step 0, which then plays what the ring
+held, enabled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_backend.emulators.registers import OUTPUTS, SEQUENCE_CHANNELS, Program
+
+LOOKAHEAD = 7372
+
+
+class ServerCrash(Exception):
+    """The server's process dies."""
+
+
+class State(Enum):
+    """CONFIG -> SEQ:SET -> PREPARED -> trigger -> RUNNING -> CONFIG."""
+
+    CONFIG = 0
+    PREPARED = 1
+    RUNNING = 2
+
+
+@dataclass(frozen=True)
+class Part:
+    """A table (steps, channels) and how often it is played."""
+
+    values: NDArray[np.float64]
+    repetitions: int
+
+    def played(self) -> NDArray[np.float64]:
+        """All its steps."""
+        return np.tile(self.values, (self.repetitions, 1))
+
+
+class Sequence:
+    """What one board knows of its sequence."""
+
+    def __init__(self) -> None:
+        self.state = State.CONFIG
+        self.clocks_per_step = 0
+        self.channels = 0
+        self.lost_steps = False
+        self.program: Program | None = None
+        self._main: Part | None = None
+        self._enable: NDArray[np.bool_] | None = None
+        self._resync: NDArray[np.bool_] | None = None
+        self._up: Part | None = None
+        self._down: Part | None = None
+        self._cleared = False
+        self._filled = 0
+        self._ring_first = np.zeros(SEQUENCE_CHANNELS)
+
+    # --- uploads
+
+    def steps(self) -> int:
+        """Steps of one repetition of the main table, 0: there is none."""
+        return 0 if self._main is None else len(self._main.values)
+
+    def upload(self, values: NDArray[np.float32], repetitions: int) -> None:
+        """A new main table, (steps, channels) V; what enabled and resynchronised the old one is gone."""
+        self._main, self._enable, self._resync = Part(values.astype(np.float64), repetitions), None, None
+        self._cleared = False
+
+    def upload_enable(self, enable: NDArray[np.bool_]) -> None:
+        """(steps, channels) of the main table."""
+        self._enable = enable
+
+    def upload_resync(self, resync: NDArray[np.bool_]) -> None:
+        """(steps, min(channels, 2)) of the main table."""
+        self._resync = resync
+
+    def upload_ramp(self, values: NDArray[np.float32], repetitions: int, *, down: bool) -> None:
+        """The table before or after the main one."""
+        part = Part(values.astype(np.float64), repetitions)
+        self._up, self._down = (self._up, part) if down else (part, self._down)
+
+    def clear(self) -> None:
+        """SEQ:CLEAR: the tables are freed, the pointer to them stays."""
+        self._main = self._enable = self._resync = self._up = self._down = None
+        self._cleared = True
+
+    # --- life
+
+    def set(self, samples_per_step: int) -> None:
+        """SEQ:SET.  Raises ServerCrash after a CLEAR without a new table."""
+        if self._cleared:
+            raise ServerCrash
+        program = self._planned(samples_per_step)
+        if self._filled == 0:
+            self._ring_first = program.values[0].copy() if len(program.values) else np.zeros(SEQUENCE_CHANNELS)
+        elif len(program.values):
+            program.values[0], program.enable[0] = self._ring_first, True
+        self._filled = 1 if self._filled >= LOOKAHEAD else LOOKAHEAD
+        self.program, self.state, self.lost_steps = program, State.PREPARED, False
+
+    def started(self) -> None:
+        """The trigger has come."""
+        if self.state is State.PREPARED:
+            self.state = State.RUNNING
+
+    def finished(self) -> None:
+        """The last step is over."""
+        self._emptied(0)
+
+    def aborted(self) -> None:
+        """The trigger went before the last step was over: the ring is empty, the counter is not."""
+        self._emptied(LOOKAHEAD)
+
+    def forgotten(self) -> None:
+        """A client came or went: everything starts anew except the uploads."""
+        self._emptied(0)
+
+    def _emptied(self, filled: int) -> None:
+        self.state, self.program, self._filled = State.CONFIG, None, filled
+        self._ring_first = np.zeros(SEQUENCE_CHANNELS)
+
+    def _planned(self, samples_per_step: int) -> Program:
+        """All steps; channels that the sequence does not have are zero and enabled."""
+        parts = [
+            p.played() if p is not None else np.zeros((0, self.channels)) for p in (self._up, self._main, self._down)
+        ]
+        lengths = [len(p) for p in parts]
+        total, before = sum(lengths), lengths[0]
+        values, enable = np.zeros((total, SEQUENCE_CHANNELS)), np.ones((total, SEQUENCE_CHANNELS), dtype=np.bool_)
+        resync, ramp_down = np.zeros((total, OUTPUTS), dtype=np.bool_), np.zeros(total, dtype=np.bool_)
+        width = min(self.channels, SEQUENCE_CHANNELS)
+        values[:, :width] = np.concatenate([p[:, :width] for p in parts])
+        ramp_down[total - lengths[2] :] = True
+        main = slice(before, before + lengths[1])
+        if self._main is not None and self._enable is not None:
+            enable[main, :width] = np.tile(self._enable[:, :width], (self._main.repetitions, 1))
+        if self._main is not None and self._resync is not None:
+            given = self._resync.shape[1]
+            resync[main, :given] = np.tile(self._resync, (self._main.repetitions, 1))
+        return Program(values, enable, resync, ramp_down, samples_per_step)

@@ -1,0 +1,42 @@
+"""The simulated platform in this process keeps the contracts, with and without a grid of edges."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivers.contract import AmplifierContract, CardContract, LnaContract, PlatformContract, SwitchContract
+from drivers.registry import build_platform
+from platform_daemon.settings import load_platform
+
+OVERRIDES = {
+    "edges anywhere": [],
+    "edges on a grid": ["io_card.step_samples=16"],
+    "real time": ['backends.simulated.clock.mode="realtime"'],
+}
+
+
+@pytest.fixture(scope="class", params=list(OVERRIDES))
+def platform(request):
+    built = build_platform(load_platform("simulated", OVERRIDES[request.param]).section)
+    yield built
+    built.close()
+
+
+class TestCard(CardContract):
+    pass
+
+
+class TestSwitch(SwitchContract):
+    pass
+
+
+class TestAmplifier(AmplifierContract):
+    pass
+
+
+class TestLna(LnaContract):
+    pass
+
+
+class TestPlatform(PlatformContract):
+    pass

@@ -1,0 +1,59 @@
+"""A platform file that cannot be right is refused before anything is opened."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivers.errors import ConfigError, DeviceDenied, DeviceNotFound
+from drivers.red_pitaya.backend import RedPitayaBackend
+from drivers.red_pitaya.lock import lock_card
+from drivers.red_pitaya.options import card_table
+from tests.drivers.red_pitaya.fake_server import listener
+
+BOARD = {"host": "127.0.0.1"}
+
+
+@pytest.mark.parametrize(
+    ("table", "complaint"),
+    [
+        ({}, "boards"),
+        ({"boards": []}, "boards"),
+        ({"boards": [BOARD, BOARD]}, "same address"),
+        ({"boards": [{**BOARD, "inputs": [0, 0]}]}, "named twice"),
+        ({"boards": [{**BOARD, "inputs": [2]}]}, "inputs"),
+        ({"boards": [{**BOARD, "command_port": 0}]}, "command_port"),
+        ({"boards": [BOARD], "decimation": 2047}, "decimation"),
+        ({"boards": [BOARD], "decimation": 8}, "step_samples"),
+        ({"boards": [BOARD], "step_samples": 5}, "at least 5.1"),
+        ({"boards": [BOARD], "decimation": 8192, "chunk_samples": 6000}, "0.1 s"),
+        ({"boards": [BOARD], "colour": "red"}, "colour"),
+        ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "AO4"}}}, "no pin 'AO4'.*AO0, AO1"),
+        ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "DIO1_P"}}}, "no pin 'DIO1_P'"),
+        ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "AO1"}}}, "same pin"),
+        ({"boards": [BOARD], "lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "no board 1"),
+    ],
+)
+def test_what_is_wrong_is_named_and_nothing_is_opened(table, complaint, monkeypatch):
+    monkeypatch.setattr("socket.create_connection", lambda *a, **k: pytest.fail("a connection was opened"))
+    with pytest.raises(ConfigError, match=complaint):
+        RedPitayaBackend({}).io_card(table)
+
+
+def test_a_switch_on_the_cards_line_needs_the_card():
+    timing = {"dead_time_s": 3e-3, "bounce_s": 1e-3, "settle_s": 4e-3}
+    with pytest.raises(ConfigError, match=r"io_card\.backend"):
+        RedPitayaBackend({}).tx_rx_switch(timing)
+
+
+def test_one_card_needs_only_its_address():
+    assert card_table({"boards": [{"host": "rp-f0a1b2"}]}).layout().outputs == 2
+
+
+def test_a_card_that_another_daemon_holds_is_refused_before_it_is_connected():
+    with listener() as free:
+        port = free.getsockname()[1]
+    board = {**BOARD, "command_port": port, "data_port": port}
+    with lock_card("127.0.0.1", port), pytest.raises(DeviceDenied, match="another daemon"):
+        RedPitayaBackend({}).io_card({"boards": [board]})
+    with pytest.raises(DeviceNotFound):  # the lock is free again, only nobody listens
+        RedPitayaBackend({}).io_card({"boards": [board]})

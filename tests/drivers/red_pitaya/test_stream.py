@@ -1,0 +1,57 @@
+"""The records of a pipelined read, and our own account of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivers.errors import ShotRefused
+from drivers.red_pitaya.stream import RECORD, RING_SAMPLES, Continuity, Record, filter_delay_samples
+
+TRIGGERED, PLAYING = 8, 16
+
+
+def record(status: int = TRIGGERED | PLAYING, lag: int = 700, first: int = 0) -> Record:
+    return Record.parse(RECORD.pack(status, lag, 3, 0, 0, 255, 0), first)
+
+
+def test_a_record_is_21_bytes():
+    assert RECORD.size == 21
+
+
+def test_the_delay_at_2048_is_24_samples_and_a_quarter():
+    assert filter_delay_samples(2048) == pytest.approx(24.25, abs=2e-3)
+
+
+@pytest.mark.parametrize(("bit", "name"), [(1, "overwritten"), (2, "corrupted"), (4, "lost_steps")])
+def test_each_flag_has_its_bit(bit, name):
+    assert record(TRIGGERED | bit).flags.names() == (name,)
+    assert record().flags.names() == ()
+
+
+def test_a_reader_a_ring_behind_is_flagged_even_if_the_card_does_not():
+    assert record(lag=RING_SAMPLES + 1).flags.overwritten
+    assert not record(lag=RING_SAMPLES).flags.overwritten
+
+
+def test_a_whole_shot_passes():
+    account = Continuity("card", 5000)
+    for first in range(0, 4800, 608):
+        account.check(record(first=first))
+    account.check(record(TRIGGERED, first=5000))
+
+
+def test_a_trigger_that_fell_refuses_the_shot():
+    with pytest.raises(ShotRefused, match="trigger fell"):
+        Continuity("card", 5000).check(record(PLAYING))
+
+
+def test_a_recording_that_began_anew_refuses_the_shot():
+    account = Continuity("card", 5000)
+    account.check(record(first=2000))
+    with pytest.raises(ShotRefused, match="began anew"):
+        account.check(record(first=600))
+
+
+def test_outputs_that_ended_early_refuse_the_shot():
+    with pytest.raises(ShotRefused, match="ended early"):
+        Continuity("card", 5000).check(record(TRIGGERED, first=1000))

@@ -1,0 +1,285 @@
+"""SCPI devices that differ only in their tables, and what can be wrong with a wire."""
+
+from __future__ import annotations
+
+import socket
+import threading
+
+import pytest
+import usb.core
+
+from drivers.contract import AmplifierContract, LnaContract
+from drivers.errors import (
+    ConfigError,
+    DeviceDenied,
+    DeviceFault,
+    DeviceLost,
+    DeviceNotFound,
+    DeviceProtocolError,
+    DeviceTimeout,
+)
+from drivers.exchange import Exchange
+from drivers.scpi import wires
+from drivers.scpi.amplifier import ScpiAmplifier
+from drivers.scpi.backend import ScpiBackend
+from drivers.scpi.options import AmplifierCommands, Words
+from tests.drivers.fake_wire import Opener
+
+
+class Standard:
+    """An amplifier with the default commands."""
+
+    def __init__(self) -> None:
+        self.on, self.muted, self.fault, self.errors, self.broken = True, False, "", [], False
+
+    def __call__(self, text: str) -> str | None:
+        if text == "OUTP ON":
+            if self.fault:
+                self.errors.append('-200,"fault latched"')
+            else:
+                self.on = not self.broken
+        elif text == "OUTP OFF":
+            self.on = self.broken and self.on
+        elif text in ("OUTP:MUTE ON", "OUTP:MUTE OFF"):
+            self.muted = text.endswith("ON")
+        elif text == "STAT:FAULT:RES":
+            self.fault = ""
+        return self._answer(text)
+
+    def _answer(self, text: str) -> str | None:
+        return {
+            "*IDN?": "ACME,amplifier,1,1",
+            "OUTP?": str(int(self.on)),
+            "OUTP:MUTE?": str(int(self.muted)),
+            "SYST:TEMP?": "31.5",
+            "STAT:FAULT?": f'3,"{self.fault}"' if self.fault else '0,"none"',
+            "STAT:CLIP?": "0",
+            "SYST:ERR?": self.errors.pop(0) if text == "SYST:ERR?" and self.errors else '0,"No error"',
+        }.get(text)
+
+
+class Simple:
+    """Another maker's: other words, no mute, no temperature, no error queue."""
+
+    def __init__(self) -> None:
+        self.on = True
+
+    def __call__(self, text: str) -> str | None:
+        if text.startswith("POWER "):
+            self.on = text == "POWER 1"
+        return {"ID?": "Simple Corp,X1", "POWER?": "ENABLED" if self.on else "disabled"}.get(text)
+
+
+SIMPLE = AmplifierCommands(
+    identify="ID?", clear="", error="", enable="POWER 1", disable="POWER 0", enabled="POWER?", mute="", unmute="",
+    muted="", temperature="", fault="", reset_fault="", clipped="",
+)  # fmt: skip
+MODELS = {
+    "default commands": (Standard, AmplifierCommands(), Words()),
+    "another model by its table alone": (Simple, SIMPLE, Words(yes=("ENABLED",), no=("DISABLED",))),
+}
+
+
+def amplifier(device, commands=AmplifierCommands(), words=Words()):  # noqa: B008 frozen
+    return ScpiAmplifier(Exchange("amplifier", Opener(device), identify=commands.identify), commands, words)
+
+
+class TestAmplifierContract(AmplifierContract):
+    @pytest.fixture(scope="class", params=list(MODELS))
+    @classmethod
+    def amplifier(cls, request):
+        device, commands, words = MODELS[request.param]
+        made = amplifier(device(), commands, words)
+        yield made
+        made.close()
+
+
+def test_an_amplifier_that_was_left_on_is_switched_off_at_the_start():
+    for device, commands, words in MODELS.values():
+        left_on = device()
+        amplifier(left_on, commands, words)
+        assert not left_on.on
+
+
+def test_a_latched_fault_keeps_it_off_until_it_is_reset():
+    device = Standard()
+    made = amplifier(device)
+    device.fault = "over-temperature"
+    assert made.status().fault == "over-temperature"
+    with pytest.raises(DeviceFault, match="over-temperature"):
+        made.enable()
+    assert not device.on
+    made.reset_fault()
+    made.enable()
+    assert device.on
+
+
+def test_a_fault_between_the_question_and_the_command_is_seen_in_the_error_queue():
+    device = Standard()
+    made = amplifier(device)
+    made._fault = lambda: None
+    device.fault = "over-current"
+    with pytest.raises(DeviceFault, match="fault latched"):
+        made.enable()
+
+
+def test_an_amplifier_that_stays_on_is_a_fault_not_a_success():
+    device = Standard()
+    made = amplifier(device)
+    made.enable()
+    device.broken = True
+    with pytest.raises(DeviceFault, match=r"reads back on.*mains"):
+        made.disable()
+
+
+def test_a_reconnect_never_leaves_it_on():
+    device, opener = Standard(), None
+    opener = Opener(device)
+    made = ScpiAmplifier(Exchange("amplifier", opener), AmplifierCommands(), Words())
+    made.enable()
+    made.unmute()
+    opener.device = lambda text: None
+    opener.wires[-1]._device = opener.device
+    with pytest.raises(DeviceTimeout):
+        made.status()
+    opener.device = device
+    assert not made.status().can_put_out_power
+    assert not device.on
+
+
+@pytest.mark.parametrize("answer", ["maybe", "2", '"1'])
+def test_a_yes_or_no_that_is_neither_is_an_error(answer):
+    class Odd(Standard):
+        def _answer(self, text):
+            return answer if text == "OUTP?" else super()._answer(text)
+
+    with pytest.raises(DeviceProtocolError, match=r"OUTP\?"):
+        amplifier(Odd())
+
+
+@pytest.mark.parametrize(
+    ("table", "complaint"),
+    [
+        ({"transport": "usb"}, "vendor_id and product_id"),
+        ({"transport": "serial"}, "needs port"),
+        ({"transport": "tcp"}, "needs host"),
+        ({"transport": "gpib"}, "transport"),
+        ({"transport": "tcp", "host": "a", "commands": {"enabel": "X"}}, "enabel"),
+        ({"transport": "tcp", "host": "a", "commands": {"mute": ""}}, "go together"),
+    ],
+)
+def test_a_table_that_cannot_work_is_refused(table, complaint):
+    with pytest.raises(ConfigError, match=complaint):
+        ScpiBackend({}).power_amplifier(table)
+
+
+def tcp_device(device):
+    """A device behind a TCP port: its port, and how to close it."""
+    listening = socket.create_server(("127.0.0.1", 0))
+
+    def serve():
+        try:
+            while True:
+                peer, _ = listening.accept()
+                for line in peer.makefile("r"):
+                    answer = device(line.strip())
+                    if answer is not None:
+                        peer.sendall(f"{answer}\n".encode())
+        except OSError:
+            pass
+
+    threading.Thread(target=serve, daemon=True).start()
+    return listening.getsockname()[1], listening.close
+
+
+class TestLnaOverTcp(LnaContract):
+    @pytest.fixture(scope="class")
+    @classmethod
+    def lna(cls):
+        state = {"gain": "1"}
+
+        def device(text):
+            if text.startswith("AMPL "):
+                state["gain"] = text[5:]
+            return {"*IDN?": "ACME,LNA,2,1", "AMPL?": state["gain"], "OVER?": "no"}.get(text)
+
+        port, close = tcp_device(device)
+        table = {
+            "transport": "tcp", "host": "127.0.0.1", "tcp_port": port, "gains": [1.0, 20.0], "gain": 20.0,
+            "commands": {"gain": "AMPL?", "set_gain": "AMPL {gain}", "overload": "OVER?", "clear_overload": ""},
+            "words": {"yes": ["yes"], "no": ["no"]},
+        }  # fmt: skip
+        lna = ScpiBackend({}).lna(table)
+        yield lna
+        lna.close()
+        close()
+
+
+def test_a_thermometer_needs_only_its_table():
+    port, close = tcp_device({"*IDN?": "ACME,PT100,1,1", "TEMP?": "21.25"}.get)
+    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": port, "commands": {"temperature": "TEMP?"}}
+    thermometer = ScpiBackend({}).thermometer(table)
+    assert thermometer.temperature_c() == 21.25
+    thermometer.close()
+    close()
+
+
+def test_nobody_at_the_address_is_not_found():
+    free = socket.create_server(("127.0.0.1", 0))
+    port = free.getsockname()[1]
+    free.close()
+    with pytest.raises(DeviceNotFound, match=str(port)):
+        ScpiBackend({}).power_amplifier({"transport": "tcp", "host": "127.0.0.1", "tcp_port": port})
+
+
+USB = {"transport": "usb", "vendor_id": 0x1209, "product_id": 0x0D0D, "timeout_s": 0.2}
+
+
+def test_a_usb_device_that_is_not_there_is_not_found():
+    closed = socket.create_server(("127.0.0.1", 0))
+    port = closed.getsockname()[1]
+    closed.close()
+    with pytest.raises(DeviceNotFound, match="1209:0d0d"):
+        ScpiBackend({}).power_amplifier({**USB, "socket": {"host": "127.0.0.1", "port": port}})
+
+
+@pytest.mark.parametrize(
+    ("error", "kind", "words"),
+    [
+        (usb.core.USBError("Access denied (insufficient permissions)", -3, 13), DeviceDenied, "udev"),
+        (usb.core.USBError("Resource busy", -6, 16), DeviceDenied, "another program"),
+        (usb.core.NoBackendError("No backend available"), DeviceNotFound, "libusb"),
+        (ValueError("2 devices found:\nplease narrow"), DeviceNotFound, "2 devices found"),
+    ],
+)
+def test_what_keeps_a_usb_device_from_being_opened_is_named(monkeypatch, error, kind, words):
+    def failing(*args, **keys):
+        raise error
+
+    monkeypatch.setattr(wires, "USBTMC", failing)
+    with pytest.raises(kind, match=words):
+        ScpiBackend({}).power_amplifier(USB)
+
+
+def test_a_usb_device_that_is_pulled_out_is_lost_and_one_that_sleeps_timed_out(monkeypatch):
+    class Pulled:
+        def __init__(self, *args, **keys):
+            self.usb_dev = type("Device", (), {})()
+
+        def write(self, data):
+            return len(data)
+
+        def read(self, size):
+            raise self.error
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(wires, "USBTMC", Pulled)
+    for error, kind in (
+        (usb.core.USBError("No such device", -4, 19), DeviceLost),
+        (usb.core.USBTimeoutError("Operation timed out", -7, 110), DeviceTimeout),
+    ):
+        Pulled.error = error
+        with pytest.raises(kind):
+            ScpiBackend({}).power_amplifier(USB)
