@@ -96,8 +96,8 @@ class Platform:
         self._try_all("outputs could not be confirmed off", steps)
 
     def close(self) -> None:
-        """Outputs off and every device let go; errors are collected as in `outputs_off`."""
-        devices = (self.card, self.amplifier, self.switch, self.lna, self.thermometer)
+        """Outputs off and every device let go, the card last: others may hang on its lines; errors as `outputs_off`."""
+        devices = (self.amplifier, self.switch, self.lna, self.thermometer, self.card)
         steps = [self.outputs_off, *(d.close for d in devices if d is not None)]
         self._try_all("the platform did not close cleanly", steps)
 

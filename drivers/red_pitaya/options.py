@@ -73,7 +73,7 @@ class CardTable(Section):
     chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 1216
     server_version: Annotated[int, Field(ge=1)] = 11
     reply_timeout_s: Positive = 5.0
-    sample_timeout_s: Positive = 2.0
+    sample_timeout_s: Positive = 5.0
     require_calibration: bool = False
     pin_delay_s: Positive = 0.06
     instant_reset: bool = True

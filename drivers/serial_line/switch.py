@@ -66,7 +66,15 @@ class SerialSwitch:
             self._exchange.close()
 
     def _go(self, target: SwitchPosition, text: str) -> None:
+        """Command the contacts and wait until they are there for good: contacts that have just arrived still bounce."""
+        was_there = self.position() is target
         command(self._exchange, text)
+        if not was_there:
+            self._wait_for(target)
+            time.sleep(self._timing.bounce_s)
+        self._wait_for(target)
+
+    def _wait_for(self, target: SwitchPosition) -> None:
         deadline = time.monotonic() + self._timing.total_s + ARRIVAL_S
         while (found := self.position()) is not target:
             if time.monotonic() > deadline:

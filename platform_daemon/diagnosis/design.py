@@ -21,6 +21,7 @@ from platform_daemon.estimation.observation import DipoleObservation
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .effects.base import Candidate
+from .normal import solved
 from .picture import picture
 from .refit import Refit, linearise
 from .shots import Started, grids_for, whitening_for
@@ -112,6 +113,5 @@ def _exchange(information: Array, at: Refit, place: slice, rival: list[int]) -> 
     value = at.strengths[gone]
     caused = information[np.ix_(which, gone)] @ value
     matrix = information[np.ix_(which, which)]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    taken = np.linalg.lstsq(matrix * np.outer(scale, scale), caused * scale, rcond=1e-12)[0] * scale
-    return max(0.0, float(value @ information[np.ix_(gone, gone)] @ value - caused @ taken))
+    whole = float(value @ information[np.ix_(gone, gone)] @ value)
+    return max(0.0, whole - float(caused @ solved(matrix, caused)))

@@ -41,6 +41,8 @@ _LEFT = math.log(1e-3)
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _HERTZ_LAW_RAD = 0.5 * math.pi
 _NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
+_BELIEVED = 2  # common effects that may act together and be believed
+_PREDICTED = 1.03  # held-out chi^2 per degree of freedom of a complete model
 _PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 
 
@@ -103,7 +105,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     if final is not found.best:
         found = replace(found, residues=residues(final, pool))
     named = named_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
-    verdict = _verdict(found, final, named, gaps)
+    verdict = _verdict(found, final, named, gaps, after)
     if verdict == "unexplained":
         named = ()
     tell("parameters before and after", 0.9)
@@ -144,7 +146,10 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
 
 def _ambiguity(named: Named, final: Refit, pool: Executor) -> Ambiguity:
     """An effect and its look-alikes, and what further measurements would make of them."""
-    effect, alike = named.candidate, tuple({r.candidate.key: r.candidate for r in named.alike}.values())
+    effect = named.candidate
+    # Of an effect with a hidden scale any value stands for all.
+    others = {(c.effect.id, c.detail): c for r in named.alike if (c := r.candidate).effect is not effect.effect}
+    alike = tuple(others.values()) or tuple(r.candidate for r in named.alike)
 
     def expected(key: str) -> list[float] | None:
         return discrimination(final, effect, alike, key, pool)
@@ -161,7 +166,7 @@ def candidates_for(base: Refit) -> list[Candidate]:
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
 
 
-def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequence[Flaw]) -> Verdict:
+def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequence[Flaw], after: HeldOut) -> Verdict:
     """From what is explained and what is left."""
     left, factor = found.residues, final.noise_factor
     explained = max(found.base.chi2 - final.chi2, 0.0) / factor
@@ -177,5 +182,8 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
         return "unexplained"
     gains = [gain_of(final, n.candidate) for n in named if n.candidate in final.hypothesis.common]
     patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
-    doubtful = significant or found.forbidden or final.hypothesis.gone or patched
+    # Enough effects together imitate anything.
+    crowded = len(gains) > _BELIEVED or (len(gains) > 1 and math.log(max(left.p_value, 1e-300)) < _LEFT)
+    wide = after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED
+    doubtful = wide or significant or found.forbidden or final.hypothesis.gone or patched or crowded
     return "partly_explained" if doubtful else "explained"

@@ -19,6 +19,7 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
 from .motion import motion_of, torque_answers
+from .normal import solved
 from .refit import Linear, Refit, carried
 
 _HIGHEST_POWER = 5  # of phi and v together
@@ -130,9 +131,7 @@ def _gained(at: Refit, parts: Sequence[_Part]) -> Generic:
     information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
     q = at.hypothesis.size
     if q:
-        cross = np.linalg.lstsq(information[:q, :q], np.column_stack([information[:q, q:], gradient[:q]]), rcond=None)[
-            0
-        ]
+        cross = solved(information[:q, :q], np.column_stack([information[:q, q:], gradient[:q]]))
         gradient = gradient[q:] - information[q:, :q] @ cross[:, -1]
         information = information[q:, q:] - information[q:, :q] @ cross[:, :-1]
         power = power[q:]

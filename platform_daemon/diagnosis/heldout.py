@@ -20,6 +20,7 @@ from platform_daemon.estimation.observation import DipoleObservation
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
+from .normal import solved
 from .predict import own_sizes, predicted, window_of
 from .refit import Linear, Refit, linearise
 from .shots import Started
@@ -157,9 +158,7 @@ def _strengths_without(at: Refit, k: int) -> Array:
             rest = linear.columns - linear.q @ (linear.q.T @ linear.columns)
             matrix += rest.T @ rest
             gradient += rest.T @ linear.residual
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    step = scale * np.linalg.lstsq(matrix * np.outer(scale, scale), gradient * scale, rcond=1e-12)[0]
-    return np.asarray(at.strengths + step)
+    return np.asarray(at.strengths + solved(matrix, gradient))
 
 
 def _places(at: Refit) -> list[int]:

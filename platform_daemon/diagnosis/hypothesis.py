@@ -15,6 +15,8 @@ from platform_daemon.estimation.models import RingDownModel
 from .effects.base import Candidate
 from .look import Look
 
+_STEP = 1e-4  # of the signal, for derivatives of what receivers do to it
+
 
 def _rank(candidate: Candidate) -> int:
     """Torque effects, then receiver effects, then shared additive ones, then those of each shot."""
@@ -127,6 +129,20 @@ class Hypothesis:
         """A state of the augmented model as one of the declared model."""
         values = state.dynamics.values[: len(self.model.coefficients)]
         return replace(state, dynamics=replace(state.dynamics, values=values))
+
+    def through(self, seen: Look, strengths: Array) -> Look:
+        """A look at the data through the receiver effects: residual and Jacobian of the channels as they change them.
+
+        Parameters that are nearly determined depend on the third digit of the Jacobian.
+        """
+        if not self.receivers:
+            return seen
+        here, jacobian = self.changes(seen, strengths), seen.jacobian.copy()
+        sizes = np.linalg.norm(jacobian[: -seen.state.offsets.size].reshape(-1, here.size), axis=1)
+        for k in np.flatnonzero(sizes):
+            step = _STEP * float(np.linalg.norm(seen.signal) / sizes[k])
+            jacobian[k] += (self.changes(seen.moved(int(k), step), strengths) - here) / step
+        return replace(seen, residual=seen.residual - here, jacobian=jacobian)
 
     def changes(self, seen: Look, strengths: Array) -> Array:
         """What the receiver effects change in the model's channels, (channels, m); products of two are left out."""

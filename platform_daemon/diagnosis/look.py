@@ -14,6 +14,7 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError, Trajector
 from platform_daemon.estimation.workspace import Workspace
 
 from .shots import Started
+from .stencil import derivative
 
 _LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
@@ -29,7 +30,8 @@ class Look:
             fundamental, without offsets.
         slopes: (2, channels, m) time derivatives of these two parts.
         residual: (channels, m) data minus model.
-        jacobian: (p, channels, m) d model / d parameter, in the order of FitState.moved.
+        jacobian: (p, channels, m) d model / d parameter, in the order of FitState.moved; even_jacobian: its part from
+            f2.
     """
 
     started: Started
@@ -39,6 +41,7 @@ class Look:
     slopes: Array
     residual: Array
     jacobian: Array
+    even_jacobian: Array
 
     @classmethod
     def of_basis(cls, started: Started, state: FitState, basis: Array) -> Look:
@@ -47,7 +50,21 @@ class Look:
         odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
         slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
         nothing = np.zeros((0, *odd.shape))
-        return cls(started, state, odd, even, slopes, residual=nothing, jacobian=nothing)
+        return cls(started, state, odd, even, slopes, nothing, nothing, nothing)
+
+    def moved(self, parameter: int, step: float) -> Look:
+        """The model's channels after a small step of a parameter, to first order; not of an offset."""
+        even = step * self.even_jacobian[parameter]
+        odd = step * self.jacobian[parameter] - even
+        rate, slices = self.started.shot.rate_hz, self.started.white.slices
+        pieces = list(zip(slices, self.started.grids, strict=True))
+        slopes = np.stack(
+            [
+                np.concatenate([derivative(part[:, where], rate / g.factor) for where, g in pieces], axis=1)
+                for part in (odd, even)
+            ]
+        )
+        return replace(self, odd=self.odd + odd, even=self.even + even, slopes=self.slopes + slopes)
 
     @property
     def time_s(self) -> Array:
@@ -91,7 +108,8 @@ def look(started: Started, model: RingDownModel, state: FitState) -> Look:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
     seen = Look.of_basis(started, state, basis)
     residual = started.data - seen.signal - state.offsets[:, None]
-    return replace(seen, residual=residual, jacobian=_jacobian(model, state, basis))
+    jacobian, even = _jacobian(model, state, basis)
+    return replace(seen, residual=residual, jacobian=jacobian, even_jacobian=even)
 
 
 def basis_at(started: Started, model: RingDownModel, state: FitState) -> Array:
@@ -106,18 +124,18 @@ def basis_at(started: Started, model: RingDownModel, state: FitState) -> Array:
     return np.concatenate([workspace.basis(d, *place, observable) for place in places], axis=1)
 
 
-def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> Array:
-    """(p, channels, m) from the kernel's basis (b, m)."""
+def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> tuple[Array, Array]:
+    """(p, channels, m) from the kernel's basis (b, m), and the part of it from f2."""
     d, obs = state.dynamics, state.observation
     gains, by_w, by_own = obs.gains(d.w), obs.gains_by_w(d.w), obs.gains_by_own(d.w)
     chain = d.chain(model)
     dynamic, channels, m = chain.shape[0], gains.shape[0], basis.shape[1]
-    out = np.zeros((state.size, channels, m))
-    moved1 = chain.T @ basis[2 : 2 + 2 * dynamic : 2]
-    moved2 = chain.T @ basis[3 : 3 + 2 * dynamic : 2]
-    out[:dynamic] = moved1[:, None] * gains[:, :1] + moved2[:, None] * gains[:, 1:]
-    out[1] += by_w @ basis[:2]
-    out[dynamic : dynamic + obs.size] = by_own @ basis[:2]
+    out, even = np.zeros((2, state.size, channels, m))
+    for part, k in ((out, 0), (even, 1)):
+        part[:dynamic] = (chain.T @ basis[2 + k : 2 + 2 * dynamic : 2])[:, None] * gains[:, k : k + 1]
+        part[1] += by_w[:, k : k + 1] * basis[k]
+        part[dynamic : dynamic + obs.size] = by_own[:, :, k : k + 1] * basis[k]
+    out += even
     for channel in range(channels):
         out[dynamic + obs.size + channel, channel] = 1.0
-    return out
+    return out, even

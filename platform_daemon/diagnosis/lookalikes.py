@@ -11,6 +11,7 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .effects.base import Candidate
 from .hypothesis import Hypothesis
+from .normal import solved
 from .picture import Block, Picture
 from .refit import Refit, carried, refit
 from .signs import signs_allowed
@@ -79,7 +80,7 @@ def _exchange(seen: Picture, effect: Candidate, block: Block) -> float | None:
     removed = seen.information[:, list(gone)] @ at.strengths[list(gone)]
     gradient = (seen.gradient + removed)[which]
     matrix = seen.information[np.ix_(which, which)]
-    explained = float(gradient @ np.linalg.lstsq(matrix, gradient, rcond=1e-12)[0])
+    explained = float(gradient @ solved(matrix, gradient))
     value = at.strengths[list(gone)]
     whole = float(value @ seen.information[np.ix_(list(gone), list(gone))] @ value)
     whole += 2.0 * float(value @ seen.gradient[list(gone)])

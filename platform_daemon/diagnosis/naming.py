@@ -59,7 +59,7 @@ def named_effects(found: Found, seen: Picture, after: HeldOut, passed: Passed, p
             value, std = c.public(value, std, f_nat, friction)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
-            alike += (passed[c.key],) if c.key in passed else ()
+            alike += tuple(r for r in passed.get(c.key, ()) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)

@@ -16,6 +16,7 @@ from platform_daemon.estimation.result import Estimate, FitResult
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
+from .normal import inverse
 from .predict import additive, own_sizes, received, window_of
 from .refit import Refit
 
@@ -47,10 +48,8 @@ def published(at: Refit, k: int, *, common: bool = True) -> Published:
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
         spread[np.ix_(linear.free, linear.free)] += within @ at.covariance @ within.T
     spread = spread[np.ix_(linear.free, linear.free)]
-    # Rounding must not leave a direction without information.
-    spread = spread + 1e-13 * np.diag(np.diag(spread))
     matrix = np.zeros((state.size, state.size))
-    matrix[np.ix_(mask, mask)] = np.linalg.pinv(spread, hermitian=True, rcond=1e-14)
+    matrix[np.ix_(mask, mask)] = inverse(spread)
     nothing = np.zeros(state.offsets.size)
     normal = Normal(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
     return publish(at.hypothesis.augmented, state, normal, mask)

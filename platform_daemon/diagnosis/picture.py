@@ -17,7 +17,8 @@ from platform_daemon.estimation.arrays import Array
 
 from .effects.base import Candidate
 from .hypothesis import Hypothesis
-from .look import Look, look
+from .look import look
+from .normal import solved
 from .refit import Refit
 from .shots import Started
 
@@ -60,7 +61,7 @@ class Picture:
         q = self.accepted
         matrix, gradient = self.information[np.ix_(which, which)], self.gradient[which]
         if q:
-            within = np.linalg.lstsq(self.information[:q, :q], self.information[:q][:, which], rcond=None)[0]
+            within = solved(self.information[:q, :q], self.information[:q][:, which])
             matrix = matrix - self.information[np.ix_(which, range(q))] @ within
             gradient = gradient - within.T @ self.gradient[:q]
         seen = np.diag(matrix) > _RESOLVED * self.power[which]
@@ -156,7 +157,8 @@ def _torque_columns(
         values = np.zeros(len(wide.torques))
         for place, c in enumerate(wide.torques):
             values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
-        seen: Look = look(started, wide.augmented, wide.extended(at.states[k], values))
+        strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
+        seen = wide.through(look(started, wide.augmented, wide.extended(at.states[k], values)), strengths)
         for c, place in zip(wide.torques, wide.strength_places(), strict=True):
             found[c.key] = seen.base[place][None]
     return found

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
 
 from platform_daemon.estimation.trajectory import LostTrajectoryError
 
@@ -14,7 +17,8 @@ from .refit import Refit, carried, refit
 from .search import Found
 
 _OPTIONS = 4  # look-alikes that held-out data choose from
-Passed = dict[object, Rival]  # look-alikes that were fitted better, by the key of what predicts better
+_BETTER = 2.0  # fall of the held-out chi^2 for which a look-alike takes the place of what is fitted best
+Passed = dict[object, tuple[Rival, ...]]  # what was passed over for a look-alike, by the look-alike's key
 
 
 def proved(found: Found, pool: Executor) -> tuple[Picture, HeldOut, HeldOut, tuple[Candidate, ...], Passed]:
@@ -43,20 +47,20 @@ def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, Passed]:
     """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
     seen, passed = found.picture, Passed()
     for effect in seen.refit.hypothesis.common:
-        options = [seen.refit]
-        options += [r.refit for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None][
-            :_OPTIONS
-        ]
-        if len(options) > 1:
-            first = held_out(options[0], pool)
-            best = min(options, key=lambda o: held_out(o, pool).worse_by(first))
-            if best is not seen.refit:
-                rise = (seen.refit.chi2 - best.chi2) / best.noise_factor
-                kept = {c.key for c in seen.refit.hypothesis.effects}
-                (new,) = (c for c in best.hypothesis.effects if c.key not in kept)
-                passed[new.key] = Rival(effect, rise, gain_of(seen.refit, effect), seen.refit)
-                seen = found.look_again(best)
+        first, gain = held_out(seen.refit, pool), gain_of(seen.refit, effect)
+        alike = [r for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None]
+        scores = [(_worse(r, first, pool), r) for r in alike[:_OPTIONS]]
+        worse, best = min(scores, key=lambda pair: pair[0], default=(0.0, None))
+        if best is not None and best.refit is not None and worse < -_BETTER:
+            others = [Rival(effect, 0.0, gain, seen.refit), *(r for r in alike if r is not best)]
+            passed[best.candidate.key] = tuple(replace(r, rise=r.rise - best.rise) for r in others)
+            seen = found.look_again(best.refit)
     return seen, passed
+
+
+def _worse(rival: Rival, first: HeldOut, pool: Executor) -> float:
+    """Rise of the held-out chi^2 with a look-alike."""
+    return 0.0 if rival.refit is None else held_out(rival.refit, pool).worse_by(first)
 
 
 def without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
@@ -66,7 +70,7 @@ def without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
         return base
     try:
         found = refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
-    except LostTrajectoryError:
+    except (LostTrajectoryError, np.linalg.LinAlgError):
         found = base
     # Far from what the shots do without it, the way down leads from their own fits.
     return found if found.chi2 < base.chi2 else refit(at.started, hypothesis, pool)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -19,6 +19,7 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
 from .look import Look, look
+from .normal import inverse, solved
 from .shots import Started
 
 _MOST_STEPS = 12
@@ -174,9 +175,7 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
         LostTrajectoryError: the state does not oscillate.
     """
     full = hypothesis.extended(state, strengths)
-    seen = look(started, hypothesis.augmented, full)
-    if hypothesis.receivers:
-        seen = replace(seen, residual=seen.residual - hypothesis.changes(seen, strengths))
+    seen = hypothesis.through(look(started, hypothesis.augmented, full), strengths)
     shared = hypothesis.shared_columns(seen)
     columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
     residual = seen.whitened - hypothesis.additive_part(strengths, shared)
@@ -230,18 +229,13 @@ def _information(at: Sequence[Linear], size: int) -> tuple[Array, Array]:
 def _common_step(at: Sequence[Linear], size: int) -> tuple[Array, float]:
     """Best step of the common strengths, and the fall of chi^2 it brings together with the shots' own steps."""
     matrix, gradient = _information(at, size)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    step = scale * np.linalg.lstsq(matrix * np.outer(scale, scale), gradient * scale, rcond=1e-13)[0]
+    step = solved(matrix, gradient)
     own = sum(float(np.sum((a.q.T @ a.residual) ** 2)) for a in at)
     return step, float(gradient @ step) + own
 
 
 def _covariance(at: Sequence[Linear], size: int) -> Array:
-    if size == 0:
-        return np.zeros((0, 0))
-    matrix, _ = _information(at, size)
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
-    return np.asarray(np.linalg.pinv(matrix * np.outer(scale, scale), hermitian=True) * np.outer(scale, scale))
+    return inverse(_information(at, size)[0]) if size else np.zeros((0, 0))
 
 
 def _line_search(
@@ -275,5 +269,5 @@ def _stepped(
     there = strengths + fraction * common
     try:
         return moved, there, _linearised(started, hypothesis, moved, there, pool)
-    except LostTrajectoryError:
+    except (LostTrajectoryError, np.linalg.LinAlgError):
         return None

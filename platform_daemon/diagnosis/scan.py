@@ -27,6 +27,7 @@ _MOST_TONES = 12
 _MARGIN_BINS = 4.0  # beside what the harmonics sweep through
 _SIDE_RATE_HZ = 15e3
 _TAUS = 8
+_SLOW = 0.3  # of the window: a decay time from which it may be no decay at all
 _PEAKS = 2  # places offered per decay time and channel
 _OFFERED = 8
 _SHORTEST_TRANSIENT_S = 30e-6
@@ -155,6 +156,17 @@ def side_modes(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
             found += _peaks(power, n * step, float(tau), channels, shared, trials, len(means))
     found.sort(key=lambda pair: pair[0])
     return _different([candidate for _, candidate in found], seconds)[:_OFFERED]
+
+
+def steady(at: Refit, sides: Sequence[Candidate]) -> list[Candidate]:
+    """Tones where oscillations hardly decay: too weak to stand out as lines."""
+    seconds = float(at.started[0].time_s[-1])
+    found: list[Candidate] = []
+    for c in sides:
+        f = c.detail.frequency_hz or 0.0
+        if (c.detail.tau_s or 0.0) > _SLOW * seconds and all(abs(f - o.tones_hz[0]) > 1.0 / seconds for o in found):
+            found.append(tone(LINE, (f,), f, c.trials))
+    return found
 
 
 def _different(candidates: Sequence[Candidate], seconds: float) -> list[Candidate]:

@@ -21,7 +21,7 @@ from .generic import Residues, residues
 from .hypothesis import Hypothesis
 from .picture import Block, Picture, Score, picture
 from .refit import Refit, carried, refit
-from .scan import leftovers, side_modes, tones, transients
+from .scan import leftovers, side_modes, steady, tones, transients
 from .sets import pairs, singles, triples
 from .significance import LEVEL, log_chance
 from .signs import negative_losses, signs_allowed, step_allowed
@@ -135,8 +135,16 @@ class _Search:
         """(tones, side modes) in what a refit leaves over; looked for once."""
         if self._scanned is None or self._scanned[0] is not at:
             left = leftovers(at, self._pool)
-            self._scanned = at, (tones(at, left), side_modes(at, left))
+            sides = side_modes(at, left)
+            lines = [*tones(at, left), *steady(at, sides)]
+            self._scanned = at, (lines, [c for c in sides if not self._steady(at, c, lines)])
         return self._scanned[1]
+
+    def _steady(self, at: Refit, side: Candidate, lines: Sequence[Candidate]) -> bool:
+        """True if a tone that does not decay explains more than the decaying one."""
+        f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.started[0].time_s[-1])
+        near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
+        return bool(near) and max(self._own_gain(at, c)[0] for c in near) >= self._own_gain(at, side)[0]
 
     def _picture(self, at: Refit) -> Picture:
         taken = {c.key for c in at.hypothesis.effects}

@@ -15,6 +15,7 @@ import numpy as np
 from platform_daemon.estimation.arrays import Array
 
 from ..look import Look
+from ..stencil import derivative
 from .base import Candidate, Change, Detail, Effect, Public, as_it_is
 
 AXES = "xyz"
@@ -51,14 +52,6 @@ CROSSTALK = Effect(
 )
 
 _LARGEST = {"1": 0.3, "s": 1e-3}
-# Central difference of order 8.
-_STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
-
-
-def derivative(samples: Array, rate_hz: float) -> Array:
-    """Time derivative of (channels, n); the four samples at either end repeat their neighbours' value."""
-    inner = np.stack([np.correlate(row, _STENCIL, mode="valid") for row in samples]) * rate_hz
-    return np.pad(inner, ((0, 0), (4, 4)), mode="edge")
 
 
 def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candidate]:
