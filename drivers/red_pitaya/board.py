@@ -30,6 +30,7 @@ READ_BACK = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE?" for o, c in SINES),
     *(f"RP:DAC:CHANNEL{o}:OFFSET?" for o in (0, 1)),
 ]
+OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 
 
@@ -142,7 +143,7 @@ class Board:
         """Sines, offsets and DIO lines off, and read back.  Raises DeviceError if they are not."""
         lows = [f"{pin_header(pin)} OFF" for pin in self.output_pins]
         levels = [f"{pin_header(pin)}?" for pin in self.output_pins]
-        answers = self.ask(*OUTPUTS_OFF, *lows, *READ_BACK, *levels)
+        answers = self._connection.ask_all([*OUTPUTS_OFF, *lows, *READ_BACK, *levels], OFF_S)
         found = answers[len(OUTPUTS_OFF) + len(lows) :]
         volts, pins = found[: len(READ_BACK)], found[len(READ_BACK) :]
         if any(not abs(float(v)) <= QUIET_V for v in volts) or any(level != "OFF" for level in pins):
@@ -152,6 +153,10 @@ class Board:
                 why=f"read back: {volts} V, lines {pins}",
                 remedy="switch the amplifier's mains off by hand",
             )
+
+    def emergency_stopped(self) -> bool:
+        """True if the emergency input has switched the outputs off since the trigger."""
+        return self.table.instant_reset and bool(self.ask("RP:INSTANTRESET:TRIGGERED?")[0])
 
     def playing(self) -> bool:
         """True while the sequence runs."""
@@ -229,14 +234,14 @@ class Board:
 
     def _configure(self) -> None:
         """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""
-        if self.ask("RP:MODE?")[0] != "CONFIGURATION":
-            self.ask("RP:MODE ACQUISITION", "RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
+        self.ask("RP:MODE ACQUISITION", "RP:TRIGGER OFF", "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")
         self.ask(
             "RP:ADC:FIRENABLED ON",
             f"RP:ADC:DECIMATION {self.table.decimation}",
             f"RP:TRIGGER:MODE {self.table.trigger.upper()}",
             f"RP:TRIGGER:PROP {'OFF' if self.is_last else 'ON'}",
             "RP:COUNTERTRIGGER:ENABLE OFF",
+            "RP:COUNTER:SAMPLESPERSTEP 0",
             f"RP:INSTANTRESET:MODE {'ON' if self.table.instant_reset else 'OFF'}",
             *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
             *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),

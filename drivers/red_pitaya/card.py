@@ -16,7 +16,7 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import DeviceError, DeviceStateError, InputError
+from drivers.errors import DeviceError, DeviceFault, DeviceStateError, InputError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags
 from drivers.red_pitaya import trigger
@@ -224,8 +224,15 @@ class RedPitayaCard:
         play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
         self._pins.low()
         trigger.wait_for_sequences(self.boards, play_s)
+        stopped = [board.where for board in self.boards if board.emergency_stopped()]
         trigger.end(self.boards)
         self._state = CardState.IDLE
+        if stopped:
+            raise DeviceFault(
+                "the emergency input switched the outputs off during the shot",
+                where=", ".join(stopped),
+                remedy="find out why DIO3_P of the card is high",
+            )
 
     def _let_go(self) -> None:
         for board in self.boards:

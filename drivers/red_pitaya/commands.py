@@ -13,12 +13,14 @@ from drivers.errors import DeviceProtocolError
 
 
 class Reply(StrEnum):
-    """Kinds of answers: DONE `1` or an error code, INTEGER and NUMBER as text, WORD in double quotes, LINE as it is."""
+    """Kinds of answers: DONE `1` or an error code, INTEGER and NUMBER as text, WORD in double quotes, FLAG `1`, `0`,
+    `"ON"` or `"OFF"`, LINE as it is."""
 
     DONE = "done"
     INTEGER = "integer"
     NUMBER = "number"
     WORD = "word"
+    FLAG = "flag"
     LINE = "line"
 
 
@@ -43,6 +45,8 @@ REPLIES = {
     "RP:TRIGGER:ALIVE": Reply.DONE,
     "RP:COUNTERTRIGGER:ENABLE": Reply.DONE,
     "RP:INSTANTRESET:MODE": Reply.DONE,
+    "RP:INSTANTRESET:TRIGGERED?": Reply.FLAG,
+    "RP:COUNTER:SAMPLESPERSTEP": Reply.DONE,
     "RP:STATUS?": Reply.INTEGER,
     "RP:DAC:CHANNEL#:OFFSET": Reply.DONE,
     "RP:DAC:CHANNEL#:OFFSET?": Reply.NUMBER,
@@ -65,6 +69,7 @@ REPLIES = {
     "RP:DIO:PIN#:SIDEN:DIR": Reply.DONE,
 }
 
+FLAGS = {"1": 1, "0": 0, "ON": 1, "OFF": 0}
 REFUSALS = {
     0: "refused",
     -1: "refused without a reason",
@@ -95,6 +100,10 @@ def parse(command: str, line: str, where: str) -> str | int | float:
             return float(line)
     except ValueError:
         raise senseless(command, line, where) from None
+    if kind is Reply.FLAG:
+        if line.strip('"') not in FLAGS:
+            raise senseless(command, line, where)
+        return FLAGS[line.strip('"')]
     if kind is Reply.WORD:
         if len(line) < 2 or line[0] != '"' or line[-1] != '"':
             raise senseless(command, line, where)

@@ -85,16 +85,17 @@ class Connection:
         """Send one command and return its answer.  Raises DeviceTimeout, DeviceLost, DeviceProtocolError."""
         return self.ask_all([command])[0]
 
-    def ask_all(self, commands: Sequence[str]) -> list[Value]:
+    def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[Value]:
         """Send commands one by one without waiting, then take the answers in their order; errors as in `ask`.
 
-        All answers are taken even if one is a refusal, so that commands and answers stay in step.
+        timeout_s: for all of them, None: the connection's.  All answers are taken even if one is a refusal, so that
+        commands and answers stay in step.
         """
         for command in commands:
             reply_kind(command)  # never send what the server would not answer
         with self._lock:
             self._check()
-            deadline = time.monotonic() + self._timeout_s
+            deadline = time.monotonic() + (timeout_s or self._timeout_s)
             for command in commands:
                 self._send(self._command, f"{command}\n".encode())
             lines = [self._line(command, deadline) for command in commands]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -34,6 +35,16 @@ class Lab:
     def platform(self, *overrides: str) -> Platform:
         """A platform on the emulated wires."""
         return build_platform(self.file(*overrides).section)
+
+    def control(self, do: str, **arguments: Any) -> Any:
+        """Ask the emulator's door into the world."""
+        at = self.emulator.endpoints()["control"]
+        with socket.create_connection((at["host"], at["port"]), 5) as link, link.makefile("rwb") as stream:
+            stream.write(json.dumps({"do": do, **arguments}).encode() + b"\n")
+            stream.flush()
+            answer = json.loads(stream.readline())
+        assert answer["ok"], answer
+        return answer["result"]
 
     def violations(self) -> tuple[Any, ...]:
         """Every time power met a connected receiver."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import pytest
 
 from drivers.contract.io_card import collect
 from drivers.contract.timelines import short_shot
-from drivers.errors import DeviceDenied, DeviceError, DeviceLost, DeviceProtocolError
+from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError
 from drivers.inventory import find_devices
 from drivers.io_card import CardState
 from drivers.red_pitaya.connection import Connection
@@ -81,8 +82,10 @@ def test_a_reconnect_does_not_resume_output(own):
     card.trigger()
     card.read(100)
     card.stop()
-    outputs = lab.emulator.control.outputs() if hasattr(lab.emulator, "control") else None
-    assert outputs is None or not any(outputs.get("amplitude_v", [0.0]))
+    before = lab.control("outputs")
+    time.sleep(0.1)
+    assert lab.control("outputs") == before
+    assert card.state() is CardState.IDLE
     assert card.boards[0].ask("RP:MODE?", "RP:TRIGGER?") == ["CONFIGURATION", "OFF"]
 
 
@@ -140,6 +143,23 @@ def test_a_flag_of_the_card_refuses_the_shot(own, kind, reason):
     raw = run_shot(platform, plan(lab, platform))
     assert reason in (raw.reason or "")
     assert run_shot(platform, plan(lab, platform)).reason is None
+
+
+@pytest.mark.parametrize("board", [0, 1])
+def test_the_emergency_input_of_either_card_refuses_the_shot(own, board):
+    lab, platform = own
+    card = platform.card
+    timeline = short_shot(card.capabilities())
+    card.program(timeline)
+    card.arm()
+    card.trigger()
+    card.read(100)
+    lab.control("instant_reset", board=board, level=True)
+    with pytest.raises(DeviceFault, match="emergency"):
+        rest_of_shot(card)
+    lab.control("instant_reset", board=board, level=False)
+    assert card.state() is CardState.IDLE
+    assert whole_shot(card)
 
 
 def test_a_stop_in_every_phase_of_a_real_shot_leaves_everything_off(own):
