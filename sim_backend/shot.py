@@ -6,7 +6,9 @@ that instant.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +36,7 @@ class ShotResult:
 
     pieces: motion, (n, PIECE_SLOTS); phi_rad, phi_dot_rad_per_s, hidden, stuck: at the end, see `motion.Motion`;
     cuts: currents; powered: when power could reach the coils; violations: (s after the trigger, cause) of the
-    interlock; clipped_s: when the amplifier first clipped, None: never; heard: the receive side.
+    interlock; clipped_s: when the amplifier first clipped, None: never; listening: makes the receive side.
     """
 
     pieces: NDArray[np.float64]
@@ -47,7 +49,12 @@ class ShotResult:
     powered: tuple[Interval, ...]
     violations: tuple[tuple[float, str], ...]
     clipped_s: float | None
-    heard: Heard
+    listening: Callable[[], Heard]
+
+    @cached_property
+    def heard(self) -> Heard:
+        """The receive side, computed when somebody listens."""
+        return self.listening()
 
 
 def simulate(setup: ShotSetup) -> ShotResult:
@@ -63,7 +70,10 @@ def simulate(setup: ShotSetup) -> ShotResult:
     violations = _violations(powered, spans)
     broken_s = 0.0 if setup.lna_broken else min((t for t, _ in violations), default=np.inf)
     heard_of = contacts.spans(-MEMORY_S, setup.stop_s) if setup.earlier.leg else spans
-    heard = listen(setup, *_in_context(setup, motion, connected), heard_of, _leak_v(setup, powered), broken_s)
+
+    def listening() -> Heard:
+        return listen(setup, *_in_context(setup, motion, connected), heard_of, _leak_v(setup, powered), broken_s)
+
     clipped_s = min((c.start_s for c in stages if c.clipped), default=None)
     return ShotResult(
         motion.pieces,
@@ -76,7 +86,7 @@ def simulate(setup: ShotSetup) -> ShotResult:
         tuple(powered),
         violations,
         clipped_s,
-        heard,
+        listening,
     )
 
 
@@ -114,13 +124,12 @@ def cut_short(setup: ShotSetup, result: ShotResult, stop_s: float) -> tuple[Shot
     if len(pieces):
         phi, phi_dot = (float(x[0]) for x in states(pieces[-1:], np.array([stop_s])))
     kept = tuple(replace(c, stop_s=min(c.stop_s, stop_s)) for c in result.cuts if c.start_s < stop_s)
-    samples = int(np.ceil(stop_s * setup.timeline.clock.rate_hz))
-    overload_s = result.heard.overload_s
-    heard = replace(
-        result.heard,
-        volts=result.heard.volts[:, :samples],
-        overload_s=None if overload_s is None or overload_s > stop_s else overload_s,
-    )
+
+    def listening() -> Heard:
+        samples, overload_s = int(np.ceil(stop_s * setup.timeline.clock.rate_hz)), result.heard.overload_s
+        known_s = None if overload_s is None or overload_s > stop_s else overload_s
+        return replace(result.heard, volts=result.heard.volts[:, :samples], overload_s=known_s)
+
     return setup, replace(
         result,
         pieces=pieces,
@@ -131,7 +140,7 @@ def cut_short(setup: ShotSetup, result: ShotResult, stop_s: float) -> tuple[Shot
         powered=tuple(both(result.powered, [(0.0, stop_s)])),
         violations=tuple(v for v in result.violations if v[0] < stop_s),
         clipped_s=min((c.start_s for c in kept if c.clipped), default=None),
-        heard=heard,
+        listening=listening,
     )
 
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from drivers.errors import DeviceFault
 from drivers.specimen import Specimen
@@ -33,6 +32,7 @@ from sim_backend.torque import parameters
 from sim_backend.truth import record
 from sim_backend.variation import Temperature, friction_factor, rotor_now
 
+LISTEN_TO = 2**21  # samples: a longer leg is searched for overloads only if somebody reads it
 TEMPERATURE, THERMOMETER, HUM, FRICTION, IDLE_BOUNCE = 10, 11, 12, 13, 14
 
 
@@ -60,8 +60,8 @@ class Feed(Protocol):
     def timeline(self, first_sample: int, samples: int | None = None) -> Timeline:
         """What will be played from a sample on, as far as is known now; None: for as long as the feed likes."""
 
-    def heard(self, first_sample: int, volts: NDArray[np.float32]) -> None:
-        """A leg is over; (channel, n) V."""
+    def leg_over(self, first_sample: int, result: ShotResult) -> None:
+        """A leg is over."""
 
 
 class World:
@@ -205,12 +205,18 @@ class World:
                     self._next_leg(setup, result)
 
     def replan(self) -> None:
-        """What an open-ended shot plays from now on is no longer what its feed said."""
+        """What an open-ended shot plays from now on is no longer what its feed said, or what it lasts if the present
+        leg has not been computed yet."""
         with self.lock:
             if self._running and self._feed is not None and self._setup is not None:
-                timeline = self._feed.timeline(self._leg_first, self._setup.timeline.total_samples)
+                computed = self._cached is not None and self._cached[0] is self._setup
+                samples = self._setup.timeline.total_samples if computed else None
+                timeline = self._feed.timeline(self._leg_first, samples)
                 if timeline != self._setup.timeline:
-                    self._setup = replace(self._setup, timeline=timeline)
+                    end_s = self._setup.start_s + timeline.duration_s
+                    live = self.power.live_intervals(self._setup.start_s, end_s)
+                    changed = replace(self._setup, timeline=timeline, stop_s=timeline.duration_s, live=live)
+                    self._setup = changed.with_trip()
 
     def stop(self) -> None:
         """All outputs zero and lines low now: cut the running shot short, if there is one."""
@@ -344,7 +350,8 @@ class World:
         def new(time_s: float | None) -> bool:
             return time_s is not None and self._shown_s < time_s <= elapsed_s
 
-        self.lna_overloaded |= new(result.heard.overload_s)
+        if setup.timeline.total_samples < LISTEN_TO or "heard" in vars(result):
+            self.lna_overloaded |= new(result.heard.overload_s)
         self.power.clipped |= new(result.clipped_s)
         if "amplifier_trip" in setup.faults and new(setup.trip_s()):
             self.power.trip(setup.start_s + elapsed_s, "over-current")
@@ -383,7 +390,7 @@ class World:
         """Go on from the end of a leg of an open-ended shot."""
         assert self._feed is not None
         self._show(setup, result, setup.stop_s)
-        self._feed.heard(self._leg_first, result.heard.volts)
+        self._feed.leg_over(self._leg_first, result)
         end_s = setup.start_s + setup.stop_s
         self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))
         self._leg_first = self._leg_stop()
@@ -402,7 +409,7 @@ class World:
         else:
             self._cached = self._finished(replace(self._setup, stop_s=stop_s))
         self._setup, result = self._cached
-        self._feed.heard(self._leg_first, result.heard.volts)
+        self._feed.leg_over(self._leg_first, result)
         self._end_shot(self._setup)
 
     def _check_idle(self) -> None:

@@ -25,7 +25,12 @@ _MOST_PASSES = 250
 _SURE_PHASE = 0.05  # rad
 _CAUTION = 4.0
 _ROUNDING = 1e-9  # of the data's own chi^2: the digits of the trajectory, and those lost in the difference
+_LOST = 0.1  # of the standard deviation of chi^2: so much rounding may take
 _NEGLIGIBLE_FALL = 0.2  # of chi^2, in its standard deviations
+_CHUNK = 4096  # samples whose residual is in memory at once
+_ENOUGH_SAMPLES = 3000  # for an early pass
+_ENOUGH_IN_HALF_SWING = 24
+_MOST_LEFT_OUT = 15  # an early pass looks at no less than one in so many samples
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 _PRIOR_AMPLITUDE = 0.5  # of the start value
 
@@ -56,8 +61,19 @@ class Schedule:
     digits: float
 
 
-QUICK = Schedule(16.0, 100.0, 6e3, 1e-3, 60, 180, COARSE)
+QUICK = Schedule(16.0, 100.0, 1e3, 1e-3, 60, 180, COARSE)
 CAREFUL = Schedule(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
+
+
+@dataclass(frozen=True)
+class Some:
+    """Which samples of a window take part: those of every so many-th half swing (odd), of these every so many-th."""
+
+    half_swing: int = 1
+    sample: int = 1
+
+
+ALL = Some()
 
 
 @dataclass
@@ -78,9 +94,10 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.workspace = Workspace(self.model)
+        self._thinned = {1: self.record.samples}
 
-    def evaluate(self, state: FitState, last: int, stride: int = 1, digits: float = EXACT) -> Evaluation:
-        """Normal equations over samples first .. last-1, or over every stride-th half swing of them; one pass.
+    def evaluate(self, state: FitState, last: int, some: Some = ALL, digits: float = EXACT) -> Evaluation:
+        """Normal equations over samples first .. last-1, or over some of them; one pass.
 
         The state comes back with its free gains, if it has any, put at their best for this trajectory.
 
@@ -90,13 +107,31 @@ class Problem:
         self.passes += 1
         if self.passes > _MOST_PASSES:
             raise NoConvergenceError(f"no minimum within {_MOST_PASSES} passes over the samples")
-        record = self.record
+        every = some.sample
+        if every not in self._thinned:
+            self._thinned[every] = np.ascontiguousarray(self.record.samples[:, ::every])
         moments = self.workspace.moments(
-            state.dynamics, record.samples, self.first, last, record.dt_s, state.observation.observable, stride, digits
-        )
+            state.dynamics, self._thinned[every], -(-self.first // every), -(-last // every),
+            every * self.record.dt_s, state.observation.observable, some.half_swing, digits,
+        )  # fmt: skip
         state = with_best_gains(state, moments)
         normal = self.knowledge.added(normal_equations(self.model, state, moments, self.noise_sd), state)
         return Evaluation(state, moments, normal)
+
+    def _squares(self, state: FitState, last: int) -> Array:
+        """Sum of the squared residual by channel, (channels,), sample by sample: moments lose digits that this keeps.
+
+        Raises:
+            LostTrajectoryError: the state does not oscillate.
+        """
+        d, seen, y = state.dynamics, state.observation, self.record.samples
+        motion = self.workspace.block_means(d, self.first, last - self.first, 1, self.record.dt_s, seen.observable, 0.0)
+        total = np.zeros(y.shape[0])
+        for begin in range(self.first, last, _CHUNK):
+            here = slice(begin, min(begin + _CHUNK, last))
+            model = seen.gains(d.w) @ motion[:, here.start - self.first : here.stop - self.first]
+            total += np.sum((y[:, here] - model - state.offsets[:, None]) ** 2, axis=1)
+        return total
 
     def bend(self, at: Evaluation, step: Array, last: int) -> float:
         """A step relative to what the model bends over: phase at both ends in rad, amplitude, gains in themselves."""
@@ -109,8 +144,16 @@ class Problem:
         return max(abs(begin), abs(end), abs(by_amplitude / d.amplitude), own)
 
     def after(self, at: Evaluation, step: Array) -> Normal:
-        """The normal equations with the residual that a small step leaves."""
-        return after_step(at.normal, self.model, at.state, at.moments, step)
+        """The normal equations of all samples with the residual that a small step leaves."""
+        normal, state = after_step(at.normal, self.model, at.state, at.moments, step), at.state.moved(step)
+        chance = math.sqrt(2.0 * self.record.channels * normal.samples)
+        # The tables know nothing of time, nor of what was before their anchor.
+        tabulated = state.dynamics.theta >= 0.0 and not self.model.time_dependent
+        if not tabulated or _ROUNDING * normal.data_chi2 < _LOST * chance:
+            return normal
+        squares = self._squares(state, self.first + normal.samples)
+        chi2 = squares / self.noise_sd**2
+        return replace(normal, chi2=float(chi2.sum()), chi2_by_channel=chi2, squares_by_channel=squares)
 
 
 @dataclass(frozen=True)
@@ -186,16 +229,14 @@ def fit_growing(
     prior = weak_prior(problem.model, start)
     state = start
     while problem.first + length < last:
-        stage = _Stage(
-            problem, problem.first + length, _stride(length / period, schedule.half_swings), schedule.digits, prior
-        )
-        found = stage.minimise(state, schedule.early)
+        some = _some(length, period, schedule.half_swings)
+        found = _Stage(problem, problem.first + length, some, schedule.digits, prior).minimise(state, schedule.early)
         state = found.state
         length = int(length * _growth(problem, found, length, schedule))
     if schedule.digits < EXACT:
-        stride = _stride((last - problem.first) / period, schedule.last_half_swings)
-        state = _Stage(problem, last, stride, schedule.digits, None).minimise(state, schedule.late).state
-    final = _Stage(problem, last, 1, EXACT, None).minimise(state, schedule.final)
+        some = _some(last - problem.first, period, schedule.last_half_swings)
+        state = _Stage(problem, last, some, schedule.digits, None).minimise(state, schedule.late).state
+    final = _Stage(problem, last, ALL, EXACT, None).minimise(state, schedule.final)
     normal = problem.after(final.before, final.step)
     chi2_sd = math.sqrt(2.0 * problem.record.channels * normal.samples)
     negligible = final.before.normal.chi2 - normal.chi2 < _NEGLIGIBLE_FALL * chi2_sd
@@ -220,9 +261,13 @@ def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) 
     return 2.0
 
 
-def _stride(periods: float, half_swings: int) -> int:
-    """Odd, so that half swings in both directions are seen."""
-    return int(2.0 * periods / half_swings) | 1
+def _some(samples: int, period: float, half_swings: int) -> Some:
+    """So many half swings of a window, and of their samples no more than an early pass needs; period: in samples."""
+    stride = int(2.0 * samples / (period * half_swings)) | 1  # odd, so that both directions are seen
+    if half_swings > samples:
+        return Some(stride)
+    most = min(samples / _ENOUGH_SAMPLES, _MOST_LEFT_OUT) / stride, 0.5 * period / _ENOUGH_IN_HALF_SWING
+    return Some(stride, max(1, int(min(most))))
 
 
 @dataclass(frozen=True)
@@ -240,7 +285,7 @@ class _Stage:
 
     problem: Problem
     last: int
-    stride: int
+    some: Some
     digits: float
     prior: Prior | None
 
@@ -281,7 +326,7 @@ class _Stage:
 
     def _evaluate(self, state: FitState) -> Evaluation:
         """With the prior, if there is one."""
-        at = self.problem.evaluate(state, self.last, self.stride, self.digits)
+        at = self.problem.evaluate(state, self.last, self.some, self.digits)
         return at if self.prior is None else replace(at, normal=self.prior.added(at.normal, at.state))
 
 

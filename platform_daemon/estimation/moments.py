@@ -14,7 +14,7 @@ import numpy as np
 
 from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
-from .sums import LANES, SCRATCH, add_gram, add_products, spread, to_nodes
+from .sums import LANES, SCRATCH, add_gram, add_products, count_up, spread, to_nodes
 from .swing_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
 from .swing_table import look_up_values
 
@@ -24,26 +24,23 @@ def write_basis(values, head, observable, nodes, w, theta, columns, at, basis): 
     """Basis functions at the nodes into basis[:, at : at + m] from the values in the mirrored frame."""
     m = nodes.size
     side = head[HEAD_SIDE]
-    sign2 = 1.0 if observable == DIPOLE else side
-    for i in range(m):
-        time = (head[HEAD_START] + 0.5 * head[HEAD_DURATION] * (nodes[i] + 1.0) - theta) / w
-        basis[0, at + i] = side * values[0, i]
-        basis[1, at + i] = sign2 * values[1, i]
-        slope1 = side * values[2, i]
-        slope2 = sign2 * values[3, i]
-        basis[2, at + i] = slope1
-        basis[3, at + i] = slope2
-        basis[4, at + i] = slope1 * time
-        basis[5, at + i] = slope2 * time
-    for p in range(columns):
-        by_size = head[HEAD + p]
-        own = 1.0 if p > 0 else 0.0
-        shift = head[HEAD + columns + p]
+    for k in range(2):
+        sign = side if k == 0 or observable != DIPOLE else 1.0
+        function = basis[k, at : at + m]
+        slope = basis[2 + k, at : at + m]
+        by_w = basis[4 + k, at : at + m]
         for i in range(m):
-            d1 = by_size * values[4, i] + own * values[4 + 2 * p, i]
-            d2 = by_size * values[5, i] + own * values[5 + 2 * p, i]
-            basis[6 + 2 * p, at + i] = side * (d1 - shift * values[2, i])
-            basis[7 + 2 * p, at + i] = sign2 * (d2 - shift * values[3, i])
+            time = (head[HEAD_START] + 0.5 * head[HEAD_DURATION] * (nodes[i] + 1.0) - theta) / w
+            function[i] = sign * values[k, i]
+            slope[i] = sign * values[2 + k, i]
+            by_w[i] = sign * values[2 + k, i] * time
+        for p in range(columns):
+            by_size = sign * head[HEAD + p]
+            own = sign if p > 0 else 0.0
+            shift = sign * head[HEAD + columns + p]
+            derivative = basis[6 + 2 * p + k, at : at + m]
+            for i in range(m):
+                derivative[i] = by_size * values[4 + k, i] + own * values[4 + 2 * p + k, i] - shift * values[2 + k, i]
 
 
 @fast_kernel
@@ -70,6 +67,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
     collected = np.empty((3 * groups + 1, wide))
     squares = np.zeros(3 * groups)
     scratch = np.empty(SCRATCH)
+    count_up(scratch)
     weighted = np.empty(wide)
     used = 0
     filled = np.int64(0)  # typed: a literal would compile everything it is passed to twice

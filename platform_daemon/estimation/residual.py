@@ -153,15 +153,18 @@ def residual_of(
     blocks = (chosen.last - chosen.first) // block
     data = np.empty((record.channels, blocks))
     block_means(record.samples, chosen.first, block, blocks, data)
-    observable = state.observation.observable
-    at = state.dynamics, chosen.first, blocks, block, record.dt_s, observable
-    # The tables know nothing of time, nor of what was before their first turning point.
-    tabulated = state.dynamics.theta >= 0.0 and not workspace.model.time_dependent
-    motion = workspace.block_means(*at) if tabulated else _integrated(workspace.model, *at)
+    gains, sd = state.observation.gains(state.dynamics.w), noise_sd / math.sqrt(block)
+    at = state.dynamics, chosen.first, blocks, block, record.dt_s, state.observation.observable
+    if state.dynamics.theta >= 0.0 and not workspace.model.time_dependent:
+        largest = abs(state.dynamics.amplitude) * float((np.abs(gains).max(axis=1) / sd).max())
+        motion = workspace.block_means(*at, 1.0 / max(largest, 1.0))
+    else:
+        # The tables know nothing of time, nor of what was before their first turning point.
+        motion = _integrated(workspace.model, *at)
     return Residual(
         data=data - state.offsets[:, None],
-        model=state.observation.gains(state.dynamics.w) @ motion,
-        sd=noise_sd / math.sqrt(block),
+        model=gains @ motion,
+        sd=sd,
         rate_hz=record.sampling_rate_hz / block,
         start_s=(chosen.first + 0.5 * (block - 1)) * record.dt_s,
         noise=noise,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from .ambiguity import ambiguity
 from .beat import find_beat
 from .gauss_newton import FitState
-from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, Schedule, fit_growing
+from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
 from .judgement import POOR_CHI2, refuse_faint
 from .knowledge import free_mask, knowledge_of, with_fixed
 from .models import RingDownModel
@@ -20,11 +21,10 @@ from .start_label import NoLabelError
 from .task import Task
 from .trajectory import LostTrajectoryError
 from .weighting import weighted_by_harmonic
-from .workspace import EXACT
 
 _SHORT_PERIODS = 12.0
 _COARSE = (0.2, 1.0)  # of the rms signal of a channel
-_LOOSE = Schedule(2.0, 3.0, 3.0, 1.0, 1 << 60, 1 << 60, EXACT)
+_LOOSE = replace(CAREFUL, early=3.0, late=3.0, final=1.0)
 FAILURES = (NoConvergenceError, LostTrajectoryError, NoLabelError, np.linalg.LinAlgError)
 
 

@@ -6,21 +6,44 @@ from .jit import fast_part
 
 _CHUNK = 384  # samples whose polynomials fit into the fastest cache
 _LANE = 8  # samples are handled in so many at once; the last few are filled up with zeros
-SCRATCH = 6 * _CHUNK
+SCRATCH = 7 * _CHUNK
 LANES = 144  # nodes, of several half swings, that are summed over at once
+
+# Parts of arrays are taken as slices here: an index that might be negative keeps a loop from running in lanes.
 
 
 @fast_part
-def _load(y, row, first, n, padded, buffer, at):  # type: ignore[no-untyped-def]
-    """Copy n samples to buffer[at :], fill up with zeros; returns the sum of squares."""
+def count_up(buffer):  # type: ignore[no-untyped-def]
+    """Write 0, 1, 2 ... into the part of the buffer (SCRATCH,) where `spread` expects them."""
+    for i in range(_CHUNK):
+        buffer[6 * _CHUNK + i] = i
+
+
+@fast_part
+def _load(source, target):  # type: ignore[no-untyped-def]
+    """Copy samples, fill up with zeros; returns the sum of squares."""
     squares = 0.0
-    for i in range(n):
-        value = y[row, first + i]
-        buffer[at + i] = value
+    for i in range(source.size):
+        value = source[i]
+        target[i] = value
         squares += value * value
-    for i in range(n, padded):
-        buffer[at + i] = 0.0
+    for i in range(source.size, target.size):
+        target[i] = 0.0
     return squares
+
+
+@fast_part
+def _place(x, dx, n, numbers, twice, even, odd):  # type: ignore[no-untyped-def]
+    """2 x, T_0, T_1 at n places x, x + dx, ...; where T_0 and T_1 are 0, all T_k are."""
+    for i in range(n):
+        place = x + dx * numbers[i]
+        twice[i] = 2.0 * place
+        even[i] = 1.0
+        odd[i] = place
+    for i in range(n, even.size):
+        twice[i] = 0.0
+        even[i] = 0.0
+        odd[i] = 0.0
 
 
 @fast_part
@@ -28,25 +51,21 @@ def spread(y, row, first, last, x, dx, buffer, sums, energy):  # type: ignore[no
     """Add samples first .. last-1 of channels row .. row+2 times T_k to the same rows of sums (.., m), y^2 to energy.
 
     Ones instead of samples are added to the last row of sums, once (with row 0). A channel that does not exist is
-    replaced by the last. x: place of the first sample in [-1, 1], dx the step; buffer (SCRATCH,); m is even.
+    replaced by the last. x: place of the first sample in [-1, 1], dx the step; buffer (SCRATCH,), counted up; m is
+    even.
     """
     ones = sums.shape[0] - 1
     top = y.shape[0] - 1
     for begin in range(first, last, _CHUNK):
         n = min(_CHUNK, last - begin)
         padded = (n + _LANE - 1) // _LANE * _LANE
-        for i in range(n):
-            place = x + dx * (begin - first + i)
-            buffer[3 * _CHUNK + i] = 2.0 * place
-            buffer[4 * _CHUNK + i] = 1.0
-            buffer[5 * _CHUNK + i] = place
-        # Where T_0 and T_1 are 0, all T_k are.
-        for i in range(n, padded):
-            buffer[3 * _CHUNK + i] = 0.0
-            buffer[4 * _CHUNK + i] = 0.0
-            buffer[5 * _CHUNK + i] = 0.0
+        _place(
+            x + dx * (begin - first), dx, n, buffer[6 * _CHUNK :], buffer[3 * _CHUNK : 3 * _CHUNK + padded],
+            buffer[4 * _CHUNK : 4 * _CHUNK + padded], buffer[5 * _CHUNK : 5 * _CHUNK + padded],
+        )  # fmt: skip
         for r in range(3):
-            energy[row + r] += _load(y, min(row + r, top), begin, n, padded, buffer, r * _CHUNK)
+            at = r * _CHUNK
+            energy[row + r] += _load(y[min(row + r, top), begin : begin + n], buffer[at : at + padded])
         for k in range(0, sums.shape[1], 2):
             a = b = a0 = b0 = a1 = b1 = a2 = b2 = 0.0
             for i in range(padded):
@@ -82,15 +101,16 @@ def to_nodes(matrix, sums, at, out):  # type: ignore[no-untyped-def]
     """
     m = matrix.shape[0]
     for r in range(sums.shape[0]):
+        target = out[r, at : at + m]
         for i in range(m):
-            out[r, at + i] = 0.0
+            target[i] = 0.0
         for k in range(0, m, 4):
             a = sums[r, k]
             b = sums[r, k + 1]
             c = sums[r, k + 2]
             d = sums[r, k + 3]
             for i in range(m):
-                out[r, at + i] += a * matrix[k, i] + b * matrix[k + 1, i] + c * matrix[k + 2, i] + d * matrix[k + 3, i]
+                target[i] += a * matrix[k, i] + b * matrix[k + 1, i] + c * matrix[k + 2, i] + d * matrix[k + 3, i]
 
 
 @fast_part

@@ -26,12 +26,12 @@ class SwingTables:
 
     def __init__(self, nodes: int, sizes: int, columns: int) -> None:
         self.grid = grid(nodes)
-        self.weights = size_weights(sizes)
+        self.barycentric = size_weights(sizes)
         # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
         self.bands = np.zeros((2, 3))
         self.sizes = np.zeros((2, sizes))
-        self.accelerations = np.zeros((2, sizes, nodes))
         self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
+        self.accelerations = np.zeros((2, sizes, nodes))
         self.ends = np.zeros((2, sizes, 2 + 2 * columns))
 
 
@@ -82,35 +82,36 @@ class Walk:
         low, high = remaining_sizes(size, left, math.copysign(1.0, -self.angle), *self._torque[1:], ratio)
         return float(low), float(high)
 
-    def stretches(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> Iterator[int]:
-        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended."""
+    def stretches(
+        self, tables: SwingTables, ratio: float, observable: int, digits: float, band: tuple[float, float] | None = None
+    ) -> Iterator[int]:
+        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
+
+        band: of the first stretch, if it is known already.
+        """
         self.status = STATUS_NO_TABLE
+        settled = 10.0 ** (-0.8 * digits)
         while self.status == STATUS_NO_TABLE:
-            tabulated = self._tabulate(tables, ratio, observable, digits)
+            pull = self._tabulate(tables, band or self.band(ratio), observable, settled)
+            band = None
+            self.weights = np.empty((self._rows, tables.barycentric.size))
+            count, self.status = walk_swings(
+                self.at, self._s_end, *self._torque, self._symmetric, tables.bands, tables.sizes, tables.barycentric,
+                tables.ends, self.heads, self.weights,
+            )  # fmt: skip
             # Where there is no turning point, it may rest.
-            yield self._advance(tables)
-            if self.status == STATUS_NO_TABLE and not tabulated:
+            if self.status == STATUS_NO_TABLE and math.isnan(pull):
                 self.status = STATUS_LOST
+            yield count
 
-    def _advance(self, tables: SwingTables) -> int:
-        """As far as the tables reach."""
-        self.weights = np.empty((self._rows, tables.weights.size))
-        count, self.status = walk_swings(
-            self.at, self._s_end, *self._torque, self._symmetric, tables.bands, tables.sizes, tables.weights,
-            tables.ends, self.heads, self.weights,
-        )  # fmt: skip
-        return int(count)
-
-    def _tabulate(self, tables: SwingTables, ratio: float, observable: int, digits: float) -> bool:
-        """Tables for the half swings that are left on this side; False if there is no turning point."""
+    def _tabulate(self, tables: SwingTables, band: tuple[float, float], observable: int, settled: float) -> float:
+        """Tables for the half swings of this band on this side; the pull that build_table returns."""
         side = math.copysign(1.0, -self.angle)
         which = 0 if self._symmetric or side > 0.0 else 1
-        low, high = self.band(ratio)
-        settled = 10.0 ** (-0.8 * digits)
         g = tables.grid
-        pull = build_table(
-            low, high, 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once,
-            g.twice, tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
+        pull: float = build_table(
+            *band, 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once, g.twice,
+            tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
         )  # fmt: skip
-        tables.bands[which] = low, high, pull
-        return not math.isnan(pull)
+        tables.bands[which] = *band, pull
+        return pull

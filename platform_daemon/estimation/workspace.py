@@ -14,9 +14,9 @@ from .chebyshev import nodes_for, sizes_for
 from .direct_moments import Moments, direct_moments
 from .models import RingDownModel
 from .moments import collect_swings
-from .residual_trace import fill_model, to_coefficients
+from .residual_trace import fill_model, points_in, to_coefficients
 from .sampling import DIPOLE
-from .swing_chain import HEAD_SIDE, WALK, WALK_START
+from .swing_chain import WALK, WALK_START
 from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from .trajectory import EARLIEST, Dynamics, LostTrajectoryError, Trajectory
@@ -25,25 +25,30 @@ __all__ = ["COARSE", "EXACT", "WIDEST_BAND", "Moments", "Workspace"]
 
 EXACT = 9.5  # digits
 COARSE = 5.5
-WIDEST_BAND = 4.5
+WIDEST_BAND = 25.0  # nothing happens at small sizes: more half swings in one table cost no more sizes
 _ROOM = 1.05  # that a table has for the parameters to change before it needs another number of sizes
 _LOST = "no further turning point: the motion is not an oscillation"
 
 
 def _check(d: Dynamics, end_s: float) -> None:
     """Raises LostTrajectoryError for what is no oscillation, or begins too late."""
-    finite = np.isfinite(d.w * end_s + d.theta) and np.all(np.isfinite(d.values))
+    finite = math.isfinite(d.w * end_s + d.theta + sum(d.values))
     if not (finite and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
         raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
 
 
-class _Pass:
-    """One pass over the samples."""
+class _Sums:
+    """Moments of samples first .. last-1, collected on a walk; every stride-th half swing takes part."""
 
     def __init__(
         self, walk: Walk, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int
     ) -> None:
-        self._walk, self._y, self._window, self._clock = walk, y, (first, last), (dt_s, float(d.w), float(d.theta))
+        self._walk, self._y, self._window, self._clock = (
+            walk,
+            y,
+            (first, last),
+            (float(dt_s), float(d.w), float(d.theta)),
+        )
         self._observable, self._stride, self._skipped = observable, stride, 0
         b = 7 + 2 * walk.columns
         self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
@@ -72,7 +77,7 @@ class _Pass:
         energy += np.sum(y**2, axis=1)
         self.used += y.shape[1]
 
-    def result(self) -> Moments:
+    def moments(self) -> Moments:
         """What was collected."""
         return Moments(*self._sums, self.used, self._walk.at[WALK + self._walk.columns :].copy())
 
@@ -120,56 +125,49 @@ class Workspace:
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
         walk = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta)
-        pass_ = _Pass(walk, d, y, direct_to, last, float(dt_s), observable, stride)
-        tables, ratio = self._fresh_tables(walk, digits, tabulated)
+        sums = _Sums(walk, d, y, direct_to, last, dt_s, observable, stride)
+        tables, ratio, band = self._fresh_tables(walk, digits, tabulated)
         self._held, counts = None, []
-        for count in walk.stretches(tables, ratio, observable, digits):
-            pass_.collect(count, tables, self._symmetric)
+        for count in walk.stretches(tables, ratio, observable, digits, band):
+            sums.collect(count, tables, self._symmetric)
             counts.append(count)
         if walk.status == STATUS_STUCK:
-            pass_.rest()
-        if walk.status == STATUS_LOST or pass_.used == 0:
+            sums.rest()
+        if walk.status == STATUS_LOST or sums.used == 0:
             raise LostTrajectoryError(_LOST)
         if digits == EXACT and tabulated and sum(c > 0 for c in counts) == 1:
-            self._held = _Held(d, walk, tables, counts[-1])
-        later = pass_.result()
+            self._held = _Held(d, walk, tables, max(counts))
+        later = sums.moments()
         if direct_to == first:
             return later
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
 
     def block_means(
-        self, dynamics: Dynamics, begin: int, blocks: int, block: int, dt_s: float, observable: int
+        self, dynamics: Dynamics, begin: int, blocks: int, block: int, dt_s: float, observable: int, accuracy: float
     ) -> Array:
-        """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks): two Gauss points in each.
+        """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks); accuracy: relative.
 
         Goes the way that `moments` has gone, if it was called for this motion last.
 
         Raises:
             LostTrajectoryError: the parameters describe no oscillation.
         """
-        d, points, done = dynamics, np.empty((2, 2 * blocks)), 0
+        d, out, done = dynamics, np.zeros((2, blocks)), 0
+        places, shares = points_in(block, accuracy)
         for walk, tables, count in self._ways(d, d.w * (begin + blocks * block) * dt_s + d.theta, observable):
-            if count == 0:
-                continue
-            here = self._coefficients(walk, tables, count)
+            used = tables.values[:1] if self._symmetric else tables.values
             done = fill_model(
-                int(begin), int(block), float(dt_s), float(d.w), float(d.theta), done, walk.heads, here,
-                1.0 if observable == DIPOLE else -1.0, points,
+                int(begin), int(block), places, shares, float(dt_s), float(d.w), float(d.theta), done, count,
+                walk.heads, walk.weights, self._symmetric, to_coefficients(used, tables.grid.to_nodes, accuracy),
+                1.0 if observable == DIPOLE else -1.0, out,
             )  # fmt: skip
-        if walk.status == STATUS_STUCK:
-            points[0, done:], points[1, done:] = (0.0 if observable == DIPOLE else walk.angle), 0.0
-        elif walk.status != STATUS_OK:
+        if walk.status == STATUS_STUCK and observable != DIPOLE:
+            left = np.tile(shares, blocks)
+            left[:done] = 0.0
+            out[0] += walk.angle * left.reshape(blocks, -1).sum(axis=1)
+        elif walk.status not in (STATUS_OK, STATUS_STUCK):
             raise LostTrajectoryError(_LOST)
-        return np.asarray(points.reshape(2, blocks, 2).mean(axis=2))
-
-    def _coefficients(self, walk: Walk, tables: SwingTables, count: int) -> Array:
-        """Chebyshev coefficients of f1, f2 in the half swings of a walk's last stretch, (count, 2, k)."""
-        used = tables.values[:1] if self._symmetric else tables.values
-        table = to_coefficients(used, tables.grid.to_nodes)
-        each = walk.weights[:count] @ table.reshape(*table.shape[:2], -1)
-        if not self._symmetric:
-            each[0] = np.where(walk.heads[:count, HEAD_SIDE, None] > 0.0, each[0], each[1])
-        return np.asarray(each[0].reshape(count, 2, -1))
+        return out
 
     def basis(self, dynamics: Dynamics, first: int, last: int, dt_s: float, observable: int) -> Array:
         """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
@@ -202,20 +200,21 @@ class Workspace:
             yield held.walk, held.tables, held.count
             return
         walk = Walk(self.model, d, s_end)
-        tables, ratio = self._fresh_tables(walk, EXACT, True)
-        for count in walk.stretches(tables, ratio, observable, EXACT):
+        tables, ratio, band = self._fresh_tables(walk, EXACT, True)
+        for count in walk.stretches(tables, ratio, observable, EXACT, band):
             yield walk, tables, count
 
-    def _fresh_tables(self, walk: Walk, digits: float, tabulated: bool) -> tuple[SwingTables, float]:
-        """Empty tables for a walk, and how wide a band each of them covers; the first sets the width of all."""
-        ratio = WIDEST_BAND if tabulated else 1.0
-        band = walk.band(ratio)
-        ratio = min(ratio, _ROOM * band[1] / band[0])
+    def _fresh_tables(
+        self, walk: Walk, digits: float, tabulated: bool
+    ) -> tuple[SwingTables, float, tuple[float, float]]:
+        """Empty tables for a walk, how wide a band each of them covers, and the first of them: it sets the width."""
         size = abs(walk.angle)
         if not size < math.pi:
             raise LostTrajectoryError(_LOST)
+        low, high = walk.band(WIDEST_BAND if tabulated else 1.0)
+        ratio = min(WIDEST_BAND, _ROOM * high / low) if tabulated else 1.0
         key = nodes_for(size, digits), sizes_for(size, ratio, digits)
         if key not in self._tables:
             self._tables[key] = SwingTables(*key, self.columns)
         self._tables[key].bands.fill(0.0)
-        return self._tables[key], ratio
+        return self._tables[key], ratio, (low, high)

@@ -1,6 +1,6 @@
 """One I/O card behind its server: modes, registers, trigger, write pointer, recorded samples.
 
-Methods that change something are called with the world's lock held (`daq_commands` takes it); times are samples since
+Methods that change something are called with the world's lock held (`conversation` takes it); times are samples since
 this card's trigger.
 """
 
@@ -195,6 +195,7 @@ class Board:
         """A client asks for samples: faults strike in the middle of them."""
         if self._shot is not None and self.triggered:
             self._shot.wanted = max(self._shot.wanted, start + count + self.offset)
+            self.cards.world.replan()
             if math.isinf(self._fault_at):
                 self._fault_at = start + count // 2
 

@@ -42,7 +42,7 @@ class Control:
             "clear_faults": lambda _: self._clear(),
             "repair": lambda _: self._repair(),
             "mount": self._mount,
-            "hold_still": lambda _: self._world.hold_still(),
+            "hold_still": lambda _: self._hold_still(),
             "instant_reset": self._instant_reset,
         }
 
@@ -67,6 +67,7 @@ class Control:
     def outputs(self) -> dict[str, Any]:
         """What the outputs do now; `off`: no DAC plays, the gate is low, and the amplifier puts out nothing."""
         world = self._world
+        world.refresh()
         position = world.contacts().position(world.clock.monotonic_s())
         with world.lock:
             playing = [p for board in self._cards.boards for p in self._playing(board)]
@@ -118,9 +119,16 @@ class Control:
         self._clear()
         self._world.repair()
 
-    def _mount(self, request: Mapping[str, Any]) -> None:
+    def _hold_still(self) -> None:
+        self._check_idle()
+        self._world.hold_still()
+
+    def _check_idle(self) -> None:
         if self._world.is_running():
-            raise InputError("a shot is running", where="mount", remedy="end it first")
+            raise InputError("a shot is running", where="control", remedy="end it first")
+
+    def _mount(self, request: Mapping[str, Any]) -> None:
+        self._check_idle()
         self._world.mount(validated(Specimen, request["specimen"], "specimen"))
 
     def _instant_reset(self, request: Mapping[str, Any]) -> None:

@@ -16,13 +16,14 @@ from drivers.timeline import Line, LineLevel, SampleClock, Timeline
 from sim_backend.emulators.options import AXES, CardsOptions, LineOptions
 from sim_backend.emulators.playback import Spans, high_spans, output_bursts
 from sim_backend.emulators.tape import Tape
+from sim_backend.shot import ShotResult
 from sim_backend.world import World
 
 if TYPE_CHECKING:
     from sim_backend.emulators.board import Board
 
 BASE_HZ = 125e6
-SHORTEST_LEG_S, USUAL_LEG_S, LONGEST_LEG_S = 0.1, 0.5, 20.0
+SHORTEST_LEG_S, USUAL_LEG_S, LONGEST_LEG_S = 0.1, 0.5, 2.0
 LONGEST_LEG = 2**21
 AFTER_SEQUENCE_S = 0.25
 
@@ -60,9 +61,9 @@ class Shot:
                     return out
         return self.tape.read(first, stop)
 
-    def heard(self, first_sample: int, volts: NDArray[np.float32]) -> None:
+    def leg_over(self, first_sample: int, result: ShotResult) -> None:
         """See Feed."""
-        self.tape.add(first_sample, volts)
+        self.tape.add(first_sample, result)
 
     def timeline(self, first_sample: int, samples: int | None = None) -> Timeline:
         """See Feed."""
@@ -77,12 +78,15 @@ class Shot:
         return Timeline(self.clock, tx, switch, total - tx - switch, tuple(bursts), tuple(lines))
 
     def _length(self, first: int) -> int:
-        """As long as somebody wants to read, or the sequences last, within reason."""
+        """As long as somebody wants to read, or the sequences last, within reason; short where lines are switched by
+        command, because every command changes what was computed ahead."""
         rate = self.clock.rate_hz
+        options = self._cards.options
+        if options.pa_gate.pin() or options.rx_connect.pin():
+            return int(SHORTEST_LEG_S * rate)
         ends = [b.offset + b.sequence_stop() + AFTER_SEQUENCE_S * rate for b in self._cards.boards if b.triggered]
-        known = max([e for e in ends if math.isfinite(e)], default=0.0)
-        wanted = max(self.wanted, known) if first == 0 else self.wanted
-        length = wanted - first if wanted > first else USUAL_LEG_S * rate
+        known = self.wanted or max([e for e in ends if math.isfinite(e)], default=0.0)
+        length = known - first if known > first else USUAL_LEG_S * rate
         return int(min(max(length, SHORTEST_LEG_S * rate), LONGEST_LEG_S * rate, LONGEST_LEG))
 
     def _bursts(self, card: Board, first: int, last: int):  # type: ignore[no-untyped-def]

@@ -5,26 +5,32 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from sim_backend.shot import ShotResult
+
 CHANNELS = 3
 RING = 2**25
 
 
 class Tape:
-    """Blocks (first sample, (3, n) float32 V) in order, without gaps."""
+    """Blocks in order, without gaps: first sample, and the leg whose samples they are."""
 
     def __init__(self) -> None:
-        self._blocks: list[tuple[int, NDArray[np.float32]]] = []
+        self._blocks: list[tuple[int, ShotResult]] = []
 
-    def add(self, first: int, volts: NDArray[np.float32]) -> None:
+    def add(self, first: int, leg: ShotResult) -> None:
         """Append what follows."""
-        self._blocks.append((first, volts))
-        while self._blocks[0][0] + self._blocks[0][1].shape[1] < first + volts.shape[1] - RING:
+        self._blocks.append((first, leg))
+        while len(self._blocks) > 1 and self._blocks[1][0] < first - RING:
             del self._blocks[0]
 
     def read(self, first: int, stop: int) -> NDArray[np.float32]:
         """Samples first..stop, zero where there are none: (3, stop - first) float32, V."""
         out = np.zeros((CHANNELS, stop - first), dtype=np.float32)
-        for start, volts in self._blocks:
+        ends = [start for start, _ in self._blocks[1:]] + [stop]
+        for (start, leg), end in zip(self._blocks, ends, strict=False):
+            if start >= stop or end <= first:
+                continue
+            volts = leg.heard.volts
             a, b = max(first, start), min(stop, start + volts.shape[1])
             if a < b:
                 out[:, a - first : b - first] = volts[:, a - start : b - start]

@@ -33,3 +33,23 @@ def test_losses_that_a_window_cannot_tell_apart_come_with_the_window_that_would(
 def test_a_window_of_few_periods_is_called_short():
     assert any(w.startswith("window_too_short: 8") for w in warnings_of(Truth(), "thread", 0.04, 1.0))
     assert warnings_of(Truth(), "thread", 0.1, 1.0) == ()
+
+
+@pytest.mark.parametrize("variant", ["thread", "jewel"])
+@pytest.mark.parametrize("scale", [0.02, 1.0])
+def test_a_fast_wide_swing_far_above_the_noise_leaves_a_white_residual(variant, scale):
+    friction = 15000.0 if variant == "jewel" else 0.0
+    truth = Truth(
+        f_nat_hz=930.0, m_r_am2=0.016, lambda_per_s=1.2, phi_max_rad=1.1, psi_start_rad=0.7,
+        tf_over_i_rad_per_s2=friction,
+    )  # fmt: skip
+    assert warnings_of(truth, variant, 0.24, scale) == ()
+
+
+def test_what_a_strong_signal_hides_in_its_harmonics_is_still_told():
+    truth = Truth(f_nat_hz=930.0, m_r_am2=0.016, lambda_per_s=1.2, phi_max_rad=1.1, psi_start_rad=0.7)
+    signal = dmdt(truth, 0.24)
+    signal = with_noise(signal + 3e-6 * signal**2, np.random.default_rng(4), 0.02 * NOISE_SD)
+    noise = NoiseModel.white(0.02 * NOISE_SD, RATE_HZ)
+    result = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "thread", 0.24, noise=noise)
+    assert any("not_white" in w for w in result.warnings) or result.verdict == "refused"

@@ -24,7 +24,7 @@ def tables(*, quiet: bool = True, **changes: Any) -> dict[str, Any]:
     """The shipped lab, faster, with the world's changes (dotted paths with __) in it."""
     out = tomllib.loads(LAB.read_text()) | {"speed": SPEED}
     del out["platform"]
-    out["world"] = options(**(QUIET if quiet else {}), **changes)
+    out["world"] = options(**((QUIET if quiet else {}) | changes))
     out["world"]["card"]["adc_bits"] = 16
     return out
 
