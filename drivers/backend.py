@@ -11,6 +11,7 @@ from drivers.errors import DeviceNotFound
 from drivers.io_card import IoCard
 from drivers.lna import Lna
 from drivers.power_amplifier import PowerAmplifier
+from drivers.reference import FieldProbe, ReferenceDipole
 from drivers.specimen import Specimen
 from drivers.thermometer import Thermometer
 from drivers.tx_rx_switch import TxRxSwitch
@@ -49,6 +50,14 @@ class RealBackend:
     def receive_calibration(self, options: Mapping[str, Any]) -> ReceiveCalibration:
         """See Backend."""
         self._offers_no("calibration")
+
+    def reference_dipole(self, options: Mapping[str, Any]) -> ReferenceDipole:
+        """See Backend."""
+        self._offers_no("reference_dipole")
+
+    def field_probe(self, options: Mapping[str, Any]) -> FieldProbe:
+        """See Backend."""
+        self._offers_no("field_probe")
 
     def clock(self) -> Clock:
         """See Backend."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from drivers.errors import ConfigError
 
 
 @dataclass(frozen=True)
@@ -15,6 +17,8 @@ class ReceiveCalibration:
     sensitivity: (channel, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, all gains up to the ADC input included
     (at the LNA gain `lna_gain`, V/V); frequency_hz: (k,) and frequency_response: (channel, k) complex, multiplies the
     sensitivity, None: flat; identifier and date (ISO 8601) name this calibration in every recording made with it.
+    sensitivity_std: (channel, 3), T/A; valid_hz, valid_c: frequencies Hz and temperatures deg C between which it holds;
+    temperature_c: at which it was made.  None: not said.
     """
 
     sensitivity: NDArray[np.float64]
@@ -23,6 +27,10 @@ class ReceiveCalibration:
     lna_gain: float | None = None
     frequency_hz: NDArray[np.float64] | None = None
     frequency_response: NDArray[np.complex128] | None = None
+    sensitivity_std: NDArray[np.float64] | None = None
+    valid_hz: tuple[float, float] | None = None
+    valid_c: tuple[float, float] | None = None
+    temperature_c: float | None = None
 
 
 @dataclass(frozen=True)
@@ -44,3 +52,37 @@ class TransmitChannel:
     def impedance_ohm(self, frequency_hz: float) -> complex:
         """Complex loop impedance at a frequency."""
         return complex(self.resistance_ohm, 2 * np.pi * frequency_hz * self.inductance_h)
+
+
+@dataclass(frozen=True)
+class TransmitCalibration:
+    """Measured transmit side: field at the rotor per volt at the DAC, and what follows for each coil.
+
+    axes: names of the coils; frequency_hz: (k,); field_per_volt: (coil, 3, k) complex, T/V, and its standard deviation
+    per real component, both of the same shape; field_per_ampere_t: (coil, 3) and inductance_h: (coil,), under the
+    declared amplifier gains and resistances; valid_hz, valid_c, temperature_c: as in ReceiveCalibration.
+    """
+
+    axes: tuple[str, ...]
+    identifier: str
+    date: str
+    frequency_hz: NDArray[np.float64]
+    field_per_volt: NDArray[np.complex128]
+    field_per_volt_std: NDArray[np.float64]
+    field_per_ampere_t: NDArray[np.float64]
+    inductance_h: NDArray[np.float64]
+    valid_hz: tuple[float, float] | None = None
+    valid_c: tuple[float, float] | None = None
+    temperature_c: float | None = None
+
+    def applied(self, channels: tuple[TransmitChannel, ...]) -> tuple[TransmitChannel, ...]:
+        """The channels with measured field and inductance in place of the declared ones.  Raises ConfigError."""
+        if tuple(c.axis for c in channels) != self.axes:
+            raise ConfigError(
+                f"the transmit calibration is for the coils {', '.join(self.axes)}",
+                where="transmit_calibration",
+                why=f"it is {self.identifier!r}",
+                remedy="name a calibration of this platform",
+            )
+        rows = zip(channels, self.field_per_ampere_t, self.inductance_h.tolist(), strict=True)
+        return tuple(replace(c, field_per_ampere_t=field_t, inductance_h=henry) for c, field_t, henry in rows)

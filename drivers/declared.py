@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.backend import RealBackend
 from drivers.calibration import ReceiveCalibration, TransmitChannel
+from drivers.identity import Identity
 from drivers.validation import validated
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -57,6 +58,52 @@ class CalibrationTable(Section):
     frequency_max_hz: Positive = 30500.0
 
 
+class DipoleTable(Section):
+    """`[reference_dipole]`: a coil that an operator puts in and turns.
+
+    output: of the card, which feeds it; turns_area_m2: A m^2/A; resistance_ohm: of the whole loop, the output's own
+    included; relative_std: of the moment.
+    """
+
+    output: Annotated[int, Field(ge=0)]
+    turns_area_m2: Positive
+    resistance_ohm: Positive
+    inductance_h: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    relative_std: Annotated[float, Field(ge=0, lt=1)]
+    name: str = "reference dipole"
+
+
+class DeclaredDipole:
+    """See drivers.reference.ReferenceDipole."""
+
+    def __init__(self, table: DipoleTable) -> None:
+        self._table = table
+
+    def identity(self) -> Identity:
+        """See ReferenceDipole."""
+        return Identity("declared", self._table.name)
+
+    def output(self) -> int:
+        """See ReferenceDipole."""
+        return self._table.output
+
+    def moment_per_volt_am2(self, frequency_hz: float) -> complex:
+        """See ReferenceDipole."""
+        loop_ohm = complex(self._table.resistance_ohm, 2 * np.pi * frequency_hz * self._table.inductance_h)
+        return self._table.turns_area_m2 / loop_ohm
+
+    def relative_std(self) -> float:
+        """See ReferenceDipole."""
+        return self._table.relative_std
+
+    def turn(self, axis: str) -> bool:
+        """See ReferenceDipole: the operator does it."""
+        return False
+
+    def remove(self) -> None:
+        """See ReferenceDipole."""
+
+
 class DeclaredBackend(RealBackend):
     """See drivers.platform.Backend; the table `[backends.declared]` is empty."""
 
@@ -83,6 +130,10 @@ class DeclaredBackend(RealBackend):
             frequency_hz=frequency_hz if table.delay_s else None,
             frequency_response=response if table.delay_s else None,
         )
+
+    def reference_dipole(self, options: Mapping[str, Any]) -> DeclaredDipole:
+        """See Backend."""
+        return DeclaredDipole(validated(DipoleTable, options, "reference_dipole"))
 
 
 def _channel(axis: str, coil: CoilTable) -> TransmitChannel:

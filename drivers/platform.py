@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from drivers.calibration import ReceiveCalibration, TransmitChannel
+from drivers.calibration import ReceiveCalibration, TransmitCalibration, TransmitChannel
 from drivers.clock import Clock
 from drivers.errors import DeviceError
 from drivers.io_card import IoCard
 from drivers.lna import Lna
 from drivers.power_amplifier import PowerAmplifier
+from drivers.reference import FieldProbe, ReferenceDipole
 from drivers.specimen import Specimen
 from drivers.thermometer import Thermometer
 from drivers.tx_rx_switch import TxRxSwitch
@@ -46,6 +47,12 @@ class Backend(Protocol):
     def receive_calibration(self, options: Mapping[str, Any]) -> ReceiveCalibration:
         """The calibration of the receive side."""
 
+    def reference_dipole(self, options: Mapping[str, Any]) -> ReferenceDipole:
+        """The dipole that calibrates the receive side."""
+
+    def field_probe(self, options: Mapping[str, Any]) -> FieldProbe:
+        """The probe that calibrates the transmit side."""
+
     def clock(self) -> Clock:
         """The clock of this back end; real devices return SystemClock()."""
 
@@ -73,6 +80,9 @@ class Platform:
     calibration: ReceiveCalibration
     clock: Clock
     backends: Mapping[str, Backend]
+    reference: ReferenceDipole | None = None
+    probe: FieldProbe | None = None
+    transmit_calibration: TransmitCalibration | None = None
 
     def mount(self, specimen: Specimen) -> None:
         """Tell every back end which resonator is in the clamping unit."""

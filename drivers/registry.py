@@ -18,7 +18,7 @@ from typing import Annotated, Any, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from drivers.calibration import ReceiveCalibration
+from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.clock import SystemClock
 from drivers.errors import ConfigError
 from drivers.platform import Backend, Platform
@@ -52,12 +52,14 @@ class PlatformSection(BaseModel):
     thermometer: DeviceSection | None = None
     coils: DeviceSection
     calibration: DeviceSection | None = None
+    reference_dipole: DeviceSection | None = None
+    field_probe: DeviceSection | None = None
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     def used_backends(self) -> tuple[str, ...]:
         """Names of the back ends that the device tables refer to, each once, in order of appearance."""
         tables = (self.io_card, self.tx_rx_switch, self.power_amplifier, self.lna, self.thermometer,
-                  self.coils, self.calibration)  # fmt: skip
+                  self.coils, self.calibration, self.reference_dipole, self.field_probe)  # fmt: skip
         return tuple(dict.fromkeys(t.backend for t in tables if t is not None))
 
 
@@ -103,10 +105,15 @@ def load_emulator(name: str, tables: Mapping[str, Any], folder: Path) -> Emulato
     return emulator
 
 
-def build_platform(section: PlatformSection, calibration: ReceiveCalibration | None = None) -> Platform:
+def build_platform(
+    section: PlatformSection,
+    calibration: ReceiveCalibration | None = None,
+    transmit_calibration: TransmitCalibration | None = None,
+) -> Platform:
     """Build every device of a platform.  Outputs are off when it returns.
 
-    `calibration` replaces the one a back end would supply (a file, say).  Raises ConfigError and DeviceError; devices
+    `calibration` replaces the one a back end would supply (a file, say), `transmit_calibration` what it declares of
+    field and inductance of the coils.  Raises ConfigError and DeviceError; devices
     already opened are closed again.
     """
     unused = set(section.backends) - set(section.used_backends())
@@ -121,6 +128,9 @@ def build_platform(section: PlatformSection, calibration: ReceiveCalibration | N
         if section.calibration is None:
             raise ConfigError("the platform has no calibration", where="calibration", remedy="add [calibration]")
         calibration = backends[section.calibration.backend].receive_calibration(section.calibration.options())
+    transmit = backends[section.coils.backend].transmit_channels(section.coils.options())
+    if transmit_calibration is not None:
+        transmit = transmit_calibration.applied(transmit)
     opened: list[Any] = []
 
     def device(kind: str) -> Any:
@@ -136,10 +146,13 @@ def build_platform(section: PlatformSection, calibration: ReceiveCalibration | N
             amplifier=device("power_amplifier"),
             lna=device("lna"),
             thermometer=device("thermometer") if section.thermometer else None,
-            transmit=backends[section.coils.backend].transmit_channels(section.coils.options()),
+            transmit=transmit,
             calibration=calibration,
             clock=_clock(backends),
             backends=backends,
+            reference=_instrument(section, backends, "reference_dipole"),
+            probe=_instrument(section, backends, "field_probe"),
+            transmit_calibration=transmit_calibration,
         )
         _check_gain(platform)
         return platform
@@ -148,6 +161,12 @@ def build_platform(section: PlatformSection, calibration: ReceiveCalibration | N
             with suppress(Exception):  # the first error is the one to report, and every device must get its close
                 each.close()
         raise
+
+
+def _instrument(section: PlatformSection, backends: Mapping[str, Backend], kind: str) -> Any:
+    """What calibrates the platform; None: the platform has none."""
+    table: DeviceSection | None = getattr(section, kind)
+    return None if table is None else getattr(backends[table.backend], kind)(table.options())
 
 
 def _check_gain(platform: Platform) -> None:

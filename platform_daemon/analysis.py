@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from drivers.errors import PlatformError
 from platform_daemon import __version__
 from platform_daemon.adopted.names import Variant, notes_of
+from platform_daemon.calibration.validity import Conditions, out_of_validity
 from platform_daemon.estimation import (
     FitResult,
     RingDownRecord,
@@ -38,12 +39,17 @@ def fit_frame(
     calibration: Calibration | None,
     ask: FitRequest,
     noise: SeriesNoise | None = None,
+    taken: Conditions | None = None,
 ) -> FitResult:
     """Calibrate and fit one RX window, (c, n) V; refused if the volts are clipped, whatever the calibration mixes.
 
-    noise: of the series that the frame belongs to; None: the frame's own.
+    noise: of the series that the frame belongs to; None: the frame's own.  taken: under which conditions, for the
+    warnings about a calibration that does not hold for them.
     """
-    return _fit_record(rx_volts, ring_down(rx_volts, rate_hz, calibration), ask, noise)
+    fit = _fit_record(rx_volts, ring_down(rx_volts, rate_hz, calibration), ask, noise)
+    f_nat = fit.parameters.get("f_nat_hz")
+    said = out_of_validity(calibration, None if f_nat is None else f_nat.value, taken or Conditions())
+    return replace(fit, warnings=(*fit.warnings, *said)) if fit.parameters else fit
 
 
 def _fit_record(
@@ -173,7 +179,8 @@ def fit_stored_frame(recording: Recording, k: int, ask: FitRequest) -> dict[str,
     began = time.perf_counter()
     noise = recording_noise(recording)
     found_s = time.perf_counter() - began
-    fit = fit_frame(volts, recording.sequence.rate_hz, recording.calibration, ask, noise)
+    taken = Conditions(info.temperature_c, recording.lna_gain)
+    fit = fit_frame(volts, recording.sequence.rate_hz, recording.calibration, ask, noise, taken)
     return frame_report(k, replace(fit, noise_seconds=fit.noise_seconds + found_s))
 
 

@@ -10,7 +10,7 @@ from typing import TextIO
 
 import structlog
 
-from drivers.calibration import ReceiveCalibration
+from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import ConfigError, InputError, RecordingError
 from drivers.registry import build_platform
 from platform_daemon.adopted import Library
@@ -19,7 +19,7 @@ from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.journal import Journal
 from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
-from platform_daemon.store import read_calibration, recover
+from platform_daemon.store import read_calibration, read_transmit_calibration, recover
 
 log = structlog.get_logger()
 
@@ -28,7 +28,7 @@ def start_engine(file: PlatformFile, journal: Journal | None = None, models: Lib
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
     try:
-        platform = build_platform(file.section, calibration)
+        platform = build_platform(file.section, calibration, _transmit_from(file.transmit_file))
     except ConfigError as error:
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
@@ -44,7 +44,22 @@ def _calibration_from(path: Path) -> ReceiveCalibration:
     if c.identifier is None or c.date is None:
         remedy = "add /calibration/identifier and /calibration/date to the file"
         raise RecordingError("the calibration has no name or date", where=str(path), remedy=remedy)
-    return ReceiveCalibration(c.sensitivity, c.identifier, c.date, c.lna_gain, c.frequency_hz, c.frequency_response)
+    return ReceiveCalibration(
+        sensitivity=c.sensitivity,
+        identifier=c.identifier,
+        date=c.date,
+        lna_gain=c.lna_gain,
+        frequency_hz=c.frequency_hz,
+        frequency_response=c.frequency_response,
+        sensitivity_std=c.sensitivity_std,
+        valid_hz=c.valid_hz,
+        valid_c=c.valid_c,
+        temperature_c=c.temperature_c,
+    )
+
+
+def _transmit_from(path: Path | None) -> TransmitCalibration | None:
+    return None if path is None else TransmitCalibration(**vars(read_transmit_calibration(path)))
 
 
 @dataclass(frozen=True)
@@ -55,6 +70,7 @@ class DataFolder:
     fits: Path
     diagnoses: Path
     models: Path
+    calibrations: Path
     jobs: Path
     lock: TextIO
 
@@ -64,7 +80,7 @@ def open_data_folder(folder: Path) -> DataFolder:
 
     Raises InputError if another daemon works in this folder, OSError if it cannot be made.
     """
-    names = ("recordings", "fits", "diagnoses", "models", "jobs")
+    names = ("recordings", "fits", "diagnoses", "models", "calibrations", "jobs")
     for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)
     lock = (folder / ".lock").open("w")
@@ -81,7 +97,8 @@ def open_data_folder(folder: Path) -> DataFolder:
 
 def create_context(engine: Engine, data: DataFolder) -> Context:
     """What the API serves; compiles the fit in the background and says so under /ready."""
-    context = Context(engine, data.recordings, data.fits, data.diagnoses, Library(data.models), {"estimator": False})
+    models, warm = Library(data.models), {"estimator": False}
+    context = Context(engine, data.recordings, data.fits, data.diagnoses, models, data.calibrations, warm)
     threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
     return context
 

@@ -19,6 +19,7 @@ from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
+from platform_daemon.cli_calibrate import calibrate_app
 from platform_daemon.cli_diagnose import diagnose
 from platform_daemon.cli_diagnose_live import FilesOrLive
 from platform_daemon.cli_emulate import emulate
@@ -49,6 +50,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__d
 config_app = typer.Typer(help="Configuration files.")
 app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
+app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(models_app, name="models")
 app.command()(adopt)
 app.command()(emulate)

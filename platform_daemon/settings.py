@@ -25,7 +25,8 @@ from sequences.request import SequenceRequest
 class PlatformFile:
     """A platform file taken apart: what the registry builds from, the safety envelope, and the text for the record.
 
-    calibration_file: a recording or calibration file that replaces the back end's calibration, None: there is none.
+    calibration_file: a recording or calibration file that replaces the back end's calibration, None: there is none;
+    transmit_file: the same for field and inductance of the coils.
     """
 
     path: Path
@@ -33,6 +34,7 @@ class PlatformFile:
     section: PlatformSection
     limits: SafetyLimits
     calibration_file: Path | None
+    transmit_file: Path | None = None
 
 
 def locate(kind: str, name: str | Path) -> Path:
@@ -78,24 +80,25 @@ def load_platform(name: str | Path, overrides: Sequence[str] = (), endpoints: Pa
         apply_override(tables, override)
     where = str(path)
     tables = with_endpoints(tables, endpoints)
-    calibration = _calibration_file(tables, path)
+    calibration = _file_of(tables, "calibration", path)
+    transmit = _file_of(tables, "transmit_calibration", path)
     if "limits" not in tables:
         raise ConfigError("table 'limits' is missing", where=where, remedy="add [limits], see docs/configuration.md")
     limits = validated(SafetyLimits, _table(tables.pop("limits"), f"{where}: limits"), f"{where}: limits")
     section = validated(PlatformSection, tables, where)
     note = "".join(f"# override: {o}\n" for o in overrides)
-    return PlatformFile(path, note + text, section, limits, calibration)
+    return PlatformFile(path, note + text, section, limits, calibration, transmit)
 
 
-def _calibration_file(tables: dict[str, Any], path: Path) -> Path | None:
-    """`[calibration] file = "..."`, relative to the platform file; taken out of the tables."""
-    table = tables.get("calibration")
+def _file_of(tables: dict[str, Any], name: str, path: Path) -> Path | None:
+    """`[name] file = "..."`, relative to the platform file; taken out of the tables."""
+    table = tables.get(name)
     if not isinstance(table, dict) or "file" not in table:
         return None
     if set(table) != {"file"} or not isinstance(table["file"], str):
         remedy = "give either file = 'path' or a back end"
-        raise ConfigError("key 'file' must be a path and stand alone", where=f"{path}: calibration", remedy=remedy)
-    del tables["calibration"]
+        raise ConfigError("key 'file' must be a path and stand alone", where=f"{path}: {name}", remedy=remedy)
+    del tables[name]
     return path.parent / table["file"]
 
 

@@ -16,9 +16,18 @@ from sim_backend.clock import SimulatedClock
 from sim_backend.devices.io_card import SimulatedIoCard
 from sim_backend.devices.lna import SimulatedLna
 from sim_backend.devices.power_amplifier import SimulatedPowerAmplifier
+from sim_backend.devices.reference import SimulatedFieldProbe, SimulatedReferenceDipole
 from sim_backend.devices.thermometer import SimulatedThermometer
 from sim_backend.devices.tx_rx_switch import SimulatedTxRxSwitch
-from sim_backend.options import CalibrationTable, EmptyTable, IoCardTable, LnaTable, SimulatedOptions
+from sim_backend.options import (
+    CalibrationTable,
+    DipoleTable,
+    EmptyTable,
+    IoCardTable,
+    LnaTable,
+    ProbeTable,
+    SimulatedOptions,
+)
 from sim_backend.warm_up import warm_up
 from sim_backend.world import World
 
@@ -65,6 +74,14 @@ class SimulatedBackend:
         table = validated(CalibrationTable, options, "calibration")
         self._check_gain(table.lna_gain, "calibration.lna_gain")
         return receive_calibration(self.options, table, np.array(table.position_m))
+
+    def reference_dipole(self, options: Mapping[str, Any]) -> SimulatedReferenceDipole:
+        """See Backend."""
+        return SimulatedReferenceDipole(self.world, validated(DipoleTable, options, "reference_dipole"))
+
+    def field_probe(self, options: Mapping[str, Any]) -> SimulatedFieldProbe:
+        """See Backend."""
+        return SimulatedFieldProbe(self.world, validated(ProbeTable, options, "field_probe"))
 
     def clock(self) -> SimulatedClock:
         """See Backend: world time."""

@@ -18,12 +18,13 @@ from scipy.optimize import brentq
 
 from drivers.timeline import Burst, Line, Timeline
 from drivers.tx_rx_switch import SwitchPosition
-from sim_backend.options import AmplifierOptions, CoilOptions
+from sim_backend.options import AmplifierOptions, CoilOptions, WiringOptions
 
 Interval = tuple[float, float]
 Times = TypeVar("Times", float, NDArray[np.float64])
 NEGLIGIBLE_A = 1e-16
 HEAT_STEP_S = 1e-5
+AS_IT_SHOULD_BE = WiringOptions()
 ON_THE_SAMPLE = 1e-6  # of a sample: rounding of sample times
 
 
@@ -111,7 +112,7 @@ class Source:
     def clip_edges(self, start_s: float, stop_s: float) -> list[float]:
         """Times inside an interval without burst edges at which the limit is reached or left."""
         bursts = self.active(0.5 * (start_s + stop_s))
-        if sum(abs(b.amplitude_v) for b in bursts) * self.gain <= self.limit_v:
+        if sum(abs(b.amplitude_v) for b in bursts) * abs(self.gain) <= self.limit_v:
             return []
         per_period = 200 if len(bursts) == 1 else 20
         points = int((stop_s - start_s) * max(b.frequency_hz for b in bursts) * per_period) + 50
@@ -138,13 +139,15 @@ def both(first: Sequence[Interval], second: Sequence[Interval]) -> list[Interval
     return [(a, b) for a, b in sorted(pairs) if a < b]
 
 
-def sources(timeline: Timeline, amplifier: AmplifierOptions, channels: int) -> list[Source]:
-    """One source per amplifier channel; channel k is fed by DAC output k."""
+def sources(
+    timeline: Timeline, amplifier: AmplifierOptions, channels: int, wiring: WiringOptions = AS_IT_SHOULD_BE
+) -> list[Source]:
+    """What drives each coil; coil k hangs on DAC output k unless the wiring is wrong."""
     return [
         Source(
-            tuple(b for b in timeline.bursts if b.output == k),
+            tuple(b for b in timeline.bursts if b.output == wiring.outputs[k]),
             timeline.clock.rate_hz,
-            amplifier.gain,
+            amplifier.gain * wiring.factors[k],
             amplifier.limit_v,
         )
         for k in range(channels)

@@ -19,6 +19,7 @@ from sim_backend.undeclared.signals import check_distinct, extra_poles_hz
 Shots = Annotated[tuple[Count, ...], Field(strict=False)]
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
 Levels = Annotated[tuple[NonNegative, NonNegative, NonNegative], Field(strict=False)]
+Output = Annotated[int, Field(ge=0, le=2)]
 Poles = Annotated[tuple[Positive, ...], Field(strict=False)]
 
 
@@ -227,6 +228,14 @@ class ThermometerOptions(Section):
     offset_k: Finite
 
 
+class WiringOptions(Section):
+    """How the amplifier is wired, from x, y, z as they should be: the DAC output (0, 1, 2) that each coil hangs on, and
+    a factor on each coil's voltage (-1: turned round, 0.5: half the gain, 0: cable open)."""
+
+    outputs: Annotated[tuple[Output, Output, Output], Field(strict=False)] = (0, 1, 2)
+    factors: Vector = (1.0, 1.0, 1.0)
+
+
 class FaultOptions(Section):
     """Shots (numbered from 1 since construction) at which something goes wrong; see sim_backend/faults.py."""
 
@@ -256,6 +265,7 @@ class SimulatedOptions(Section):
     noise: NoiseOptions
     effects: EffectsOptions
     thermometer: ThermometerOptions
+    wiring: WiringOptions = WiringOptions()
     faults: FaultOptions = FaultOptions()
     undeclared: Undeclared = ()
 
@@ -292,6 +302,27 @@ class CalibrationTable(Section):
     identifier: Annotated[str, Field(min_length=1)]
     date: Annotated[str, Field(min_length=10)]
     gain_error: Vector = (0.0, 0.0, 0.0)
+
+
+class DipoleTable(Section):
+    """`[reference_dipole]`: turns times area A m^2/A and position m of a small coil; resistance ohm and inductance H of
+    its loop, fed by the card's `output`, which no coil hangs on; relative_std: of the moment, as told to the daemon.
+    """
+
+    output: Annotated[int, Field(ge=3, le=3)]
+    turns_area_m2: Positive
+    resistance_ohm: Positive
+    inductance_h: NonNegative
+    relative_std: Annotated[float, Field(ge=0, lt=1)]
+    position_m: Position = (0.0, 0.0, 0.0)
+
+
+class ProbeTable(Section):
+    """`[field_probe]`: noise T rms per sample, position m; relative_std: of its sensitivity, as told to the daemon."""
+
+    noise_t: NonNegative
+    relative_std: Annotated[float, Field(ge=0, lt=1)]
+    position_m: Position = (0.0, 0.0, 0.0)
 
 
 class EmptyTable(Section):

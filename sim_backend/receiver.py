@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.chain import receive_v
 from sim_backend.extra_signal import add_band_gains, additions_v, chain_as_built, compress, mixing, with_gaps
+from sim_backend.inserted import dipole_v
 from sim_backend.noise import hum_v, noise_v
 from sim_backend.shot_setup import NOISE, ShotSetup
 
@@ -39,6 +40,8 @@ def listen(
     """Everything the ADC records.  From `broken_s` on the LNA is dead and only noise arrives."""
     times = sample_times(setup)
     volts = signal_v(setup, pieces, connected, times)
+    if setup.dipole is not None:
+        volts += dipole_v(setup, setup.dipole, spans, times)
     leak = leak_v[:, : times.size]
     volts[:, : leak.shape[1]] += setup.lna_gain * leak
     _add_transients(setup, spans, times, volts)

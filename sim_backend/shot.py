@@ -63,7 +63,7 @@ def simulate(setup: ShotSetup) -> ShotResult:
     spans = contacts.spans(0.0, setup.stop_s)
     powered = setup.powered()
     coils = setup.options.coils.in_order()
-    drives = sources(setup.timeline, setup.options.amplifier, len(coils))
+    drives = sources(setup.timeline, setup.options.amplifier, len(coils), setup.options.wiring)
     impedance_ohm = setup.options.amplifier.output_impedance_ohm
     stages = cuts(drives, powered, spans, coils, impedance_ohm, setup.earlier.currents_a)
     motion, connected = _motion(setup, stages)
@@ -218,7 +218,7 @@ def conductance(options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.fl
 
 def amplifier_v(setup: ShotSetup, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
     """What the amplifier would put out with the gate always open, clipped: (channel, n) float64, V."""
-    drives = sources(setup.timeline, setup.options.amplifier, 3)
+    drives = sources(setup.timeline, setup.options.amplifier, 3, setup.options.wiring)
     return np.stack([np.clip(d.wanted_at(times_s), -d.limit_v, d.limit_v) for d in drives])
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from sim_backend.drive import Interval, both, high_intervals
 from sim_backend.motion import PIECE_SLOTS
 from sim_backend.options import SimulatedOptions
 from sim_backend.rotor import Rotor
+
+if TYPE_CHECKING:
+    from sim_backend.inserted import Dipole
 
 BOUNCE, NOISE = 1, 2
 
@@ -46,7 +50,7 @@ class ShotSetup:
 
     A shot without a known end is a chain of legs, each a set-up of its own: `earlier` is what the leg continues, and
     the lines stay as they are at its end if it is `open_ended`.  delay_s: sample k shows the instant k / rate -
-    delay_s.
+    delay_s.  dipole: what stands in the rotor's place, if it is the reference dipole.
     """
 
     options: SimulatedOptions
@@ -68,6 +72,7 @@ class ShotSetup:
     open_ended: bool = False
     earlier: Earlier = NOTHING_EARLIER
     delay_s: float = 0.0
+    dipole: Dipole | None = None
 
     def rng(self, stream: int) -> np.random.Generator:
         """Random numbers that belong to this shot, leg and stream alone."""

@@ -23,6 +23,7 @@ from sim_backend.decay import Resting, at_rest, decayed
 from sim_backend.drive import delivered_j
 from sim_backend.faults import FaultPlan
 from sim_backend.hidden import NONE
+from sim_backend.inserted import Dipole
 from sim_backend.options import SimulatedOptions
 from sim_backend.power import OVER_TEMPERATURE, PowerStage
 from sim_backend.rotor import Rotor, effective
@@ -84,6 +85,8 @@ class World:
         self._contacts_rng = self.rng(IDLE_BOUNCE)
         self._specimen: Specimen | None = None
         self._rotor: Rotor | None = None
+        self.spare_output: int | None = None  # of the card: what a reference dipole hangs on
+        self._instead: tuple[Dipole | None, np.ndarray] | None = None  # of the rotor, and where
         self._worn: dict[str, int] = {}
         self._resting = Resting()
         self._setup: ShotSetup | None = None
@@ -108,9 +111,19 @@ class World:
         rotor = effective(specimen)
         with self.lock:
             self._settle()
+            self._instead = None
             if specimen != self._specimen:
                 self._resting = self._at_rest(rotor)
                 self._specimen, self._rotor = specimen, rotor
+
+    def insert(self, dipole: Dipole | None, position_m: np.ndarray, *, empty: bool = False) -> None:
+        """Take the rotor out and put a dipole, or a probe that leaves the receiver alone (`empty`), in its place; with
+        neither, whatever stood there goes and the rotor comes back to rest."""
+        with self.lock:
+            self._settle()
+            self._instead = (dipole, position_m) if dipole is not None or empty else None
+            if self._rotor is not None:
+                self._resting = self._at_rest(self._rotor)
 
     def hold_still(self) -> None:
         """Let the rotor hang at rest now, as if a finger had stopped it."""
@@ -139,7 +152,7 @@ class World:
             if self.options.amplifier.trip_temperature_c < self.amplifier_temperature_c():
                 self.power.trip(now, OVER_TEMPERATURE)
             rotor, resting = self._rotor_for_shot(now), self._rest_until(now)
-            where = rotor.position_m if rotor else np.zeros(3)
+            dipole, where = self._instead or (None, rotor.position_m if rotor else np.zeros(3))
             self._setup = ShotSetup(
                 options=self.options,
                 number=self.shots,
@@ -159,6 +172,7 @@ class World:
                 faults=faults,
                 open_ended=feed is not None,
                 delay_s=0.0 if feed is None else feed.delay_s,
+                dipole=dipole,
             )
             self._setup = self._setup.with_trip()
             self._running, self._shown_s = True, -np.inf
@@ -319,7 +333,7 @@ class World:
         return at_rest(self.clock.monotonic_s(), parameters(rotor, undeclared=self.options.undeclared))
 
     def _rotor_for_shot(self, now_s: float) -> Rotor | None:
-        if self._rotor is None or self._specimen is None:
+        if self._rotor is None or self._specimen is None or self._instead is not None:
             return None
         worn = self._worn.get(self._specimen.name, 0)
         self._worn[self._specimen.name] = worn + 1
@@ -329,7 +343,7 @@ class World:
     def _rest_until(self, now_s: float) -> Resting:
         """The rotor now, after its free decay since the last shot."""
         rotor = self._setup.rotor if self._setup and self._setup.rotor else self._rotor
-        if rotor is None:
+        if rotor is None or self._instead is not None:
             return Resting(now_s)
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         along_uv = sensitivity_t_per_a(self.options.coils, rotor.position_m) @ rotor.rotation[:, :2]

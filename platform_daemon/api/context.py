@@ -16,13 +16,15 @@ from platform_daemon.engine.jobs import Job
 
 @dataclass(frozen=True)
 class Context:
-    """Engine, folders of recordings, fit results and diagnoses, adopted models, and what has warmed up."""
+    """Engine, folders of recordings, fit results and diagnoses, adopted models, folder of calibrations, and what has
+    warmed up."""
 
     engine: Engine
     recordings: Path
     fits: Path
     diagnoses: Path
     models: Library
+    calibrations: Path
     warm: dict[str, bool]
 
 

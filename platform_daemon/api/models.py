@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from platform_daemon.engine.calibration import CalibrationRequest
 from platform_daemon.engine.request import AcquisitionRequest
 from platform_daemon.planning import PAPER_NOISE_AM2_PER_S
 from platform_daemon.settings import shipped
@@ -36,6 +37,19 @@ class AcquisitionBody(AcquisitionRequest):
     )
 
     resonator: ShippedResonator
+
+
+class CalibrationBody(CalibrationRequest):
+    """A calibration as asked for by REST."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"kind": "receive", "name": "lab", "frequencies_hz": [212, 424, 636, 848]},
+                {"kind": "transmit", "amplifier_v": 1.0},
+            ]
+        }
+    )
 
 
 class FitBody(BaseModel):

@@ -24,6 +24,7 @@ def root() -> dict[str, Any]:
         "platform",
         "devices",
         "acquisitions",
+        "calibrations",
         "recordings",
         "fits",
         "diagnoses",

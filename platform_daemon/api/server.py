@@ -11,6 +11,7 @@ from fastapi_offline import FastAPIOffline
 from platform_daemon import __version__
 from platform_daemon.api import (
     acquisition_routes,
+    calibration_routes,
     derived_routes,
     diagnosis_routes,
     fit_routes,
@@ -36,6 +37,7 @@ def create_api(context: Context) -> FastAPI:
     for routes in (
         platform_routes,
         acquisition_routes,
+        calibration_routes,
         recording_routes,
         fit_routes,
         derived_routes,

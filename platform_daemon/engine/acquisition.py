@@ -17,6 +17,7 @@ from drivers.platform import Platform
 from platform_daemon import __version__
 from platform_daemon.adopted import AdoptedModel, label_of
 from platform_daemon.analysis import file_report, fit_frame, fit_table, frame_report, refused_report
+from platform_daemon.calibration.validity import Conditions
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan
@@ -24,7 +25,15 @@ from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.estimation import FitResult, SeriesNoise
 from platform_daemon.fit_request import FitRequest
 from platform_daemon.recording_noise import hear
-from platform_daemon.store import Calibration, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
+from platform_daemon.store import (
+    Calibration,
+    Excitation,
+    SequenceInfo,
+    SeriesHeader,
+    SeriesWriter,
+    ShotRecord,
+    TransmitTable,
+)
 from sequences.compiler import ShotPlan
 
 log = structlog.get_logger()
@@ -132,7 +141,8 @@ class Acquisition:
             self._fits.append("a blank shot, without excitation")
             return
         ask = FitRequest(self._plan.model, window)
-        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._of_fits, ask, self._noise))
+        taken = Conditions(raw.temperature_c, self._calibration.lna_gain)
+        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken))
 
     def _finish(self, job: Job, series: SeriesWriter) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
@@ -206,8 +216,9 @@ def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
 
 def store_calibration(platform: Platform) -> Calibration:
     """The platform's calibration as the store keeps it."""
-    c = platform.calibration
-    return Calibration(c.sensitivity, c.identifier, c.date, c.lna_gain, c.frequency_hz, c.frequency_response)
+    measured = platform.transmit_calibration
+    transmit = None if measured is None else TransmitTable(**vars(measured))
+    return Calibration(**vars(platform.calibration), transmit=transmit)
 
 
 def excitation(shot: ShotPlan, platform: Platform) -> Excitation:

@@ -16,6 +16,7 @@ from drivers.errors import DeviceStateError, InputError, InterlockError, Platfor
 from drivers.platform import Platform
 from platform_daemon.adopted import Library
 from platform_daemon.engine.acquisition import Acquisition
+from platform_daemon.engine.calibration import CalibrationRequest, calibration_work
 from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.live import LiveHarmonics
@@ -25,6 +26,7 @@ from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
 log = structlog.get_logger()
+ON_HARDWARE = ("acquisition", "calibration")  # kinds of jobs that move something
 IDLE_S = 1.0  # how often the state is read back while nothing runs
 
 
@@ -87,6 +89,12 @@ class Engine:
         )
         return self._submit(job, partial(self._behind_interlock, work))
 
+    def calibrate(self, request: CalibrationRequest, folder: Path) -> Job:
+        """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
+        work = calibration_work(self.platform, request, self.side, folder)
+        job = Job("calibration", request.model_dump(mode="json"), work.shots, "shots")
+        return self._submit(job, partial(self._behind_interlock, work))
+
     def analyse(
         self,
         request: dict[str, Any],
@@ -114,8 +122,9 @@ class Engine:
 
     def status(self) -> dict[str, Any]:
         """Devices as last read back (a second ago while idle, after the last shot in a series), and the job."""
-        running = next((j.identifier for j in self.jobs("acquisition") if j.state is JobState.RUNNING), None)
-        waiting = [j.identifier for j in self.jobs("acquisition") if j.state is JobState.QUEUED]
+        moving = self._moving()
+        running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
+        waiting = [j.identifier for j in moving if j.state is JobState.QUEUED]
         return {**self._readback.status, "interlock": self._interlock, "running": running, "queued": waiting}
 
     def devices(self) -> list[dict[str, Any]]:
@@ -128,13 +137,13 @@ class Engine:
         return self._warm.is_set()
 
     def outputs_off(self) -> None:
-        """Everything off, now, from any thread; running and queued acquisitions are cancelled."""
-        for job in self.jobs("acquisition"):
+        """Everything off, now, from any thread; running and queued acquisitions and calibrations are cancelled."""
+        for job in self._moving():
             job.cancel_requested.set()
         try:
             self._prove_off()
         finally:
-            for job in self.jobs("acquisition"):
+            for job in self._moving():
                 job.request_cancel()
 
     def close(self) -> None:
@@ -150,6 +159,9 @@ class Engine:
             for each in (self._online, self._fits):
                 each.shutdown(wait=True, cancel_futures=True)
             self.platform.close()
+
+    def _moving(self) -> list[Job]:
+        return [job for job in list(self._jobs.values()) if job.kind in ON_HARDWARE]
 
     def _behind_interlock(self, work: Callable[[Job], None], job: Job) -> None:
         """No power before outputs are proved off: a platform that once could not be switched off stays locked."""

@@ -75,6 +75,8 @@ class Job:
     cancel_requested: threading.Event = field(default_factory=threading.Event)
     ended: threading.Event = field(default_factory=threading.Event)
     on_change: Callable[[Job], None] = lambda job: None
+    question: str | None = None
+    proceed: threading.Event = field(default_factory=threading.Event)
     _started_s: float = 0.0
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
@@ -106,6 +108,15 @@ class Job:
             elif self.state.final:
                 left = 0.0
             return Progress(self.done, self.total, self.unit, self.phase, left)
+
+    def ask(self, what: str) -> None:
+        """Ask the operator to do something; the job waits until `proceed` is set."""
+        self.proceed.clear()
+        self.question = what
+
+    def answered(self) -> None:
+        """It is done."""
+        self.question = None
 
     def request_cancel(self) -> None:
         """Ask it to stop; a queued job is cancelled at once, a running one at its next safe point."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,6 @@ from drivers.platform import Platform
 from drivers.timeline import Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.engine.jobs import Cancelled
-from sequences.compiler import ShotPlan
 
 CHUNK_S = 0.1  # how often cancel is looked at and progress reported
 
@@ -44,9 +44,21 @@ class RawShot:
     truth: dict[str, object] = field(default_factory=dict)
 
 
+class Playable(Protocol):
+    """What can be played: a checked timeline; blank: no power is wanted, the amplifier stays disabled."""
+
+    @property
+    def timeline(self) -> Timeline:
+        """What the card plays."""
+
+    @property
+    def blank(self) -> bool:
+        """No power is wanted."""
+
+
 def run_shot(
     platform: Platform,
-    plan: ShotPlan,
+    plan: Playable,
     *,
     cancelled: Callable[[], bool] = lambda: False,
     progress: Callable[[int], None] = lambda samples: None,
@@ -85,7 +97,7 @@ def run_shot(
     )
 
 
-def _prepare(platform: Platform, plan: ShotPlan) -> None:
+def _prepare(platform: Platform, plan: Playable) -> None:
     """Receiver off and read back, timeline loaded, then the amplifier (its gate is still low)."""
     platform.switch.to_transmit()
     if platform.switch.position() is not SwitchPosition.TRANSMIT:
@@ -104,7 +116,7 @@ def _prepare(platform: Platform, plan: ShotPlan) -> None:
 
 def _collect(
     platform: Platform,
-    plan: ShotPlan,
+    plan: Playable,
     until_s: float,
     cancelled: Callable[[], bool],
     progress: Callable[[int], None],

@@ -1,5 +1,11 @@
 """Recordings on disk: read anyone's, write our own so that no acknowledged shot is ever lost (docs/file-format.md)."""
 
+from platform_daemon.store.calibration_extras import read_transmit_calibration
+from platform_daemon.store.calibrations import (
+    add_receive_calibration,
+    add_transmit_calibration,
+    check_calibration_name,
+)
 from platform_daemon.store.describe import describe
 from platform_daemon.store.errors import StorageError, UnknownRecording
 from platform_daemon.store.fits import read_fits
@@ -14,6 +20,7 @@ from platform_daemon.store.recording import (
     ReceiverEffect,
     Recording,
     SequenceInfo,
+    TransmitTable,
 )
 from platform_daemon.store.recovery import recover
 from platform_daemon.store.series import SeriesWriter
@@ -35,12 +42,17 @@ __all__ = [
     "SeriesWriter",
     "ShotRecord",
     "StorageError",
+    "TransmitTable",
     "UnknownRecording",
+    "add_receive_calibration",
+    "add_transmit_calibration",
+    "check_calibration_name",
     "describe",
     "list_recordings",
     "open_recording",
     "read_calibration",
     "read_fits",
+    "read_transmit_calibration",
     "read_truth",
     "recover",
     "resolve",

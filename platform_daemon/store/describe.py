@@ -81,5 +81,10 @@ def _calibration(calibration: Calibration | None) -> dict[str, Any] | None:
         "date": calibration.date,
         "lna_gain": calibration.lna_gain,
         "sensitivity": calibration.sensitivity.tolist(),
+        "sensitivity_std": None if calibration.sensitivity_std is None else calibration.sensitivity_std.tolist(),
+        "valid_hz": None if calibration.valid_hz is None else list(calibration.valid_hz),
+        "valid_c": None if calibration.valid_c is None else list(calibration.valid_c),
+        "temperature_c": calibration.temperature_c,
+        "transmit": None if calibration.transmit is None else calibration.transmit.identifier,
         "response": None if f is None else {"points": len(f), "from_hz": float(f[0]), "to_hz": float(f[-1])},
     }

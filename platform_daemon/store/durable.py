@@ -33,12 +33,13 @@ def reserve(part: Path, content: bytes, size: int) -> None:
 
 def publish(part: Path, target: Path) -> None:
     """Make a finished part file appear as `target` by one rename, durable before and after.  Raises OSError."""
-    _sync(part)
+    sync(part)
     os.replace(part, target)
-    _sync(target.parent)
+    sync(target.parent)
 
 
-def _sync(path: Path) -> None:
+def sync(path: Path) -> None:
+    """Have a file or folder on the disk.  Raises OSError."""
     fd = os.open(path, os.O_RDONLY)
     try:
         os.fsync(fd)

@@ -15,6 +15,7 @@ CALIBRATION = "/calibration"
 SENSITIVITY = "/calibration/sensitivity"
 FREQUENCY = "/calibration/frequency"
 FREQUENCY_RESPONSE = "/calibration/frequency_response"
+TRANSMIT = "/calibration/transmit"
 VARIANT = "/resonator/variant"
 
 FRAMES = "/frames"

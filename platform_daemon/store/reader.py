@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from drivers.errors import RecordingError
+from platform_daemon.store.calibration_extras import read_extent, read_std, read_transmit
 from platform_daemon.store.checks import check_calibration
 from platform_daemon.store.hdf5 import Source, open_hdf5
 from platform_daemon.store.layout import (
@@ -46,17 +47,19 @@ def open_recording(path: Path | str) -> Recording:
             info = read_frame_info(source, frames, samples)
         else:
             info = tuple(FrameInfo(shot=k + 1, valid_samples=samples) for k in range(frames))
+        calibration = _calibration(source, channels)
         return Recording(
             path=path,
             sequence=sequence,
             frames=frames,
             channels=channels,
             frame_info=info,
-            calibration=_calibration(source, channels),
+            calibration=calibration,
             variant=_variant(source),
             provenance=read_provenance(source) if own else None,
             fits=source.names(FIT) if own else (),
             size_bytes=source.size_bytes,
+            lna_gain=None if calibration is None else calibration.lna_gain,
         )
 
 
@@ -168,6 +171,9 @@ def _calibration(source: Source, channels: int | None) -> Calibration | None:
         identifier=_extra_text(source, "identifier"),
         date=_extra_text(source, "date"),
         lna_gain=_extra_gain(source),
+        **read_extent(source, CALIBRATION),
+        sensitivity_std=read_std(source, p.shape),
+        transmit=read_transmit(source),
     )
     check_calibration(found, channels, str(source.path))
     return found

@@ -62,12 +62,31 @@ class ReceiverEffect:
 
 
 @dataclass(frozen=True, eq=False)
+class TransmitTable:
+    """Measured transmit side, as drivers.calibration.TransmitCalibration: same names, shapes and units."""
+
+    axes: tuple[str, ...]
+    identifier: str
+    date: str
+    frequency_hz: NDArray[np.float64]
+    field_per_volt: NDArray[np.complex128]
+    field_per_volt_std: NDArray[np.float64]
+    field_per_ampere_t: NDArray[np.float64]
+    inductance_h: NDArray[np.float64]
+    valid_hz: tuple[float, float] | None = None
+    valid_c: tuple[float, float] | None = None
+    temperature_c: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Calibration:
     """Receive calibration, paper eq:u(t,p,R): u = -P dm/dt.
 
     sensitivity: (c, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, at the LNA gain `lna_gain` (V/V, None: not
     said); frequency_hz: (k,) rising, and frequency_response: (c, k) complex128 that multiplies the sensitivity; both
-    None: flat. receiver: what an adopted model undoes besides; never part of a file.
+    None: flat. sensitivity_std: (c, 3) T/A; valid_hz, valid_c: between which frequencies and temperatures it holds;
+    temperature_c: at which it was made; transmit: the measured transmit side. None: not said.
+    receiver: what an adopted model undoes besides; never part of a file.
     """
 
     sensitivity: NDArray[np.float64]
@@ -76,6 +95,11 @@ class Calibration:
     lna_gain: float | None = None
     frequency_hz: NDArray[np.float64] | None = None
     frequency_response: NDArray[np.complex128] | None = None
+    sensitivity_std: NDArray[np.float64] | None = None
+    valid_hz: tuple[float, float] | None = None
+    valid_c: tuple[float, float] | None = None
+    temperature_c: float | None = None
+    transmit: TransmitTable | None = None
     receiver: tuple[ReceiverEffect, ...] = ()
 
 
@@ -153,7 +177,8 @@ class Recording:
     """A checked recording.  Holds no open file: every read opens the file again, so it may cross threads freely.
 
     calibration None: only voltage-domain work is possible; variant None: the caller must name it; provenance None: not
-    one of our own files; fits: names under `/fit`, see `read_fits`.
+    one of our own files; fits: names under `/fit`, see `read_fits`;
+    lna_gain: at which it was recorded, V/V, None: not said.
     """
 
     path: Path
@@ -166,6 +191,7 @@ class Recording:
     provenance: Provenance | None = None
     fits: tuple[str, ...] = ()
     size_bytes: int = 0
+    lna_gain: float | None = None
 
     def frame_volts(self, k: int) -> NDArray[np.float64]:
         """Frame `k` from 0, whole: (c, n) float64, V at the ADC input.

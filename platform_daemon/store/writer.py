@@ -25,8 +25,9 @@ from platform_daemon.store.layout import (
     RING_DOWN,
     SENSITIVITY,
     SEQUENCE,
+    TRANSMIT,
 )
-from platform_daemon.store.recording import Calibration, Excitation, FrameInfo
+from platform_daemon.store.recording import Calibration, Excitation, FrameInfo, TransmitTable
 from platform_daemon.store.truth import write_truth
 from platform_daemon.store.validate import check_excitation, check_instant, padded_volts
 
@@ -119,6 +120,41 @@ def write_calibration_group(h5: h5py.File, calibration: Calibration) -> None:
     ):
         if value is not None:
             put(h5, f"{CALIBRATION}/{name}", value, units=units)
+    if calibration.sensitivity_std is not None:
+        put(h5, f"{CALIBRATION}/sensitivity_std", np.asarray(calibration.sensitivity_std, np.float64), units="T/A")
+    _write_extent(h5, CALIBRATION, calibration)
+    if calibration.transmit is not None:
+        write_transmit_group(h5, calibration.transmit)
+
+
+def write_transmit_group(h5: h5py.File, table: TransmitTable) -> None:
+    """`/calibration/transmit`, in a recording or in a file of its own."""
+    if CALIBRATION not in h5:
+        group(h5, CALIBRATION, "NXcollection")
+    made = group(h5, TRANSMIT, "NXcollection")
+    put_texts(made, "axes", table.axes)
+    put(made, "identifier", table.identifier)
+    put(made, "date", table.date)
+    for name, values, units in (
+        ("frequency", table.frequency_hz, "Hz"),
+        ("field_per_volt", table.field_per_volt, "T/V"),
+        ("field_per_volt_std", table.field_per_volt_std, "T/V"),
+        ("field_per_ampere", table.field_per_ampere_t, "T/A"),
+        ("inductance", table.inductance_h, "H"),
+    ):
+        put(made, name, values, units=units)
+    _write_extent(h5, TRANSMIT, table)
+
+
+def _write_extent(h5: h5py.File, where: str, made: Calibration | TransmitTable) -> None:
+    """What a calibration holds for, as far as it says."""
+    for name, value, units in (
+        ("valid_frequency", made.valid_hz, "Hz"),
+        ("valid_temperature", made.valid_c, "degC"),
+        ("temperature", made.temperature_c, "degC"),
+    ):
+        if value is not None:
+            put(h5, f"{where}/{name}", np.asarray(value, np.float64), units=units)
 
 
 def link_plot(h5: h5py.File, header: SeriesHeader, infos: Sequence[FrameInfo], with_time: bool) -> None:

@@ -34,14 +34,14 @@ class SimulatedIoCard:
 
     def identity(self) -> Identity:
         """See IoCard."""
-        return Identity("simulated", "3 in / 3 out sample-exact card")
+        return Identity("simulated", f"{CHANNELS} in / {self._outputs()} out sample-exact card")
 
     def capabilities(self) -> CardCapabilities:
         """See IoCard."""
         card = self._world.options.card
         return CardCapabilities(
             inputs=CHANNELS,
-            outputs=CHANNELS,
+            outputs=self._outputs(),
             input_full_scale_v=card.input_full_scale_v,
             output_full_scale_v=card.output_full_scale_v,
             clock=self._clock,
@@ -148,11 +148,11 @@ class SimulatedIoCard:
         if any(edge % self._step for pair in edges for edge in pair):
             complaints.append(f"its edges do not all lie on multiples of {self._step} samples")
         for burst in timeline.bursts:
-            if not 0 <= burst.output < CHANNELS:
+            if not 0 <= burst.output < self._outputs():
                 complaints.append(f"there is no output {burst.output}")
             if not 0 < burst.frequency_hz < self._clock.rate_hz / 2:
                 complaints.append(f"{burst.frequency_hz} Hz is outside 0 ... {self._clock.rate_hz / 2} Hz")
-        for output in range(CHANNELS):
+        for output in range(self._outputs()):
             peak_v = sum(abs(b.amplitude_v) for b in timeline.bursts if b.output == output)
             if not peak_v <= full_scale_v:
                 complaints.append(f"output {output} would need {peak_v} V of {full_scale_v} V")
@@ -163,6 +163,9 @@ class SimulatedIoCard:
                 why="; ".join(complaints),
                 remedy="change the sequence, or the card's table in the platform file",
             )
+
+    def _outputs(self) -> int:
+        return CHANNELS + (self._world.spare_output is not None)
 
     def _require(self, *states: CardState) -> None:
         if self._state not in states:

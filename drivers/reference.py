@@ -1,0 +1,60 @@
+"""Contracts of what calibrates a platform: a small dipole of known moment, and a probe of known sensitivity.
+
+Both stand where the rotor stands in a measurement, one at a time, and neither is there during a series.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.identity import Identity
+
+
+class ReferenceDipole(Protocol):
+    """A small coil of known turns times area, fed by an output of the I/O card that no amplifier hangs on.
+
+    The card plays on that output while the receiver is connected and the amplifier is disabled, so the moment is known
+    in amplitude and in phase against the samples, and power and receiver stay apart.
+    """
+
+    def identity(self) -> Identity:
+        """Who the dipole is."""
+
+    def output(self) -> int:
+        """The card's output that feeds it."""
+
+    def moment_per_volt_am2(self, frequency_hz: float) -> complex:
+        """Moment per volt at the output, A m^2/V: phasors of the same sine."""
+
+    def relative_std(self) -> float:
+        """Standard deviation of the moment, relative: the same for every frequency and direction."""
+
+    def turn(self, axis: str) -> bool:
+        """Bring it to the rotor's place along world axis x, y or z.  False: an operator has to do it."""
+
+    def remove(self) -> None:
+        """Take it out.  Harmless if it is not there; of an operator's dipole: nothing."""
+
+
+class FieldProbe(Protocol):
+    """A three-axis field sensor that records on the card's clock."""
+
+    def identity(self) -> Identity:
+        """Who the probe is."""
+
+    def relative_std(self) -> float:
+        """Standard deviation of its sensitivity, relative."""
+
+    def put(self) -> bool:
+        """Bring it to the rotor's place.  False: an operator has to do it."""
+
+    def field_t(self) -> NDArray[np.float64]:
+        """The field during the last shot, sample k at k / rate after the trigger: (3, n) float64, T, world axes.
+
+        Raises DeviceError if it has not recorded the shot."""
+
+    def remove(self) -> None:
+        """Take it out.  Harmless if it is not there."""

@@ -1,0 +1,51 @@
+"""Lock-in by least squares: the complex amplitude of a tone of known frequency, and how well it is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+SEGMENTS = 16  # of a window; their scatter is the noise where the tone is, whatever its colour
+LEAST_PERIODS = 1.0  # in a segment
+
+
+@dataclass(frozen=True)
+class Phasors:
+    """value: (channel,) complex, x(t) = Im(value exp(2 pi i f t)); std: (channel,) of the real and of the imaginary
+    part; dof: degrees of freedom behind std."""
+
+    value: NDArray[np.complex128]
+    std: NDArray[np.float64]
+    dof: int
+
+
+def segment_phasors(
+    samples: NDArray[np.float64], frequency_hz: float, rate_hz: float, first_sample: int = 0, segments: int = SEGMENTS
+) -> NDArray[np.complex128]:
+    """Complex amplitudes in successive segments of (channel, n) samples: (segment, channel).
+
+    Time zero is `first_sample` samples before the first of them.  A constant is fitted beside the tone, so segments
+    need not hold whole periods.  Raises ValueError if a segment has less than one period.
+    """
+    length = samples.shape[1] // segments
+    if length * frequency_hz / rate_hz < LEAST_PERIODS or length < 8:
+        raise ValueError(f"{segments} segments of {length} samples are too short for {frequency_hz:g} Hz")
+    rows = []
+    for k in range(segments):
+        part = samples[:, k * length : (k + 1) * length]
+        turn = 2 * np.pi * frequency_hz * (np.arange(length) + k * length + first_sample) / rate_hz
+        design = np.stack([np.sin(turn), np.cos(turn), np.ones(length)], axis=1)
+        found = np.linalg.lstsq(design, part.T, rcond=None)[0]
+        rows.append(found[0] + 1j * found[1])
+    return np.array(rows)
+
+
+def combine(segments: NDArray[np.complex128]) -> Phasors:
+    """Mean of equally good segments (n, channel) with its standard deviation, from their scatter; n >= 2."""
+    n = len(segments)
+    value = segments.mean(axis=0)
+    dof = 2 * (n - 1)
+    spread = np.sum(np.abs(segments - value) ** 2, axis=0) / dof
+    return Phasors(value, np.sqrt(spread / n), dof)

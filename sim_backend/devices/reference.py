@@ -1,0 +1,80 @@
+"""The simulated reference dipole and field probe: put into the world in the rotor's place."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.identity import Identity
+from sim_backend.coils import AXES
+from sim_backend.inserted import Dipole, field_t
+from sim_backend.options import DipoleTable, ProbeTable
+from sim_backend.receiver import sample_times
+from sim_backend.world import World
+
+PROBE_NOISE = 15
+
+
+class SimulatedReferenceDipole:
+    """See drivers.reference.ReferenceDipole.  The world follows the table exactly."""
+
+    def __init__(self, world: World, table: DipoleTable) -> None:
+        self._world, self._table = world, table
+        world.spare_output = table.output
+
+    def identity(self) -> Identity:
+        """See ReferenceDipole."""
+        return Identity("simulated", f"reference dipole, {self._table.turns_area_m2:g} m^2")
+
+    def output(self) -> int:
+        """See ReferenceDipole."""
+        return self._table.output
+
+    def moment_per_volt_am2(self, frequency_hz: float) -> complex:
+        """See ReferenceDipole."""
+        return Dipole(self._table, np.zeros(3)).moment_per_volt_am2(frequency_hz)
+
+    def relative_std(self) -> float:
+        """See ReferenceDipole."""
+        return self._table.relative_std
+
+    def turn(self, axis: str) -> bool:
+        """See ReferenceDipole."""
+        self._world.insert(Dipole(self._table, np.eye(3)[AXES.index(axis)]), np.array(self._table.position_m))
+        return True
+
+    def remove(self) -> None:
+        """See ReferenceDipole."""
+        self._world.insert(None, np.zeros(3))
+
+
+class SimulatedFieldProbe:
+    """See drivers.reference.FieldProbe."""
+
+    def __init__(self, world: World, table: ProbeTable) -> None:
+        self._world, self._table = world, table
+
+    def identity(self) -> Identity:
+        """See FieldProbe."""
+        return Identity("simulated", "three-axis field probe")
+
+    def relative_std(self) -> float:
+        """See FieldProbe."""
+        return self._table.relative_std
+
+    def put(self) -> bool:
+        """See FieldProbe."""
+        self._world.insert(None, np.array(self._table.position_m), empty=True)
+        return True
+
+    def field_t(self) -> NDArray[np.float64]:
+        """See FieldProbe: the true field with white noise."""
+        setup, result = self._world.result()
+        times_s = sample_times(setup)
+        true_t = field_t(setup.options.coils, result.cuts, times_s, np.array(self._table.position_m))
+        noise = setup.rng(PROBE_NOISE).standard_normal(true_t.shape)
+        return np.asarray(true_t + self._table.noise_t * noise)
+
+    def remove(self) -> None:
+        """See FieldProbe."""
+        self._world.insert(None, np.zeros(3))
