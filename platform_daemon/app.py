@@ -33,7 +33,7 @@ def start_engine(file: PlatformFile, journal: Journal | None = None, models: Lib
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     try:
-        return Engine(platform, file.limits, file.text, journal, models)
+        return Engine(platform, file.limits, file.text, journal, models, file.self_test)
     except Exception:
         platform.close()
         raise

@@ -17,6 +17,7 @@ from drivers.registry import PlatformSection
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon.endpoints import with_endpoints
+from platform_daemon.engine.self_test import SelfTestOptions
 from sequences.limits import SafetyLimits
 from sequences.request import SequenceRequest
 
@@ -26,7 +27,7 @@ class PlatformFile:
     """A platform file taken apart: what the registry builds from, the safety envelope, and the text for the record.
 
     calibration_file: a recording or calibration file that replaces the back end's calibration, None: there is none;
-    transmit_file: the same for field and inductance of the coils.
+    transmit_file: the same for field and inductance of the coils; self_test: what comes before each series.
     """
 
     path: Path
@@ -34,7 +35,8 @@ class PlatformFile:
     section: PlatformSection
     limits: SafetyLimits
     calibration_file: Path | None
-    transmit_file: Path | None = None
+    transmit_file: Path | None
+    self_test: SelfTestOptions
 
 
 def locate(kind: str, name: str | Path) -> Path:
@@ -85,9 +87,10 @@ def load_platform(name: str | Path, overrides: Sequence[str] = (), endpoints: Pa
     if "limits" not in tables:
         raise ConfigError("table 'limits' is missing", where=where, remedy="add [limits], see docs/configuration.md")
     limits = validated(SafetyLimits, _table(tables.pop("limits"), f"{where}: limits"), f"{where}: limits")
+    test = validated(SelfTestOptions, _table(tables.pop("self_test", {}), f"{where}: self_test"), f"{where}: self_test")
     section = validated(PlatformSection, tables, where)
     note = "".join(f"# override: {o}\n" for o in overrides)
-    return PlatformFile(path, note + text, section, limits, calibration, transmit)
+    return PlatformFile(path, note + text, section, limits, calibration, transmit, test)
 
 
 def _file_of(tables: dict[str, Any], name: str, path: Path) -> Path | None:

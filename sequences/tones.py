@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from drivers.calibration import TransmitChannel
 from drivers.errors import SequenceRejected
 from drivers.io_card import CardCapabilities
@@ -81,7 +83,8 @@ def coil_tones(
         for d, (first, last) in zip(drives, spans, strict=True)
     ]
     for each in drives:
-        check_drive(0.0, (each,), side.limits)
+        field_t = abs(each.current_a) * float(np.linalg.norm(each.channel.field_per_ampere_t))
+        check_drive(field_t, (each,), side.limits)
     timeline = Timeline(
         clock=side.card.clock,
         tx_samples=tx,

@@ -21,6 +21,7 @@ from platform_daemon.calibration.validity import Conditions
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan
+from platform_daemon.engine.self_test import SelfTest
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.estimation import FitResult, SeriesNoise
 from platform_daemon.fit_request import FitRequest
@@ -55,6 +56,7 @@ class Acquisition:
         *,
         overwrite: bool,
         after_shot: Callable[[], None] = lambda: None,
+        self_test: SelfTest | None = None,
     ) -> None:
         self._platform, self._plan, self._target = platform, plan, target
         self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
@@ -64,14 +66,18 @@ class Acquisition:
         self._live = live
         self._fits: list[Future[FitResult] | str] = []
         self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
-        self._after_shot = after_shot
+        self._after_shot, self._self_test = after_shot, self_test
         self._refused_in_a_row = 0
 
     def __call__(self, job: Job) -> None:
-        """Mount, shoot, store, fit.  Raises Cancelled, DeviceError, OSError; shots already stored stay in the file."""
+        """Mount, test the chain, shoot, store, fit.
+
+        Raises SelfTestFailed before there is a file, Cancelled, DeviceError, OSError; shots already stored stay in it.
+        """
         if self._plan.settle.warning:
             job.warnings.append(self._plan.settle.warning)
         self._platform.mount(self._plan.specimen)
+        self._prove_wiring(job)
         with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
             try:
                 for shot in self._plan.shots:
@@ -83,6 +89,12 @@ class Acquisition:
                     self._after_shot()
             finally:
                 self._finish(job, series)
+
+    def _prove_wiring(self, job: Job) -> None:
+        if self._self_test is None or not self._self_test.enabled:
+            return
+        job.at(0, "self-test")
+        log.info("self_test_passed", **(self._self_test(job.cancel_requested.is_set) or {}))
 
     def _stored(self, job: Job, stored: int) -> None:
         """From here on the job's record says where the shots are, whatever happens to the process."""

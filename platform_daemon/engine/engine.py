@@ -21,6 +21,7 @@ from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
+from platform_daemon.engine.self_test import SelfTest, SelfTestOptions
 from platform_daemon.engine.status import Readback
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
@@ -39,8 +40,9 @@ class UnknownId(InputError):
 class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
-    config_text is stored in every recording; models: adopted ones that on-line fits may use. On-line fits and
-    analysis jobs have a thread each, so that neither holds up a shot nor the other.
+    config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
+    before each series.  On-line fits and analysis jobs have a thread each, so that neither holds up a shot nor the
+    other.  Raises SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -50,11 +52,13 @@ class Engine:
         config_text: str,
         journal: Journal | None = None,
         models: Library | None = None,
+        self_test: SelfTestOptions | None = None,
     ) -> None:
         self.platform = platform
         self.config_text = config_text
         self.live = LiveHarmonics()
         self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
+        self._self_test = SelfTest(platform, self.side, self_test or SelfTestOptions())
         self._models = models
         self._journal = journal or Journal(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
@@ -86,6 +90,7 @@ class Engine:
             self.live,
             overwrite=overwrite,
             after_shot=self._refresh,
+            self_test=self._self_test,
         )
         return self._submit(job, partial(self._behind_interlock, work))
 
