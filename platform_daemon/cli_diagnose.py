@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -15,6 +14,7 @@ from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
+    HtmlOption,
     JsonOption,
     ModelsOption,
     VariantOption,
@@ -22,7 +22,7 @@ from platform_daemon.cli_options import (
     progress_bar,
     variant_named,
 )
-from platform_daemon.files import write_whole
+from platform_daemon.cli_page import write_page
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis import Diagnosis
@@ -39,7 +39,7 @@ def diagnose(
     models: ModelsOption = None,
     calibration: CalibrationOption = None,
     json_file: JsonOption = None,
-    html: Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")] = None,
+    html: HtmlOption = None,
     force: ForceOption = False,
 ) -> None:
     """Say what the declared model lacks: which effect, how strong, how sure, and how much better it predicts.
@@ -64,21 +64,13 @@ def diagnose(
         report = as_json(found) | {"files": [str(f) for f in specimen.files], "recordings": digests(specimen.files)}
         print(summary_text(report))
         write_json(json_file, report)
-        _write_page(html, found, report)
+        write_page(html, found, report)
     except NothingToDiagnoseError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(3) from None
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         raise typer.Exit(130) from None
-
-
-def _write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -> None:
-    if path is not None:
-        from platform_daemon.diagnosis_page import diagnosis_page
-
-        write_whole(path, diagnosis_page(found, report))
-        print(path)
 
 
 def _observable(name: str | None) -> Observable | None:

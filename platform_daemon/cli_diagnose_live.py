@@ -13,6 +13,7 @@ from drivers.validation import validated
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_options import (
     ForceOption,
+    HtmlOption,
     JsonOption,
     ModelsOption,
     PlatformOption,
@@ -23,6 +24,7 @@ from platform_daemon.cli_options import (
     progress_bar,
     variant_named,
 )
+from platform_daemon.cli_page import write_page
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis.proposals import Measurement
@@ -45,10 +47,12 @@ def diagnose_live(
     platform: PlatformOption = "simulated",
     overrides: SetOption = None,
     json_file: JsonOption = None,
+    html: HtmlOption = None,
     force: ForceOption = False,
 ) -> None:
     """Diagnose on the platform: measure, diagnose, run the next measurement, until explained or out of budget."""
     from platform_daemon.app import start_engine
+    from platform_daemon.diagnosis_shots import NothingToDiagnoseError
     from platform_daemon.engine.request import AcquisitionRequest
     from platform_daemon.live_diagnosis import Budget, Callbacks, LiveDiagnosis
     from platform_daemon.settings import load_platform
@@ -64,6 +68,7 @@ def diagnose_live(
     model = variant_named(variant, models)
     out.mkdir(parents=True, exist_ok=True)
     must_not_exist(json_file, force)
+    must_not_exist(html, force)
     signal.signal(signal.SIGTERM, interrupt)
     engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
     loop = None
@@ -90,24 +95,29 @@ def diagnose_live(
             talk = Callbacks(acquired, tell, bar.console.print, ask if manual else lambda step: False)
             loop = LiveDiagnosis(engine, request, out, Budget(budget_shots, budget_s), talk, model)
             loop.run()
+    except NothingToDiagnoseError as error:
+        print(f"error: {error}", file=sys.stderr)
+        raise typer.Exit(3) from None
     except KeyboardInterrupt:
         print("interrupted; outputs are off", file=sys.stderr)
         raise typer.Exit(130) from None
     finally:
         engine.close()
         if loop is not None and loop.rounds:
-            _report(loop, out, json_file)
+            _report(loop, out, json_file, html)
 
 
-def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None) -> None:
-    """The log in the folder, the last diagnosis where --json says, and what is left to do by hand."""
+def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None, html: Path | None) -> None:
+    """The log in the folder, the last diagnosis where --json and --html say, and what is left to do by hand."""
     log = loop.log()
     number = 1
     while (path := out / f"live-{number:02d}.json").exists():
         number += 1
     write_json(path, log)
-    if log["diagnosis"] is not None:
-        write_json(json_file, log["diagnosis"] | {"files": log["files"], "recordings": log["recordings"]})
+    if loop.found is not None:
+        report = log["diagnosis"] | {"files": log["files"], "recordings": log["recordings"]}
+        write_json(json_file, report)
+        write_page(html, loop.found, report)
     print(f"{log['stopped']}; {log['shots']} shots in {len(log['rounds'])} series; log in {path}")
     for step in log["manual_steps_left"]:
         print(f"left to do by hand: {step['what']}")

@@ -21,6 +21,7 @@ EndpointsOption = Annotated[
     typer.Option("--endpoints", help="Addresses for ${...} in the platform file, as `emulate` writes them."),
 ]
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
+HtmlOption = Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
 WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
 VariantOption = Annotated[

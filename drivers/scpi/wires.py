@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import socket
+import warnings
 from typing import Any
 
 import usb.core
@@ -17,6 +18,9 @@ from drivers.serial_line.wire import SerialWire
 from drivers.usb.socket_backend import SocketBackend
 
 LONGEST = 4096
+
+# The library warns of a garbled message and goes on; what it makes of it is refused here as garbage.
+warnings.filterwarnings("ignore", message="Unexpected MsgID", category=UserWarning)
 
 
 def open_wire(table: DeviceTable) -> Wire:

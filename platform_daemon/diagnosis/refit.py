@@ -245,13 +245,13 @@ def _line_search(
     """The longest of ever shorter steps that goes down, or None.
 
     The valley of an effect that the shots' own parameters can nearly follow is narrow and bent: a good step along it
-    leaves it sideways. A step that goes up may therefore make one more before it is judged.
+    leaves it sideways. A whole step that goes up may therefore make one more before it is judged.
     """
     before = _chi2(at)
     fraction = 1.0
     while fraction > _SMALLEST:
         there = _stepped(started, hypothesis, states, strengths, at, fraction, common, pool)
-        if there is not None and _chi2(there[2]) >= before:
+        if there is not None and fraction == 1.0 and _chi2(there[2]) >= before:
             again, _ = _common_step(there[2], hypothesis.size)
             there = _stepped(started, hypothesis, *there, 1.0, again, pool)
         if there is not None and _chi2(there[2]) < before:

@@ -1,6 +1,6 @@
 """One I/O card behind its server: modes, registers, trigger, write pointer, recorded samples.
 
-Methods that change something are called with the world's lock held (`daq_commands` takes it); times are samples since
+Methods that change something are called with the world's lock held (`conversation` takes it); times are samples since
 this card's trigger.
 """
 

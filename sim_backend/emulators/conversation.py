@@ -15,7 +15,8 @@ from collections.abc import Callable
 from contextlib import nullcontext, suppress
 
 from sim_backend.emulators.board import Board, Mode
-from sim_backend.emulators.daq_commands import COMMANDS, WAITING, Code, Silence
+from sim_backend.emulators.daq_commands import COMMANDS, WAITING
+from sim_backend.emulators.daq_handler import Code, Silence
 from sim_backend.emulators.listening import hang_up
 from sim_backend.emulators.scpi import split
 from sim_backend.emulators.sending import Sending
@@ -63,7 +64,7 @@ class Conversation:
     # --- what handlers need
 
     def upload(self, count: int) -> bytes:
-        """See daq_commands.Connection."""
+        """See daq_handler.Connection."""
         parts: list[bytes] = []
         while count > 0 and not self._evicted.is_set():
             readable, _, _ = select.select([self._data, self._woken], [], [])
@@ -76,7 +77,7 @@ class Conversation:
         return b"".join(parts)
 
     def start_sending(self, start: int, count: int, chunk: int | None) -> None:
-        """See daq_commands.Connection."""
+        """See daq_handler.Connection."""
         self.board.reading(start, count)
         if chunk is None:
             self._later = lambda: self._write(self.board.samples(start, start + count))
@@ -85,17 +86,17 @@ class Conversation:
             self._sending = Sending(self.board, start, count, chunk, self._write)
 
     def stop_sending(self) -> bool:
-        """See daq_commands.Connection."""
+        """See daq_handler.Connection."""
         sending = self._sending
         self._finish()
         return sending is not None
 
     def send_log(self) -> None:
-        """See daq_commands.Connection."""
+        """See daq_handler.Connection."""
         self._later = lambda: self._write(struct.pack("<q", len(LOG)) + LOG)
 
     def next_error(self) -> str:
-        """See daq_commands.Connection."""
+        """See daq_handler.Connection."""
         return self._errors.popleft() if self._errors else '0,"No error"'
 
     # --- the thread
@@ -185,9 +186,8 @@ class Conversation:
             self._errors.append('-113,"Undefined header"')
             return None
         handler, numbers = found
-        waits = handler in WAITING or handler.__name__ == "upload"
         try:
-            with nullcontext() if waits else self.board.cards.world.lock:
+            with nullcontext() if handler in WAITING else self.board.cards.world.lock:
                 self.board.settle()
                 answer = handler(self, numbers, arguments)
         except Code as refusal:

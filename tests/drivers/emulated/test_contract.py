@@ -61,7 +61,9 @@ class TestLinesOnPins(CardContract):
             'io_cards.pa_gate={board=0, output="DIO7_P"}', 'io_cards.rx_connect={board=1, output="DIO6_P"}'
         )
         built = lab.platform(
-            'io_card.lines.pa_gate={board=0, pin="DIO7_P"}', 'io_card.lines.rx_connect={board=1, pin="DIO6_P"}'
+            "io_card.pin_delay_s=0.3",  # a busy test machine, not a lab's
+            'io_card.lines.pa_gate={board=0, pin="DIO7_P"}',
+            'io_card.lines.rx_connect={board=1, pin="DIO6_P"}',
         )
         yield built.card
         built.close()
