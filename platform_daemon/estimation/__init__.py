@@ -25,7 +25,7 @@ The way of one shot through the room:
     publish, judgement, losses   published parameters, covariance, doubts -> result (start_label), or refusal
 
 Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench* (speed), warm and jit
-(compilation), arrays (types).
+(compilation), threads (one per fit), arrays (types).
 """
 
 from __future__ import annotations

@@ -7,8 +7,6 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from .cause import refuse_by_cause
 from .disturbances import without_disturbances
 from .growing import Fitted, Problem
@@ -25,6 +23,7 @@ from .screening import few_at_full_scale
 from .solving import FAILURES, solve
 from .start import observes_dipole
 from .task import Task, task_of
+from .threads import one_thread_for_products
 from .verdict import judged, residual_left
 from .windows import Window, check_window
 
@@ -55,6 +54,7 @@ def fit_ring_down(
         ValueError: an unknown variant or window, or a parameter that cannot be fixed (mistakes of the
             caller, not of the data).
     """
+    one_thread_for_products()
     began = time.perf_counter()
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)
@@ -103,14 +103,16 @@ def _fit(task: Task, model: RingDownModel) -> FitResult:
         task = task.at_level(math.sqrt(best.normal.chi2 / task.degrees(problem)), "the fit's white residual")
         problem, best = solve(task, model)
         residual = residual_left(task, problem, best)
-    task = replace(task, doubts=(*problem.doubts, *few_at_full_scale(task.record)))
+    doubts = (*problem.doubts, *few_at_full_scale(task.record))
+    task = replace(task, doubts=doubts) if doubts else task
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
     better = _compared(task, problem, best, residual)
     refuse_decided([other for other in better if other.complete])
     result = judged(task, problem, best, residual)
     # What leaves a misfit itself can be right only where the residual does not show another cause.
     refuse_decided(better)
-    return replace(result, warnings=(*result.warnings, *(f"other_variant: {other.seen}" for other in better)))
+    seen = tuple(f"other_variant: {other.seen}" for other in better)
+    return replace(result, warnings=result.warnings + seen) if seen else result
 
 
 def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) -> list[Comparison]:
@@ -121,9 +123,9 @@ def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) ->
     """
     found: list[Comparison | None] = []
     dof = task.degrees(problem)
-    signal = float(np.sum(best.moments.energy / problem.noise_sd**2))
     rivals = rivals_of(problem.model) if task.record.quantity != "angle" else ()
-    wanted = needs_comparison(best.normal.chi2, signal, dof, coloured=residual.coloured)
+    normal = best.normal
+    wanted = bool(rivals) and needs_comparison(normal.chi2, normal.data_chi2, dof, coloured=residual.coloured)
     for other in rivals if wanted else ():
         try:
             other_problem, other_best = solve(task, other)

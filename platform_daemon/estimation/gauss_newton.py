@@ -88,11 +88,10 @@ class Normal:
 
 def normal_equations(model: RingDownModel, state: FitState, moments: Moments, noise_sd: Array) -> Normal:
     """Weighted least squares of a window from its moments; noise_sd (channels,)."""
-    weights = noise_sd**-2.0
+    weights = 1.0 / (noise_sd * noise_sd)
     gradient, matrix, squares = assembled(model, state, moments, weights)
-    chi2 = weights * squares
     data_chi2 = float(weights @ moments.energy)
-    return Normal(float(chi2.sum()), chi2, squares, gradient, matrix, moments.samples, data_chi2)
+    return Normal(float(weights @ squares), weights * squares, squares, gradient, matrix, moments.samples, data_chi2)
 
 
 def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:
@@ -134,12 +133,11 @@ def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[
 
 def covariance(normal: Normal, free: np.ndarray) -> tuple[Array, float]:
     """Covariance of the free parameters (k, k) and the condition number of the scaled normal matrix."""
-    which = np.flatnonzero(free)
-    matrix = normal.matrix[which[:, None], which]
+    matrix = normal.matrix[free][:, free]
     scale = 1.0 / np.sqrt(matrix.diagonal())
-    values, vectors = np.linalg.eigh(matrix * scale * scale[:, None])
-    spread = (vectors / values) @ vectors.T * scale * scale[:, None]
-    return spread, float(values[-1] / abs(values[0]))
+    scales = scale * scale[:, None]
+    values, vectors = np.linalg.eigh(matrix * scales)
+    return (vectors / values) @ vectors.T * scales, float(values[-1] / abs(values[0]))
 
 
 def variance_of(direction: Array, normal: Normal, free: np.ndarray) -> float:

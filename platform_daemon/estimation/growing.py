@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -175,15 +176,20 @@ class Prior:
     mean: Array
     precision: Array
 
+    @cached_property
+    def _matrix(self) -> Array:
+        return np.diag(self.precision)
+
     def added(self, normal: Normal, state: FitState) -> Normal:
         """Normal equations with the prior's pull."""
         d = state.dynamics
         miss = self.mean - np.array([d.amplitude, *d.values])
         gradient, matrix = normal.gradient.copy(), normal.matrix.copy()
         k = slice(2, 2 + miss.size)
-        gradient[k] += self.precision * miss
-        matrix[k, k] += np.diag(self.precision)
-        chi2 = normal.chi2 + float(np.sum(self.precision * miss**2))
+        pull = self.precision * miss
+        gradient[k] += pull
+        matrix[k, k] += self._matrix
+        chi2 = normal.chi2 + float(pull @ miss)
         return replace(normal, chi2=chi2, gradient=gradient, matrix=matrix)
 
 
@@ -298,8 +304,6 @@ class _Stage:
         damping = 0.0
         for _ in range(_MOST_ITERATIONS):
             step, predicted = solve_step(at.normal, self.problem.free, damping)
-            if not np.isfinite(predicted):
-                raise NoConvergenceError("the normal equations are not finite")
             shrink = _shrink(at.state, step, self.last * self.problem.record.dt_s)
             undamped = damping == 0.0 and shrink == 1.0
             if undamped and (predicted < tolerance or self._left(at, step, predicted) < tolerance):
@@ -327,7 +331,7 @@ class _Stage:
     def _evaluate(self, state: FitState) -> Evaluation:
         """With the prior, if there is one."""
         at = self.problem.evaluate(state, self.last, self.some, self.digits)
-        return at if self.prior is None else replace(at, normal=self.prior.added(at.normal, at.state))
+        return at if self.prior is None else Evaluation(at.state, at.moments, self.prior.added(at.normal, at.state))
 
 
 def _is_better(trial: Normal, normal: Normal) -> bool:

@@ -96,7 +96,7 @@ def refuse_decided(comparisons: Sequence[Comparison]) -> None:
 
 def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     """Numbers that are not finite, or mean nothing beside their own error, are no result."""
-    if not np.all(np.isfinite(public.covariance)) or np.any(np.diag(public.covariance) <= 0.0):
+    if not (np.isfinite(public.covariance).all() and (public.covariance.diagonal() > 0.0).all()):
         raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
     refuse_faint(public)
     estimates = public.parameters

@@ -23,6 +23,7 @@ _SWEEP_MARGIN = 0.01
 _LOWEST_BINS = 4
 _LINE_BINS = 6.5  # half width of a tone's line
 _TINY = 1e-300
+_MOST_KEPT = 256
 OWN = "the record itself"
 _T = TypeVar("_T")
 
@@ -58,11 +59,14 @@ class NoiseModel:
         return cls(sd, grid, np.repeat((2.0 * sd**2 / sampling_rate_hz)[:, None], 2, axis=1))
 
     def kept(self, work: Callable[..., _T], *args: float) -> _T:
-        """work(self, *args), done once for all shots of a series that share this noise."""
+        """work(self, *args), never None, done once for all shots of a series that share this noise."""
         key = (work, *args)
-        if key not in self._results:
-            self._results[key] = work(self, *args)
-        return cast(_T, self._results[key])
+        found = self._results.get(key)
+        if found is None:
+            if len(self._results) >= _MOST_KEPT:
+                self._results.clear()
+            found = self._results[key] = work(self, *args)
+        return cast(_T, found)
 
     def at_level(self, ratio: float, source: str) -> NoiseModel:
         """The model with so many times its standard deviation, known from elsewhere."""

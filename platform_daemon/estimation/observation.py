@@ -24,13 +24,14 @@ from .rotation import (
 )
 from .sampling import DIPOLE, STATE
 
-# d (v column, u column) / d (m_r, delta) of a dipole along (e_u, e_v, e_w), up to factors: (4, 2, 3).
+# d (v column, u column) / d (m_r, delta) of a dipole along (e_u, e_v, e_w), up to factors: (4, 3, 2). R [delta]x has
+# the columns v (-d_w, 0, d_u) and u (0, d_w, -d_v).
 _BY_OWN = np.array(
     [
-        [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
-        [[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]],
-        [[0.0, 0.0, 0.0], [0.0, 0.0, -1.0]],
-        [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
+        [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
+        [[0.0, 0.0], [0.0, 0.0], [0.0, -1.0]],
+        [[-1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
     ]
 )
 
@@ -105,9 +106,14 @@ class DipoleObservation:
         """Channels by (u, v, w)."""
         return np.asarray(self.mixing @ self.rotation)
 
+    @cached_property
+    def _seen(self) -> Array:
+        """Channels by (v, u)."""
+        return np.ascontiguousarray(self._mixed[:, 1::-1])
+
     def gains(self, w: float) -> Array:
         """w m_r (mixing e_v, mixing e_u)."""
-        return np.ascontiguousarray((w * self.m_r) * self._mixed[:, 1::-1])
+        return (w * self.m_r) * self._seen
 
     def gains_by_w(self, w: float) -> Array:
         """Proportional to w."""
@@ -115,11 +121,10 @@ class DipoleObservation:
 
     def gains_by_own(self, w: float) -> Array:
         """Derivatives by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
-        # R [delta]x, column v and column u: (-d_w, 0, d_u) and (0, d_w, -d_v) along (e_u, e_v, e_w).
-        out = _BY_OWN @ self._mixed.T
+        out = self._mixed @ _BY_OWN
         out[0] *= w
         out[1:] *= w * self.m_r
-        return np.ascontiguousarray(out.transpose(0, 2, 1))
+        return np.asarray(out)
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""

@@ -38,8 +38,9 @@ def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndar
     names, values, jacobian = _public_jacobian(model, state)
     internal, condition = covariance(normal, free)
     spread = jacobian[:, free]
-    estimated: list[bool] = np.any(spread != 0.0, axis=1).tolist()
-    matrix = spread[estimated] @ internal @ spread[estimated].T
+    estimated: list[bool] = (spread != 0.0).any(axis=1).tolist()
+    known = spread[estimated]
+    matrix = known @ internal @ known.T
     stds = iter(np.sqrt(matrix.diagonal()).tolist())
     parameters = {
         name: Estimate(value, next(stds) if is_free else None)
@@ -64,7 +65,7 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     values = np.array([d.w / (2.0 * math.pi), *d.values, phi_max, psi, *obs_values])
     jacobian = np.zeros((len(names), state.size))
     jacobian[0, 1] = 0.5 / math.pi
-    jacobian[range(1, 1 + coefficients), range(3, dynamic)] = 1.0
+    jacobian[1 : 1 + coefficients, 3:dynamic] = np.eye(coefficients)
     jacobian[1 + coefficients : 3 + coefficients, :dynamic] = by_state @ by_dynamics
     jacobian[dynamic:, dynamic : dynamic + state.observation.size] = obs_jacobian
     order = _order(tuple(names))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import median
 
 import numpy as np
 from scipy.fft import prev_fast_len, rfft
@@ -80,20 +81,19 @@ class Residual:
 
     @cached_property
     def _colour(self) -> Array:
-        n = self._length
-        return _colour(self.noise, np.arange(1, (n + 1) // 2) * self.rate_hz / n)
+        return self.noise.kept(_colour, self._length, self.rate_hz)
 
     @cached_property
     def flatness(self) -> Array:
         """Spectral flatness per channel, (channels,): geometric over arithmetic mean of the power; noise only: 1."""
-        geometric = np.exp(np.mean(np.log(np.maximum(self.spectrum, 1e-300)), axis=1) + _EULER)
+        geometric = np.exp(np.log(np.maximum(self.spectrum, 1e-300)).mean(axis=1) + _EULER)
         return np.asarray(geometric / np.maximum(self.spectrum.mean(axis=1), 1e-300))
 
     @property
     def colour_sigma(self) -> float:
         """By how many standard deviations the least flat channel departs from white."""
         bins = self.spectrum.shape[1]
-        return float(-np.log(max(self.flatness.min(), 1e-300)) * math.sqrt(bins) / _FLATNESS_SD)
+        return -math.log(max(self.flatness.min(), 1e-300)) * math.sqrt(bins) / _FLATNESS_SD
 
     @cached_property
     def unexplained(self) -> float:
@@ -111,19 +111,23 @@ class Residual:
         """(time in s, share of all power, significance in sd) of the stretch that stands out most."""
         length = max(1, self.scaled.shape[1] // _STRETCHES)
         count = self.scaled.shape[1] // length
-        powers = (self.scaled[:, : count * length].reshape(-1, count, length) ** 2).sum(axis=(0, 2))
-        k = int(np.argmax(powers))
-        usual = max(float(medians(powers)), 1e-300)
+        pieces = self.scaled[:, : count * length].reshape(-1, count, length)
+        powers = np.einsum("ckl,ckl->k", pieces, pieces).tolist()
+        largest, usual = max(powers), max(median(powers), 1e-300)
         sd = usual * math.sqrt(2.0 / (length * self.scaled.shape[0]))
-        middle = self.start_s + (k + 0.5) * length / self.rate_hz
-        return middle, float(powers[k] / powers.sum()), float(powers[k] - usual) / sd
+        middle = self.start_s + (powers.index(largest) + 0.5) * length / self.rate_hz
+        return middle, largest / sum(powers), (largest - usual) / sd
 
 
-def _colour(noise: NoiseModel, frequency_hz: Array) -> Array:
-    """Density of the noise in wide bands, (channels, bins), up to a factor per channel: lines do not count."""
+def _colour(noise: NoiseModel, length: int, rate_hz: float) -> Array:
+    """Density of the noise in wide bands, (channels, bins), up to a factor per channel: lines do not count.
+
+    length: of the transform, whose bin of the offset is left out.
+    """
     if noise.frequency_hz.size <= 2:
         return np.ones((noise.psd.shape[0], 1))
     centres, levels = noise.kept(_bands)
+    frequency_hz = np.arange(1, (length + 1) // 2) * rate_hz / length
     smooth = np.stack([np.interp(frequency_hz, centres, row) for row in levels])
     return np.asarray(np.exp(smooth - smooth.mean(axis=1, keepdims=True)))
 

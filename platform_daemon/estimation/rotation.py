@@ -59,12 +59,12 @@ def rodrigues_from_rotation(rotation: Array) -> Array:
 
 def rodrigues_jacobian(rodrigues: Array) -> Array:
     """d rodrigues / d delta, (3, 3): inverse right Jacobian of the rotation group."""
-    theta = float(np.linalg.norm(rodrigues))
+    theta = math.sqrt(rodrigues @ rodrigues)
     k = cross_matrix(rodrigues)
     if theta < 1e-4:
         factor = 1.0 / 12.0 + theta**2 / 720.0
     else:
-        factor = 1.0 / theta**2 - 1.0 / (2.0 * theta * np.tan(0.5 * theta))
+        factor = 1.0 / theta**2 - 1.0 / (2.0 * theta * math.tan(0.5 * theta))
     return np.asarray(np.eye(3) + 0.5 * k + factor * (k @ k))
 
 
@@ -78,4 +78,4 @@ def nearest_rotation(v: Array, u: Array) -> Array:
         axis = np.eye(3)[int(np.argmin(np.abs(e_v)))]
         across = axis - (axis @ e_v) * e_v
     e_u = across / math.sqrt(across @ across)
-    return np.column_stack([e_u, e_v, cross_matrix(e_u) @ e_v])
+    return np.array([e_u, e_v, cross_matrix(e_u) @ e_v]).T

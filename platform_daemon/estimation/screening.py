@@ -30,7 +30,7 @@ def screen(record: RingDownRecord) -> Line:
         raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
     lowest, highest = y.min(axis=1), y.max(axis=1)
     # Squares of larger numbers overflow; no unit makes them plausible. Comparisons with NaN are false.
-    if not (np.all(lowest > -_LARGEST) and np.all(highest < _LARGEST)):
+    if not ((lowest > -_LARGEST).all() and (highest < _LARGEST).all()):
         where = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
         raise RefusedError(
             Refusal.NOT_FINITE, f"{where.size} samples, the first at {record.valid_from + int(where[0])}"

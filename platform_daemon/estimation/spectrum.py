@@ -86,7 +86,7 @@ def _quick_look(samples: Array, sampling_rate_hz: float) -> Line | None:
         centre = means.sum(axis=1) / n
         means -= centre[:, None]
         used = samples[:, : n * block]
-        power = np.vdot(used, used) if used.flags.c_contiguous else np.einsum("ij,ij", used, used)
+        power = sum(float(row @ row) for row in used)
         if np.vdot(means, means) > _KEPT * (power / block - n * (centre @ centre)):
             return _strongest_line(means, sampling_rate_hz / block)
     return _strongest_line(samples, sampling_rate_hz)

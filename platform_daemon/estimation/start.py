@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
 
-from .arrays import Array, ComplexArray
+from .arrays import Array
 from .calibration import inverse_sensitivity
 from .gauss_newton import FitState
 from .harmonics import (
@@ -88,35 +89,30 @@ def _aligned(snapshot: Snapshot) -> _Waves:
     """
     weight = snapshot.z_sd**-2.0
     z1, z2, z3 = snapshot.z[0], snapshot.z[1], snapshot.z[2]
-    common = 0.5 * float(np.angle(np.sum(weight * z1**2)))
-    v = (z1 * np.exp(-1j * common)).real
-    strongest = int(np.argmax(np.abs(v)))
-    if v[strongest] < 0.0:
+    common = 0.5 * cmath.phase(weight @ (z1 * z1))
+    v = (z1 * cmath.exp(-1j * common)).real
+    if v[np.abs(v).argmax()] < 0.0:
         common += math.pi
         v = -v
     theta = common - 0.5 * math.pi
-    u = (z2 * 1j * np.exp(-2j * theta)).real
-    third = _along(z3 * -1j * np.exp(-3j * theta), v, weight)
-    v_norm = math.sqrt(float(np.sum(weight * v**2)))
+    u = (z2 * (1j * cmath.exp(-2j * theta))).real
+    weighted = weight * v
+    square = float(weighted @ v)
+    third = float(weighted @ (z3 * (-1j * cmath.exp(-3j * theta))).real) / square
     return _Waves(
         phase=theta,
         v=v,
         u=u,
         third=third,
-        snr_second=math.sqrt(float(np.sum(weight * u**2))),
-        snr_third=abs(third) * v_norm,
+        snr_second=math.sqrt(weight @ (u * u)),
+        snr_third=abs(third) * math.sqrt(square),
     )
-
-
-def _along(z: ComplexArray, v: Array, weight: Array) -> float:
-    """Weighted projection of Re z on v, relative to v."""
-    return float(np.sum(weight * z.real * v) / np.sum(weight * v**2))
 
 
 def _amplitudes(dipole: bool, waves: _Waves, snr: float) -> tuple[float, ...]:
     """Candidate amplitudes: u/v ratio for calibrated dm/dt, third harmonic where gains are unknown."""
     if dipole:
-        ratio = float(np.linalg.norm(waves.u) / np.linalg.norm(waves.v))
+        ratio = math.sqrt((waves.u @ waves.u) / (waves.v @ waves.v))
         best = amplitude_from_second_harmonic(ratio)
         found: tuple[float, ...] = (best, 0.75 * best, 1.3 * best)
         found += (_SMALL_AMPLITUDE,) if best < _SMALL_AMPLITUDE else ()
@@ -180,7 +176,7 @@ def _observation(
     if observes_dipole(record, model):
         rotation = nearest_rotation(waves.v, waves.u)
         mixing = np.eye(3) if record.sensitivity is None else -np.asarray(record.sensitivity, dtype=np.float64)
-        return DipoleObservation(float(np.linalg.norm(waves.v)) / v1, rotation, mixing)
+        return DipoleObservation(math.sqrt(waves.v @ waves.v) / v1, rotation, mixing)
     ratio = 2.0 * math.tan(0.25 * amplitude)
     sign = 1.0 if record.quantity == "dmdt" else -1.0
     return FreeGainObservation(np.column_stack([waves.v, waves.u / ratio]) / v1, sign)

@@ -72,6 +72,25 @@ def _undamped(size, nodes, a):  # type: ignore[no-untyped-def]
     return math.pi / mean
 
 
+@fast_part
+def _continued(size, k, sizes, ends, accelerations, a):  # type: ignore[no-untyped-def]
+    """First guess: acceleration over size, a parabola through those of the three sizes solved before `k`, and so the
+    duration, which is returned; a (m,).
+    """
+    duration = 0.0
+    for i in range(a.size):
+        a[i] = 0.0
+    for j in range(max(0, k - 3), k):
+        share = 1.0
+        for other in range(max(0, k - 3), k):
+            if other != j:
+                share *= (size - sizes[other]) / (sizes[j] - sizes[other])
+        duration += share * ends[j, 0]
+        for i in range(a.size):
+            a[i] += share * (size / sizes[j]) * accelerations[j, i]
+    return duration
+
+
 @fast_kernel
 def build_table(  # type: ignore[no-untyped-def]
     low, high, side, columns, codes, widths, c, observable, settled, nodes, once, twice, sizes, accelerations, values,
@@ -100,9 +119,7 @@ def build_table(  # type: ignore[no-untyped-def]
             for i in range(m):
                 a[i] *= size / sizes[k]
         elif k > 0 and size > 0.8 * sizes[k - 1]:
-            duration = ends[k - 1, 0]
-            for i in range(m):
-                a[i] = accelerations[k - 1, i] * (size / sizes[k - 1])
+            duration = _continued(size, k, sizes, ends, accelerations, a)
         else:
             duration = _undamped(size, nodes, a)
         sizes[k] = size

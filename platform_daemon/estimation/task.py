@@ -49,7 +49,7 @@ class Task:
 
     def degrees(self, problem: Problem) -> int:
         """Degrees of freedom of the residual."""
-        return self.record.channels * self.samples - int(problem.free.sum())
+        return self.record.channels * self.samples - int(np.count_nonzero(problem.free))
 
 
 def task_of(record: RingDownRecord, window: Window, noise: NoiseModel | None, fixed: Mapping[str, float]) -> Task:
@@ -89,7 +89,7 @@ def _refuse_slow_change(task: Task, window: Window) -> None:
 def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
     """Standard deviations (channels,), kept above rounding so that noise-free records can be fitted."""
     sd = np.asarray(noise.sd, dtype=np.float64)
-    if sd.shape != (record.channels,) or not np.all(np.isfinite(sd)) or np.any(sd < 0.0):
+    if sd.shape != (record.channels,) or not (np.isfinite(sd) & (sd >= 0.0)).all():
         raise ValueError(f"noise.sd must be {record.channels} finite numbers >= 0, not {sd!r}")
     # A thousand samples, evenly spread, know the size of the signal well enough.
     some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)]

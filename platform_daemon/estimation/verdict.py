@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from .companion import find_companion
 from .compression import find_compression
 from .growing import Fitted, Problem
@@ -28,7 +26,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     squares = float(best.normal.squares_by_channel.sum())
     energy = float(best.moments.energy.sum())
     sums = best.moments.products[:, -1]
-    r2 = 1.0 - squares / (energy - float(np.sum(sums**2)) / task.samples)
+    r2 = 1.0 - squares / (energy - float(sums @ sums) / task.samples)
     nrmse = math.sqrt(squares / energy)
     dof = task.degrees(problem)
     chi2 = best.normal.chi2 / dof

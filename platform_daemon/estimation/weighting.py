@@ -35,7 +35,7 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
     """
     sd = harmonic_sd(problem, noise, frequency_hz)
     level = problem.noise_sd[:, None]
-    if np.all(np.abs(sd - level) <= _SAME * level):
+    if (np.abs(sd - level) <= _SAME * level).all():
         return best
     state = by_convention(best.state)
     for _ in range(_STEPS):

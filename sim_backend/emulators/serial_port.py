@@ -50,19 +50,21 @@ class SerialPort:
         """Unplug it for good and remove the link."""
         os.write(self._closed, b"x")
         self._thread.join(timeout=5)
-        self._unplug()
+        with suppress(OSError):
+            if os.readlink(self.link) == self._target:
+                self.link.unlink()
+        self._let_go(self._master, self._slave, self._closing, self._closed)
 
     def _plug_in(self) -> None:
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         self._target = os.ttyname(self._slave)
-        self.link.symlink_to(self._target)
+        part = self.link.with_name(f".{self.link.name}.{os.getpid()}")
+        part.symlink_to(self._target)
+        part.replace(self.link)
 
-    def _unplug(self) -> None:
-        with suppress(OSError):
-            if os.readlink(self.link) == self._target:
-                self.link.unlink()
-        for end in (self._master, self._slave):
+    def _let_go(self, *ends: int) -> None:
+        for end in ends:
             with suppress(OSError):
                 os.close(end)
 
@@ -80,8 +82,9 @@ class SerialPort:
                     self._answer(line.decode("ascii", "replace").strip())
             except Hangup as fault:
                 os.write(self._master, fault.last)
-                self._unplug()
+                gone = (self._master, self._slave)
                 self._plug_in()
+                self._let_go(*gone)
                 pending = b""
 
     def _answer(self, line: str) -> None:
