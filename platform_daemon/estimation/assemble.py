@@ -12,8 +12,10 @@ def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
     """Coefficients of a channel in the basis, values (b,), and their derivatives, jacobian (b, size)."""
     dynamic = chain.shape[0]
     b = values.size
-    values.fill(0.0)
-    jacobian.fill(0.0)
+    for j in range(b):
+        values[j] = 0.0
+        for p in range(jacobian.shape[1]):
+            jacobian[j, p] = 0.0
     values[0] = gains[channel, 0]
     values[1] = gains[channel, 1]
     values[b - 1] = offsets[channel]
@@ -32,16 +34,14 @@ def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
 def assemble(  # type: ignore[no-untyped-def]
     chain, gains, by_w, by_own, offsets, gram, products, energy, weights, step, gradient, matrix, squares
 ):
-    """Gradient (size,) and Gauss-Newton matrix (size, size) of half chi^2 with the channels' weights, and the sum of
-    squared residuals by channel, squares (channels,), once the linear model has taken a step (size,).
+    """Gradient (size,) and Gauss-Newton matrix (size, size) of half chi^2 with the channels' weights, added to zeros,
+    and the sum of squared residuals by channel, squares (channels,), once the linear model has taken a step (size,).
     """
     b = gram.shape[0]
     size = gradient.size
     values = np.empty(b)
     jacobian = np.empty((b, size))
     turned = np.empty((b, size))
-    gradient.fill(0.0)
-    matrix.fill(0.0)
     for channel in range(weights.size):
         coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
         for j in range(b):

@@ -106,7 +106,7 @@ def assembled(
 ) -> tuple[Array, Array, Array]:
     """Gradient, matrix and squares by channel (assemble.py), by the linear model after a step."""
     size = state.size
-    out = np.empty(size), np.empty((size, size)), np.empty(weights.size)
+    out = np.zeros(size), np.zeros((size, size)), np.empty(weights.size)
     step = np.zeros(size) if step is None else step
     assemble(*linearised(model, state), moments.gram, moments.products, moments.energy, weights, step, *out)
     return out

@@ -81,7 +81,9 @@ def collect_swings(  # type: ignore[no-untyped-def]
                 add_products(basis, collected, filled, products)
                 add_gram(basis, collected[3 * groups], filled, weighted, gram)
                 filled = np.int64(0)
-            sums.fill(0.0)
+            for r in range(sums.shape[0]):
+                for k in range(m):
+                    sums[r, k] = 0.0
             dx = 2.0 * w * dt / heads[h, HEAD_DURATION]
             x = 2.0 * (w * begin * dt + theta - heads[h, HEAD_START]) / heads[h, HEAD_DURATION] - 1.0
             for group in range(groups):

@@ -7,13 +7,14 @@ every effect is equally visible. As a program it writes docs/diagnosis-study.md:
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import multiprocessing
 import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -257,20 +258,40 @@ def main() -> int:
     parser.add_argument("--nameless", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--seed", type=int, default=100)
     parser.add_argument("--out", type=Path, default=DOCUMENT)
+    parser.add_argument("--journal", type=Path, help="keep outcomes in this file, and go on after those it holds")
     asked = parser.parse_args()
-    began = time.monotonic()
     todo = cases(asked)
+    outcomes = _finished(asked.journal, todo)
+    began, before = time.monotonic(), len(outcomes)
     cores = sorted(os.sched_getaffinity(0))
-    outcomes: list[Outcome] = []
     context = multiprocessing.get_context("spawn")
     with context.Pool(len(cores)) as pool:
-        for outcome in pool.imap(run, [(case, asked.shots) for case in todo]):
+        for outcome in pool.imap(run, [(case, asked.shots) for case in todo[before:]]):
             outcomes.append(outcome)
-            left = (time.monotonic() - began) / len(outcomes) * (len(todo) - len(outcomes))
+            _keep(asked.journal, outcome)
+            left = (time.monotonic() - began) / (len(outcomes) - before) * (len(todo) - len(outcomes))
             print(f"{len(outcomes)}/{len(todo)}, {left / 60.0:.0f} min left: {row(outcome)}", flush=True)
-    text = document(outcomes, asked.shots, (time.monotonic() - began) / 60.0) + limits(visible)
+    text = document(outcomes, asked.shots) + limits(visible)
     asked.out.write_text(text, encoding="utf-8")
     return 0
+
+
+def _finished(journal: Path | None, todo: Sequence[Case]) -> list[Outcome]:
+    """What the journal holds of this very study, in its order."""
+    if journal is None or not journal.exists():
+        return []
+    found = [Outcome(**json.loads(line)) for line in journal.read_text(encoding="utf-8").splitlines()]
+    return [
+        replace(o, case=case, names=tuple(o.names), alike=tuple(o.alike), worst=(o.worst[0], o.worst[1]))
+        for o, case in zip(found, todo, strict=False)
+        if o.case == json.loads(json.dumps(asdict(case)))
+    ]
+
+
+def _keep(journal: Path | None, outcome: Outcome) -> None:
+    if journal is not None:
+        with journal.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(asdict(outcome)) + "\n")
 
 
 if __name__ == "__main__":

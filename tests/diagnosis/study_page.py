@@ -56,7 +56,8 @@ Simulated recordings of {shots} shots with effects that nobody declared to the d
 effect code is its own. Strength: drawn at random around multiples of the standard deviation with which the score test
 sees the effect beside the declared parameters of all shots. Nameless effects (memory torques, a gap that breathes, a
 second mode that beats) are in no list of candidates; right is every verdict but `explained`. Written by
-`make diagnose-study` in {minutes:.0f} minutes (`python -m tests.diagnosis.study {options}`); do not edit.
+`make diagnose-study` (`python -m tests.diagnosis.study {options}`; the diagnoses took {minutes:.0f} minutes in all); do
+not edit.
 
 Not applicable: effects whose strength would have to be implausible to be seen in a pose (a channel that hears nothing),
 Stribeck friction without a jewel, Hertz friction beside the jewel's own.
@@ -75,7 +76,7 @@ _TABLE = """
 _KINDS = {"one": "one effect", "two": "two effects", "nameless": "a nameless effect", "clean": "nothing"}
 
 
-def document(outcomes: Sequence[Outcome], shots: int, minutes: float) -> str:
+def document(outcomes: Sequence[Outcome], shots: int) -> str:
     """The study as a page."""
     lines = []
     for kind, sigma in sorted({(o.case.kind, o.case.sigma) for o in outcomes}):
@@ -87,5 +88,6 @@ def document(outcomes: Sequence[Outcome], shots: int, minutes: float) -> str:
         right, wrong = sum(o.right for o in of), sum(o.wrong for o in of)
         lines.append(f"| {_KINDS[kind]} | {size} | {len(of)} | {right} | {wrong} | {worst:.4f} | {near} |")
     rows = [row(o) for o in outcomes]
+    minutes = sum(o.seconds for o in outcomes) / 60.0
     head = _HEAD.format(shots=shots, minutes=minutes, options=" ".join(sys.argv[1:]))
     return head + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
