@@ -5,6 +5,7 @@ inject {kind, shot}                           a world fault (sim_backend/faults.
 wire_fault {kind, device, ...}                a fault of the wire (wire_faults.py), from now on
 clear_faults, repair                          forget faults to come; replace what broke as well
 mount {specimen}, hold_still                  another resonator (its TOML tables); stop it with a finger
+turn_dipole {axis}                            the reference dipole along an axis in the resonator's place; null: out
 instant_reset {board, level}                  the card's emergency input
 """
 
@@ -19,7 +20,8 @@ from typing import Any
 from drivers.errors import InputError, PlatformError
 from drivers.specimen import Specimen
 from drivers.validation import validated
-from sim_backend.emulators.options import AXES
+from sim_backend.devices.reference import SimulatedReferenceDipole
+from sim_backend.emulators.options import OUTPUTS
 from sim_backend.emulators.playback import high_spans, output_bursts
 from sim_backend.emulators.session import Cards
 from sim_backend.emulators.wire_faults import WireFault, WireFaults
@@ -30,8 +32,11 @@ Action = Callable[[Mapping[str, Any]], Any]
 class Control:
     """Executes the requests of the control socket."""
 
-    def __init__(self, cards: Cards, faults: Mapping[str, WireFaults]) -> None:
+    def __init__(
+        self, cards: Cards, faults: Mapping[str, WireFaults], dipole: SimulatedReferenceDipole | None = None
+    ) -> None:
         self._cards, self._world, self._faults = cards, cards.world, faults
+        self._dipole = dipole
         self._actions: dict[str, Action] = {
             "truth": lambda _: self._world.truth(),
             "violations": lambda _: [v.as_dict() for v in self._world.violations()],
@@ -42,6 +47,7 @@ class Control:
             "clear_faults": lambda _: self._clear(),
             "repair": lambda _: self._repair(),
             "mount": self._mount,
+            "turn_dipole": self._turn_dipole,
             "hold_still": lambda _: self._hold_still(),
             "instant_reset": self._instant_reset,
         }
@@ -90,7 +96,7 @@ class Control:
         return [
             axis
             for k, axis in enumerate(board.options.outputs)
-            if axis and output_bursts(board.history, k, AXES.index(axis), now, now + 1, rate)
+            if axis and output_bursts(board.history, k, OUTPUTS.index(axis), now, now + 1, rate)
         ]
 
     def _gate(self) -> bool:
@@ -130,6 +136,16 @@ class Control:
     def _mount(self, request: Mapping[str, Any]) -> None:
         self._check_idle()
         self._world.mount(validated(Specimen, request["specimen"], "specimen"))
+
+    def _turn_dipole(self, request: Mapping[str, Any]) -> None:
+        """Along an axis in the resonator's place; axis null: out again."""
+        self._check_idle()
+        if self._dipole is None:
+            raise InputError("there is no reference dipole", where="control", remedy="add [reference_dipole]")
+        if request["axis"] is None:
+            self._dipole.remove()
+        else:
+            self._dipole.turn(request["axis"])
 
     def _instant_reset(self, request: Mapping[str, Any]) -> None:
         with self._world.lock:

@@ -17,6 +17,7 @@ from typing import Any
 from drivers.errors import ConfigError
 from drivers.specimen import Specimen
 from drivers.validation import validated
+from sim_backend.devices.reference import SimulatedReferenceDipole
 from sim_backend.emulators.amplifier import AmplifierScpi
 from sim_backend.emulators.board import Board
 from sim_backend.emulators.control import Control, arm
@@ -89,8 +90,10 @@ class LabEmulator:
         self._servers = [self._card(k) for k in range(len(self.options.io_cards.boards))]
         self._serial = {name: self._port(name) for name in self.options.serial}
         self._usb = self._amplifier()
+        table = self.options.reference_dipole
+        dipole = None if table is None else SimulatedReferenceDipole(self.world, table)
         self._control = Listener(
-            self.options.host, self.options.control_port, Control(self.cards, self.faults).serve, "control"
+            self.options.host, self.options.control_port, Control(self.cards, self.faults, dipole).serve, "control"
         )
         self._closing.append(self._control.close)
 

@@ -8,26 +8,31 @@ from pydantic import Field, model_validator
 
 from sim_backend.emulators.registers import PINS
 from sim_backend.emulators.wire_faults import WireFault
+from sim_backend.options import DipoleTable
 from sim_backend.section import Finite, Positive, Section
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Axis = Literal["x", "y", "z", ""]
+Terminal = Literal["x", "y", "z", "dipole", ""]
 Pair = Annotated[tuple[Axis, Axis], Field(strict=False)]
+Terminals = Annotated[tuple[Terminal, Terminal], Field(strict=False)]
 Name = Annotated[str, Field(min_length=1)]
 Two = Annotated[tuple[Positive, Positive], Field(strict=False)]
 TwoOffsets = Annotated[tuple[Finite, Finite], Field(strict=False)]
 AXES = ("x", "y", "z")
+OUTPUTS = (*AXES, "dipole")  # as the world counts them
 NOMINAL_SCALE = 1 / 32768
 
 
 class BoardOptions(Section):
-    """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected), versions, and
-    what its EEPROM says; the converters have just these scales V per code and offsets V."""
+    """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected; an output may
+    also feed the "dipole"), versions, and what its EEPROM says; the converters have just these scales V per code and
+    offsets V."""
 
     command_port: Port = 0
     data_port: Port = 0
     inputs: Pair
-    outputs: Pair
+    outputs: Terminals
     server_version: Annotated[int, Field(ge=0)] = 11
     image_version: Annotated[int, Field(ge=0)] = 11
     adc_scale_v: Two = (NOMINAL_SCALE, NOMINAL_SCALE)
@@ -93,7 +98,8 @@ class AmplifierOptions(Section):
 
 class EmulatorOptions(Section):
     """The whole file.  platform: a platform file whose table `[backends.simulated]` is the world; [world] changes keys
-    of it (or is all of it); specimen: a resonator file; speed: world seconds per second."""
+    of it (or is all of it); specimen: a resonator file;
+    reference_dipole: as in a platform file, put in by the control socket; speed: world seconds per second."""
 
     host: Name = "127.0.0.1"
     seed: Annotated[int, Field(ge=0)] = 1
@@ -102,6 +108,7 @@ class EmulatorOptions(Section):
     specimen: str | None = None
     world: dict[str, Any] = Field(default_factory=dict)
     control_port: Port = 0
+    reference_dipole: DipoleTable | None = None
     lna_gain: Positive | None = None
     io_cards: CardsOptions
     amplifier: AmplifierOptions = AmplifierOptions()

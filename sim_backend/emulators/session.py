@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.timeline import Line, LineLevel, SampleClock, Timeline
-from sim_backend.emulators.options import AXES, CardsOptions, LineOptions
+from sim_backend.emulators.options import OUTPUTS, CardsOptions, LineOptions
 from sim_backend.emulators.playback import Spans, high_spans, output_bursts
 from sim_backend.emulators.tape import Tape
 from sim_backend.shot import ShotResult
@@ -96,7 +96,7 @@ class Shot:
             burst
             for output, axis in enumerate(card.options.outputs)
             if axis
-            for burst in output_bursts(card.history, output, AXES.index(axis), first, last, self.clock.rate_hz)
+            for burst in output_bursts(card.history, output, OUTPUTS.index(axis), first, last, self.clock.rate_hz)
         ]
 
     def _spans(self, line: LineOptions, first: int, last: int) -> Spans:
