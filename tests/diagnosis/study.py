@@ -46,8 +46,8 @@ _PAIRED_FROM = 15.0  # sigma from which effects are also drawn in pairs
 _ABSORBED = {
     "channel_gain": {"m_r_am2"},
     "crosstalk": {"rodrigues_x", "rodrigues_y", "rodrigues_z"},
-    "channel_delay": {"psi_start_rad"},
-    "receive_lowpass": {"psi_start_rad", "m_r_am2"},
+    "channel_delay": {"psi_start_rad", "phi_max_rad"},
+    "receive_lowpass": {"psi_start_rad", "phi_max_rad", "m_r_am2"},
     "torsion_stiffness": {"f_nat_hz"},
 }
 
@@ -265,13 +265,16 @@ def main() -> int:
     began, before = time.monotonic(), len(outcomes)
     cores = sorted(os.sched_getaffinity(0))
     context = multiprocessing.get_context("spawn")
-    with context.Pool(len(cores)) as pool:
-        for outcome in pool.imap(run, [(case, asked.shots) for case in todo[before:]]):
-            outcomes.append(outcome)
-            _keep(asked.journal, outcome)
-            left = (time.monotonic() - began) / (len(outcomes) - before) * (len(todo) - len(outcomes))
-            print(f"{len(outcomes)}/{len(todo)}, {left / 60.0:.0f} min left: {row(outcome)}", flush=True)
-    text = document(outcomes, asked.shots) + limits(visible)
+    try:
+        with context.Pool(len(cores)) as pool:
+            for outcome in pool.imap(run, [(case, asked.shots) for case in todo[before:]]):
+                outcomes.append(outcome)
+                _keep(asked.journal, outcome)
+                left = (time.monotonic() - began) / (len(outcomes) - before) * (len(todo) - len(outcomes))
+                print(f"{len(outcomes)}/{len(todo)}, {left / 60.0:.0f} min left: {row(outcome)}", flush=True)
+    except KeyboardInterrupt:
+        print("stopped; the page has what is finished")
+    text = document(outcomes, asked.shots, len(todo)) + limits(visible)
     asked.out.write_text(text, encoding="utf-8")
     return 0
 

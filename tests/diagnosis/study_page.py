@@ -14,7 +14,13 @@ Visible = Callable[[str, str, int], Mapping[tuple[Any, ...], float]]
 
 
 _FOUND = 6.0  # standard deviations: 4.35 pass the corrected level of 1e-3, and 1.65 for a power of 95 %
-_LARGEST = {"channel_gain": 0.05, "channel_delay": 1e-4, "receive_lowpass": 1e-4, "crosstalk": 0.05}
+_LARGEST = {
+    "channel_gain": 0.05,
+    "channel_delay": 1e-4,
+    "receive_lowpass": 1e-4,
+    "crosstalk": 0.05,
+    "receiver_compression": 1.0,
+}
 _LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction in rad/s^2 at the
 velocity scale named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the
 declared parameters, shots as in the study.
@@ -56,15 +62,14 @@ Simulated recordings of {shots} shots with effects that nobody declared to the d
 effect code is its own. Strength: drawn at random around multiples of the standard deviation with which the score test
 sees the effect beside the declared parameters of all shots. Nameless effects (memory torques, a gap that breathes, a
 second mode that beats) are in no list of candidates; right is every verdict but `explained`. Written by
-`make diagnose-study` (`python -m tests.diagnosis.study {options}`; the diagnoses took {minutes:.0f} minutes in all); do
-not edit.
+`make diagnose-study` (`python -m tests.diagnosis.study {options}`); do not edit.
 
 Not applicable: effects whose strength would have to be implausible to be seen in a pose (a channel that hears nothing),
 Stribeck friction without a jewel, Hertz friction beside the jewel's own.
 
 Parameters: share of the recordings whose effects are named exactly in which every parameter lies within 3 of its
 standard deviations of the truth, without those that the effects absorb whatever their size (m_r beside a gain, R beside
-crosstalk, psi beside a delay, f_nat beside a torsion); in the rows, the parameter farthest off.
+crosstalk, psi and phi_max beside a delay, f_nat beside a torsion); in the rows, the parameter farthest off.
 
 | undeclared | strength | cases | named or in its set | a wrong name | worst chi2/dof after | parameters |
 |---|---|---|---|---|---|---|
@@ -76,7 +81,7 @@ _TABLE = """
 _KINDS = {"one": "one effect", "two": "two effects", "nameless": "a nameless effect", "clean": "nothing"}
 
 
-def document(outcomes: Sequence[Outcome], shots: int) -> str:
+def document(outcomes: Sequence[Outcome], shots: int, asked: int) -> str:
     """The study as a page."""
     lines = []
     for kind, sigma in sorted({(o.case.kind, o.case.sigma) for o in outcomes}):
@@ -88,6 +93,7 @@ def document(outcomes: Sequence[Outcome], shots: int) -> str:
         right, wrong = sum(o.right for o in of), sum(o.wrong for o in of)
         lines.append(f"| {_KINDS[kind]} | {size} | {len(of)} | {right} | {wrong} | {worst:.4f} | {near} |")
     rows = [row(o) for o in outcomes]
-    minutes = sum(o.seconds for o in outcomes) / 60.0
-    head = _HEAD.format(shots=shots, minutes=minutes, options=" ".join(sys.argv[1:]))
+    head = _HEAD.format(shots=shots, options=" ".join(sys.argv[1:]))
+    if len(outcomes) < asked:
+        head = head.replace("\n\n", f"\n\n**Stopped after {len(outcomes)} of {asked} recordings.**\n\n", 1)
     return head + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
