@@ -19,7 +19,7 @@ def test_errors_are_honest_with_the_noise_of_the_record_itself(name):
 @pytest.mark.parametrize("variant", ["thread", "jewel"])
 @pytest.mark.parametrize("scale", [1.0, 10.0])
 def test_random_resonators_are_fitted_or_called_too_faint(variant, scale):
-    found = outcomes(variant, scale, "n50", 25)
+    found = outcomes(variant, scale, "n50", 12)
     assert [o for o in found if o.failed] == []
     assert variant in truths_row(variant, scale, "n50", found)
 

@@ -93,7 +93,9 @@ def draw(variant, disturb, draws, make=None):
 
 
 @pytest.mark.parametrize("variant", CASES)
-@pytest.mark.parametrize("name", DISTURBANCES)
+@pytest.mark.parametrize(
+    "name", ["both", *(pytest.param(d, marks=pytest.mark.campaign) for d in DISTURBANCES if d != "both")]
+)
 def test_hum_and_drift_neither_bias_the_estimates_nor_their_errors(variant, name):
     draws = 60
     pulls, results = draw(variant, DISTURBANCES[name], draws)
