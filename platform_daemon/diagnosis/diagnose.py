@@ -182,8 +182,10 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
         return "unexplained"
     gains = [gain_of(final, n.candidate) for n in named if n.candidate in final.hypothesis.common]
     patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
-    # Enough effects together imitate anything.
-    crowded = len(gains) > _BELIEVED or (len(gains) > 1 and math.log(max(left.p_value, 1e-300)) < _LEFT)
+    # Effects together imitate anything: three of them, or two that others could replace.
+    together = [n for n in named if n.candidate in final.hypothesis.common]
+    crowded = len(together) > _BELIEVED or (len(together) > 1 and any(n.alike for n in together))
+    crowded |= len(together) > 1 and math.log(max(left.p_value, 1e-300)) < _LEFT
     wide = after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED
     doubtful = wide or significant or found.forbidden or final.hypothesis.gone or patched or crowded
     return "partly_explained" if doubtful else "explained"

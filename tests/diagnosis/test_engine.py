@@ -101,8 +101,15 @@ def test_two_effects_that_hide_each_other_are_both_named():
 
 
 @pytest.mark.campaign
-def test_what_has_no_name_is_never_explained():
-    report, _ = found("jewel", {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1})
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1},
+        {"id": "memory_relaxation", "strength": 3e-4, "tau_s": 0.02},
+    ],
+)
+def test_what_has_no_name_is_never_explained(effect):
+    report, _ = found("jewel", effect)
     assert report["verdict"] in ("unexplained", "partly_explained")
     torque = report["missing_torque"]
     assert np.array(torque["value"], dtype=float).shape == (len(torque["phi"]), len(torque["phi_dot"]))
