@@ -66,7 +66,8 @@ def pulls(make, truth, variant, seconds, draws, coloured=(0, 1, 2)):
     return np.array(out)
 
 
-@pytest.mark.parametrize("name", ["pink", pytest.param("one_pole", marks=pytest.mark.campaign)])
+@pytest.mark.campaign
+@pytest.mark.parametrize("name", ["pink", "one_pole"])
 @pytest.mark.parametrize(
     ("variant", "truth", "seconds"),
     [("thread", Truth(), 0.5), pytest.param("jewel", JEWEL, 0.5, marks=pytest.mark.campaign)],

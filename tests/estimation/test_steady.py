@@ -127,6 +127,7 @@ def test_a_model_that_lacks_an_effect_keeps_its_misfit():
     assert not any("steady tone" in note for note in result.notes)
 
 
+@pytest.mark.campaign
 def test_red_noise_is_fitted_without_its_wander():
     pulls, _ = draw("thread", lambda n, rng: 0.0, 100, pink(500.0, 2.0)[0])
     assert np.sqrt(np.mean(pulls**2)) == pytest.approx(1.0, abs=0.2)
