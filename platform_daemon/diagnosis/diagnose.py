@@ -184,7 +184,8 @@ def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequenc
     patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
     # Effects together imitate anything: three of them, or two that others could replace.
     together = [n for n in named if n.candidate in final.hypothesis.common]
-    crowded = len(together) > _BELIEVED or (len(together) > 1 and any(n.alike for n in together))
+    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.alike)
+    crowded = len(together) > _BELIEVED or (len(together) > 1 and replaceable)
     crowded |= len(together) > 1 and math.log(max(left.p_value, 1e-300)) < _LEFT
     wide = after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED
     doubtful = wide or significant or found.forbidden or final.hypothesis.gone or patched or crowded

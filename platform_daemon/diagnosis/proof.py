@@ -47,8 +47,10 @@ def _best_predicting(found: Found, pool: Executor) -> tuple[Picture, Passed]:
     """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
     seen, passed = found.picture, Passed()
     for effect in seen.refit.hypothesis.common:
-        first, gain = held_out(seen.refit, pool), gain_of(seen.refit, effect)
         alike = [r for r in rivals(seen, effect, pool) if r.indistinguishable and r.refit is not None]
+        if not alike:
+            continue
+        first, gain = held_out(seen.refit, pool), gain_of(seen.refit, effect)
         scores = [(_worse(r, first, pool), r) for r in alike[:_OPTIONS]]
         worse, best = min(scores, key=lambda pair: pair[0], default=(0.0, None))
         if best is not None and best.refit is not None and worse < -_BETTER:
