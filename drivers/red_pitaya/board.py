@@ -42,6 +42,11 @@ class InputScale:
     offset_v: NDArray[np.float32]
     calibrated: bool
 
+    def ends_v(self, channel: int) -> tuple[float, float]:
+        """The voltages of the lowest and the highest code."""
+        scale, offset = float(self.scale_v[channel]), float(self.offset_v[channel])
+        return -32768 * scale + offset, 32767 * scale + offset
+
 
 @dataclass
 class Board:

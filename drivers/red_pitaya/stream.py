@@ -15,6 +15,7 @@ from drivers.io_card import ChunkFlags
 RECORD = struct.Struct("<BQQ4B")
 PAIR_BYTES = 4
 RING_SAMPLES = 2**25
+LONGEST_RECORDING = 2**40  # samples: 200 days
 FIR_TAPS = 92
 CIC_ORDER = 6
 
@@ -32,12 +33,18 @@ class Record:
     status: int
     written: int
     lag: int
+    sending: int
 
     @classmethod
     def parse(cls, raw: bytes | memoryview, first_sample: int) -> Record:
         """From its 21 bytes; `first_sample` is the raw index of the chunk's first sample."""
-        status, lag, _, *_ = RECORD.unpack(raw)
-        return cls(status, first_sample + lag, lag)
+        status, lag, sending, *_ = RECORD.unpack(raw)
+        return cls(status, first_sample + lag, lag, sending)
+
+    @property
+    def plausible(self) -> bool:
+        """False for numbers that no recording comes to: bytes are missing, or these are samples."""
+        return max(self.lag, self.sending) < LONGEST_RECORDING
 
     @property
     def flags(self) -> ChunkFlags:
@@ -64,6 +71,10 @@ class Continuity:
 
     def check(self, record: Record) -> None:
         """Raises ShotRefused if trigger, sequence or write pointer tell of another recording than ours."""
+        if not record.plausible:
+            raise ShotRefused(
+                "a status record makes no sense", where=self._where, why="bytes of the stream are missing"
+            )
         if not record.triggered:
             raise ShotRefused("the trigger fell during the shot", where=self._where)
         if record.written < self._written:
