@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
 from drivers.io_card import ChunkFlags
-from drivers.red_pitaya.connection import Connection
+from drivers.red_pitaya.connection import MARK_S, Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
+from drivers.red_pitaya.ports import use_up_strangers
 from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram, Sine
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record, cic_gain
 
@@ -74,6 +75,8 @@ class Board:
         """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
         a, old = self.address, self._connection
         try:
+            if old.starved:
+                use_up_strangers(a.host, a.command_port, MARK_S)
             self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
         finally:
             old.close()

@@ -76,7 +76,7 @@ class RedPitayaCard:
     def identity(self) -> Identity:
         """See IoCard.  The serial number is the address: the server tells none."""
         for board in self.boards:
-            board.ask("*IDN?")
+            board.ask("RP:MODE?")  # it is still there, and so nobody else
         where = ", ".join(board.address.host for board in self.boards)
         versions = "; ".join(dict.fromkeys(board.version for board in self.boards))
         return Identity("Red Pitaya", f"{len(self.boards)} x STEMlab 125-14, RedPitayaDAQServer", where, versions)
