@@ -89,7 +89,7 @@ CARD_SITES = (
     Site("TX", ("RP:TRIGGER?", "PIPELINED")),
     Site("readout", ("RP:STATUS?", "INSTANTRESET:TRIGGERED?", "MODE CONFIGURATION", "TRIGGER:ALIVE ON")),
     Site("off", ("CHANNEL0:OFFSET?", "COMPONENT1:AMPLITUDE 0"), when="after_shot"),
-    Site("idle", ("*IDN?",), when="idle", first=False, before_refresh=True),
+    Site("idle", ("RP:MODE?",), when="idle", first=False, before_refresh=True),
 )
 STREAM_SITES = (
     Site("TX", chunks=(0, 1)),
