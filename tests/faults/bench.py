@@ -34,12 +34,14 @@ QUICK = (  # impatient, so that a campaign does not only wait
     "self_test.tone_s=0.03",
 )
 PATIENCE_S = 180.0
-
-engine_module.IDLE_S = 3600.0  # nobody reads devices back in between, so that a fault meets the phase it is meant for
+NEVER_S = 3600.0
 
 
 class Bench:
-    """Emulator and daemon in one process.  `shots` are all shots that the world has played, as their feeds."""
+    """Emulator and daemon in one process.  `shots` are all shots that the world has played, as their feeds.
+
+    While it lives nobody reads idle devices back, so that a fault meets the phase it is meant for.
+    """
 
     def __init__(self, folder: Path, seed: int) -> None:
         self.folder = folder
@@ -48,6 +50,7 @@ class Bench:
         self._listen_in()
         self.engine: Engine | None = None
         self.made = 0
+        self._idle_s, engine_module.IDLE_S = engine_module.IDLE_S, NEVER_S
 
     @property
     def world(self) -> Any:
@@ -71,6 +74,7 @@ class Bench:
         try:
             self.close()
         finally:
+            engine_module.IDLE_S = self._idle_s
             self.lab.emulator.close()
 
     def series(

@@ -46,7 +46,8 @@ def trial(bench: Bench, seed: int, index: int) -> dict[str, Any]:
     fault: such a trial is repeated, and it is counted how often (`late`).
     """
     fault, began = draw(seed, index), time.monotonic()
-    for late in range(REPEATS + 1):
+    seen, late = Seen(), 0
+    for late in range(REPEATS + 1):  # noqa: B007, its last value is what counts
         try:
             seen = run(bench, fault)
         except Exception as error:

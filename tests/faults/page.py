@@ -11,30 +11,31 @@ from tests.faults.trial import OFF_WITHIN_S
 
 HEAD = """# The fault campaign
 
-What a fault of the devices or of their wires comes to, on the emulated lab: two I/O cards, serial switch and LNA, amplifier over USBTMC, the daemon's
-engine and store above the real drivers. Written by `make fault-campaign` (seed {seed}); the outcomes were written down in
-`tests/faults/catalogue.py` before the run. A fault strikes the answer to one command, one write of the data stream, or one
-shot, drawn at random within its phase; then the lab is repaired and a clean shot with self-test is asked for.
+What a fault of the devices or of their wires comes to, on the emulated lab: two I/O cards, serial switch and LNA,
+amplifier over USBTMC, and the daemon's engine and store above the real drivers. Written by `make fault-campaign`
+(seed {seed}); the outcomes were written down in `tests/faults/catalogue.py` before the run. A fault strikes the answer
+to one command, one write of the data stream, or one shot, drawn at random within its phase; then the lab is repaired
+and a clean shot with self-test is asked for.
 
-After each fault it is checked, by the world's own record and not by the drivers', that
-power could reach the coils for no longer than {off_within:g} s after it, that DACs, gate and amplifier are off, that power never met a connected
-receiver; that every acknowledged shot is in the file and every good one equals to half an ADC code what the world's converters recorded;
-that the daemon lives and the clean shot is good.
+After each fault it is checked, by the world's own record and not by that of the drivers, that power could reach the
+coils for no longer than {off_within:g} s after it; that DACs, gate and amplifier are off; that power never met a
+connected receiver; that every acknowledged shot is in the file, and that every good one is, to half an ADC code, what
+the world's converters recorded; that the daemon lives and that the clean shot is good.
 
-**{faults} faults, {expected} ended as expected, {bad} did not.** Longest time from a fault until power could no longer reach the coils:
-{off:.3f} s. From asking until the daemon had reported: {median:.1f} s (median), {longest:.0f} s (longest: a link that stays dead is tried
-again before the outputs are called unconfirmed). {late} trials were repeated because this computer was too busy to see the receiver connected in time, which
-refuses a shot by itself.
+**{faults} faults, {expected} ended as expected, {bad} did not.** Longest time from a fault until power could no longer
+reach the coils: {off:.3f} s. From asking until the daemon had reported: {median:.1f} s (median), {longest:.0f} s
+(longest: a link that stays dead is tried again before the outputs are called unconfirmed). {late} trials were repeated
+because this computer was too busy to see the receiver connected in time, which refuses a shot by itself.
 """
 
 LEGEND = """## Outcomes
 
 {rows}
 
-Kinds: `timeout` one answer never comes; `garbage` random bytes instead; `half_reply`; `disconnect` after byte n of an answer; `slow_link` answers up to
-0.2 s late; `one_way_link` the device hears and is not heard; `deaf_link` it is not reached; the rest are faults of the devices
-(`sim_backend/faults.py`). `off` is the read-back after a shot that was whole. TCP has a checksum for samples, the server's protocol none: garbage in the
-data stream strikes records.
+Kinds: `timeout` one answer never comes; `garbage` random bytes instead; `half_reply`; `disconnect` after byte n of an
+answer; `slow_link` answers up to 0.2 s late; `one_way_link` the device hears and is not heard; `deaf_link` it is not
+reached; the rest are faults of the devices (`sim_backend/faults.py`). `off` is the read-back after a shot that was
+whole. TCP has a checksum for samples, the server's protocol none: garbage in the data stream strikes records.
 """
 
 SHORT = {
