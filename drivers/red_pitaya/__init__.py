@@ -6,6 +6,7 @@ board.py        one board: who it is, its registers, its sequence
 sequence.py     timeline -> step sequence, enable bits and sines of each board
 stream.py       samples and status records of a pipelined read
 connection.py   the two sockets: connecting, asking, uploading
+ports.py        getting through to one port, whoever is in the way
 commands.py     every command the driver may send, and what the server answers to it
 lock.py         one daemon per card on this computer
 backend.py, options.py   the back end `red_pitaya` and its tables

@@ -11,17 +11,23 @@ from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
 from drivers.io_card import ChunkFlags
-from drivers.red_pitaya.connection import Connection
+from drivers.red_pitaya.connection import MARK_S, Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
+from drivers.red_pitaya.ports import use_up_strangers
 from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram, Sine
-from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
+from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record, cic_gain
 
 log = structlog.get_logger()
 
-AMPLITUDE_STEP_V = 1 / 32767  # of the register, which truncates
+AMPLITUDE_STEP_V = 1 / 32767  # of the register, which truncates; divided by the output's scale
 INPUT_CALIBRATED = 0b1111  # flags: scale and offset of both inputs were set
 SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
+CALIBRATION = [
+    *(f"ADC:CHANNEL{k}:SCALE" for k in (0, 1)),
+    *(f"DAC:CHANNEL{k}:SCALE" for k in (0, 1)),
+    *(f"ADC:CHANNEL{k}:OFFSET" for k in (0, 1)),
+]
 OUTPUTS_OFF = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0" for o, c in SINES),
     *(f"RP:DAC:CHANNEL{o}:OFFSET 0" for o in (0, 1)),
@@ -35,12 +41,14 @@ QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 
 
 @dataclass(frozen=True)
-class InputScale:
-    """Volts per count and volts at count 0 of the two inputs, from the card's memory; each (2,) float32."""
+class Scale:
+    """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
+    ever measured, and what the server multiplies the voltages of the two outputs by."""
 
     scale_v: NDArray[np.float32]
     offset_v: NDArray[np.float32]
     calibrated: bool
+    output: tuple[float, float]
 
 
 @dataclass
@@ -52,7 +60,7 @@ class Board:
     output_pins: list[str]
     is_last: bool
     input_pins: list[str] = field(init=False, default_factory=list)
-    scale: InputScale = field(init=False)
+    scale: Scale = field(init=False)
     version: str = field(init=False, default="")
     _loaded: BoardProgram | None = field(init=False, default=None)
     _connection: Connection = field(init=False)
@@ -67,6 +75,8 @@ class Board:
         """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
         a, old = self.address, self._connection
         try:
+            if old.starved:
+                use_up_strangers(a.host, a.command_port, MARK_S)
             self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
         finally:
             old.close()
@@ -127,14 +137,17 @@ class Board:
         back wrong.
         """
         sines = [command for sine in program.sines for command in _sine(sine)]
-        amplitudes = [f"{_component(s)}:AMPLITUDE {_truncated(s.amplitude_v):.15g}" for s in program.sines]
+        scales = [self.scale.output[s.output] for s in program.sines]
+        wanted = [_truncated(s.amplitude_v, scale) for s, scale in zip(program.sines, scales, strict=True)]
+        amplitudes = [f"{_component(s)}:AMPLITUDE {v:.15g}" for s, v in zip(program.sines, wanted, strict=True)]
         checks = [f"{_component(s)}:AMPLITUDE?" for s in program.sines]
         answers = self.ask(*sines, "RP:DAC:SEQ:SET", *amplitudes, *checks, "RP:MODE ACQUISITION")
         found = answers[len(answers) - 1 - len(checks) : -1]
-        for sine, value in zip(program.sines, found, strict=True):
-            if not abs(float(value) - sine.amplitude_v) <= 1.5 * AMPLITUDE_STEP_V:
+        for sine, scale, value in zip(program.sines, scales, found, strict=True):
+            # What is read back is the register, which holds the voltage times the output's scale.
+            if not abs(float(value) - sine.amplitude_v * scale) <= 1.5 * AMPLITUDE_STEP_V:
                 raise DeviceProtocolError(
-                    f"an amplitude of {sine.amplitude_v} V reads back as {value} V",
+                    f"an amplitude of {sine.amplitude_v} V reads back as {value} V, at an output scale of {scale:g}",
                     where=self.where,
                     remedy="check the output calibration in the card's memory",
                 )
@@ -197,29 +210,31 @@ class Board:
         except DeviceTimeout:
             image, server = "unknown", "unknown"
         wanted = self.table.server_version
-        if (image, server) != (wanted, wanted):
+        wanted_image = wanted if self.table.image_version is None else self.table.image_version
+        if (image, server) != (wanted_image, wanted):
             raise DeviceProtocolError(
-                f"the card's image is version {image} and its server version {server}, not {wanted}",
+                f"the card's image is version {image} and its server version {server}, not {wanted_image} and {wanted}",
                 where=self.where,
                 why="the protocol differs between versions",
-                remedy="update the card's DAQ server, or set io_card.server_version if you know that it behaves alike",
+                remedy="update the card's DAQ server, or set io_card.server_version and io_card.image_version if you "
+                "know that it behaves alike",
             )
         self.version = f"server {server}"
-        self.scale = self._input_scale()
+        self.scale = self._scale()
         if not self.scale.calibrated:
             self.version += ", inputs not calibrated"
 
-    def _input_scale(self) -> InputScale:
-        keys = [f"RP:CALIB:ADC:CHANNEL{k}:{what}?" for what in ("SCALE", "OFFSET") for k in (0, 1)]
+    def _scale(self) -> Scale:
+        keys = [f"RP:CALIB:{what}?" for what in CALIBRATION]
         *values, flags = self.ask(*keys, "RP:CALIB:FLAGS")
         numbers = np.array(values, np.float32)
         calibrated = int(flags) & INPUT_CALIBRATED == INPUT_CALIBRATED
-        if not np.all(np.isfinite(numbers)) or not np.all(numbers[:2] > 0):
+        if not np.all(np.isfinite(numbers)) or not np.all(numbers[:4] > 0):
             raise DeviceProtocolError(
-                "the input calibration in the card's memory makes no sense",
+                "the calibration in the card's memory makes no sense",
                 where=self.where,
-                why=f"V per count and offset: {values}",
-                remedy="calibrate the card's inputs anew",
+                why=", ".join(f"{key} is {value}" for key, value in zip(CALIBRATION, values, strict=True)),
+                remedy="calibrate the card anew",
             )
         if not calibrated:
             log.warning("card_inputs_not_calibrated", card=self.where, scale_v=numbers[:2].tolist())
@@ -230,7 +245,8 @@ class Board:
                     why=f"calibration flags are {int(flags):#06b}",
                     remedy="calibrate them, or set io_card.require_calibration = false",
                 )
-        return InputScale(numbers[:2], numbers[2:], calibrated)
+        counts = numbers[:2] / np.float32(cic_gain(self.table.decimation))
+        return Scale(counts, numbers[4:], calibrated, (float(values[2]), float(values[3])))
 
     def _configure(self) -> None:
         """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""
@@ -266,6 +282,7 @@ def _sine(sine: Sine) -> list[str]:
     return [f"{head}:FREQUENCY {sine.frequency_hz:.15g}", f"{head}:PHASE {sine.phase_rad:.15g}"]
 
 
-def _truncated(volts: float) -> float:
-    """The voltage to ask for so that the truncating register ends on the nearest step."""
-    return min((math.floor(volts / AMPLITUDE_STEP_V + 0.5) + 0.25) * AMPLITUDE_STEP_V, 1.0)
+def _truncated(volts: float, scale: float) -> float:
+    """The voltage to ask for so that the truncating register, `volts * scale` in steps, ends on the nearest step."""
+    most = 1.0 if scale == 1.0 else 1.0 - 0.5 * AMPLITUDE_STEP_V  # the product may be rounded up, and 1 is the limit
+    return min((math.floor(volts * scale / AMPLITUDE_STEP_V + 0.5) + 0.25) * AMPLITUDE_STEP_V, most) / scale

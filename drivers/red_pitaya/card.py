@@ -76,7 +76,7 @@ class RedPitayaCard:
     def identity(self) -> Identity:
         """See IoCard.  The serial number is the address: the server tells none."""
         for board in self.boards:
-            board.ask("*IDN?")
+            board.ask("RP:MODE?")  # it is still there, and so nobody else
         where = ", ".join(board.address.host for board in self.boards)
         versions = "; ".join(dict.fromkeys(board.version for board in self.boards))
         return Identity("Red Pitaya", f"{len(self.boards)} x STEMlab 125-14, RedPitayaDAQServer", where, versions)
@@ -89,12 +89,12 @@ class RedPitayaCard:
             inputs=self.layout.inputs,
             outputs=self.layout.outputs,
             input_full_scale_v=float(min(scales)) * 32768,
-            output_full_scale_v=OUTPUT_FULL_SCALE_V,
+            output_full_scale_v=self._output_full_scale_v(),
             clock=self.layout.clock,
             max_samples=MAX_SAMPLES - self._delay - GRANULE,
             step_samples=self.layout.step_samples,
             line_delay_s=self.layout.line_delay_s(),
-            output_step_v=AMPLITUDE_STEP_V,
+            output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
         )
 
@@ -134,7 +134,7 @@ class RedPitayaCard:
         """See IoCard."""
         with self._commanding():
             self._require(CardState.IDLE, CardState.PROGRAMMED)
-            programs = compile_timeline(timeline, self.layout)
+            programs = compile_timeline(timeline, self.layout, self._output_full_scale_v())
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
             self._timeline, self._programs, self._state = timeline, programs, CardState.PROGRAMMED
@@ -218,6 +218,15 @@ class RedPitayaCard:
         finally:
             self._state = CardState.CLOSED
             self._let_go()
+
+    def _output_full_scale_v(self) -> float:
+        """What every output can give: the server refuses more than full scale after its calibration."""
+        return OUTPUT_FULL_SCALE_V / max(1.0, *self._output_scales())
+
+    def _output_scales(self) -> list[float]:
+        """Of the outputs that are used; 1 if there is none."""
+        used = zip(self.boards, self.layout.boards, strict=True)
+        return [board.scale.output[k] for board, where in used for k in where.outputs] or [1.0]
 
     def _finish(self) -> None:
         """The last sample is here: let the sequences end, then make the boards ready for the next shot."""

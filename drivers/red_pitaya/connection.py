@@ -4,22 +4,21 @@ The server takes the command connection (5025), stops whatever its last client r
 connection (5026) without limit before it reads a command.  Whoever dies between the two leaves it half open, and every
 client that connects in this order is then paired with the wrong sockets.  Connecting the data socket first heals that:
 a half-open server closes it at once.  Answers to commands of the former client may still arrive: `*IDN?` is the mark
-from which on replies are ours.
+from which on replies are ours, so nothing else here ever asks it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import select
 import socket
 import threading
 import time
 from collections.abc import Sequence
 
-from drivers.errors import DeviceError, DeviceLost, DeviceNotFound, DeviceProtocolError, DeviceTimeout
+from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
+from drivers.red_pitaya.ports import Unanswered, closed_within, connect, use_up_strangers
 
-CONNECT_S = 3.0  # TCP connect
 HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time
 MARK_S = 1.5  # time for the answer to the first *IDN?
 ATTEMPTS = 4
@@ -33,6 +32,8 @@ class Connection:
 
     def __init__(self, command: socket.socket, data: socket.socket, where: str, timeout_s: float) -> None:
         self._command, self._data, self.where, self._timeout_s = command, data, where, timeout_s
+        self.heard = False  # anything on the data socket
+        self.starved = False  # a byte was waited for in vain, and there was none before: it may be a stranger's
         self._lock = threading.Lock()
         self._pending = bytearray()
         self._broken: str | None = None
@@ -49,11 +50,16 @@ class Connection:
         where = f"{host}:{command_port}"
         error: DeviceError = DeviceTimeout("the card does not answer", where=where)
         for _ in range(ATTEMPTS):
-            data = _connect(host, data_port)
-            if _closed_within(data, HALF_OPEN_S):
+            try:
+                data = connect(host, data_port)
+            except Unanswered as failure:
+                error = failure
+                use_up_strangers(host, command_port, MARK_S)
+                continue
+            if closed_within(data, HALF_OPEN_S):
                 data.close()
                 continue
-            connection = cls(_connect(host, command_port, data), data, where, timeout_s)
+            connection = cls(connect(host, command_port, data), data, where, timeout_s)
             try:
                 connection._synchronise()
                 return connection
@@ -72,8 +78,8 @@ class Connection:
         Falls back on `open`, with the same errors.
         """
         with contextlib.suppress(DeviceError):
-            command = _connect(host, command_port)
-            connection = cls(command, _connect(host, data_port, command), f"{host}:{command_port}", timeout_s)
+            command = connect(host, command_port)
+            connection = cls(command, connect(host, data_port, command), f"{host}:{command_port}", timeout_s)
             try:
                 connection._synchronise()
                 return connection
@@ -112,9 +118,12 @@ class Connection:
             self._send(self._command, f"{command}\n".encode())
             self._data.settimeout(self._timeout_s)
             self._send(self._data, payload)
-            line = self._line(command, time.monotonic() + self._timeout_s + len(payload) / UPLOAD_BYTES_PER_S)
             try:
+                line = self._line(command, time.monotonic() + self._timeout_s + len(payload) / UPLOAD_BYTES_PER_S)
                 parse(command, line, self.where)
+            except DeviceTimeout:
+                self.starved = True
+                raise
             except DeviceProtocolError:
                 self._broken = f"the upload {command!r} was refused"
                 raise
@@ -130,6 +139,7 @@ class Connection:
             try:
                 count = self._data.recv_into(target[filled:])
             except TimeoutError:
+                self.starved = not self.heard
                 raise DeviceTimeout(
                     "no samples arrive",
                     where=self.where,
@@ -140,6 +150,7 @@ class Connection:
                 raise self._lost(str(error)) from None
             if count == 0:
                 raise self._lost("it closed the data socket")
+            self.heard = True
             filled += count
 
     def close(self) -> None:
@@ -215,29 +226,3 @@ class Connection:
             why=f"{why}: another client took it over, its server ended, or the network did",
             remedy="make sure that nobody else uses the card, then POST /stop, which connects again with outputs off",
         )
-
-
-def _connect(host: str, port: int, other: socket.socket | None = None) -> socket.socket:
-    """A TCP connection; closes `other` if there is none to be had.  Raises DeviceNotFound."""
-    try:
-        return socket.create_connection((host, port), CONNECT_S)
-    except OSError as error:
-        if other is not None:
-            other.close()
-        raise DeviceNotFound(
-            "no I/O card answers",
-            where=f"{host}:{port}",
-            why=error.strerror or str(error),
-            remedy="check address, power and network of the card, and that its DAQ server runs",
-        ) from None
-
-
-def _closed_within(peer: socket.socket, seconds: float) -> bool:
-    """True if the other side closes within that time."""
-    readable, _, _ = select.select([peer], [], [], seconds)
-    if not readable:
-        return False
-    try:
-        return peer.recv(1, socket.MSG_PEEK) == b""
-    except OSError:
-        return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import socket
 import tempfile
 from pathlib import Path
 from typing import TextIO
@@ -12,11 +13,11 @@ from drivers.errors import DeviceDenied
 
 
 def lock_card(host: str, port: int) -> TextIO:
-    """Hold the card at this address until the file returned is closed or the process ends.
+    """Hold the card at this address, by whatever name, until the file returned is closed or the process ends.
 
     Raises DeviceDenied if another process holds it.
     """
-    name = f"{host}-{port}".replace(os.sep, "_")
+    name = f"{_address(host)}-{port}".replace(os.sep, "_")
     path = Path(tempfile.gettempdir()) / f"platform-daemon-io-card-{name}.lock"
     try:
         file = path.open("a")
@@ -28,6 +29,14 @@ def lock_card(host: str, port: int) -> TextIO:
         file.close()
         raise _in_use(host, port, f"another process holds {path}") from None
     return file
+
+
+def _address(host: str) -> str:
+    """The numbers behind a name; the name itself if nobody knows it, which connecting will say."""
+    try:
+        return socket.gethostbyname(host)
+    except OSError:
+        return host
 
 
 def _in_use(host: str, port: int, why: str) -> DeviceDenied:

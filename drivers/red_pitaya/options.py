@@ -61,9 +61,10 @@ class CardTable(Section):
     """`[io_card]`: the cards, the first being the master, and how to run them.
 
     step_samples: grid of all edges of a sequence; chunk_samples: samples per status record and the time until the card
-    looks at commands while it sends; server_version: what VERsion queries must answer; reply_timeout_s and
-    sample_timeout_s: how long to wait; require_calibration: refuse a card whose inputs were never calibrated;
-    pin_delay_s: how late a DIO line may be set; instant_reset: let the card's input DIO3_P switch the outputs off.
+    looks at commands while it sends; server_version and image_version (None: the same number): what VERsion queries
+    must answer; reply_timeout_s and sample_timeout_s: how long to wait; require_calibration: refuse a card whose
+    inputs were never calibrated; pin_delay_s: how late a DIO line may be set; instant_reset: let the card's input
+    DIO3_P switch the outputs off.
     """
 
     boards: Annotated[tuple[BoardTable, ...], Field(strict=False, min_length=1)]
@@ -72,6 +73,7 @@ class CardTable(Section):
     step_samples: Annotated[int, Field(ge=1, le=65536)] = 16
     chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 1216
     server_version: Annotated[int, Field(ge=1)] = 11
+    image_version: Annotated[int, Field(ge=0)] | None = None
     reply_timeout_s: Positive = 5.0
     sample_timeout_s: Positive = 5.0
     require_calibration: bool = False

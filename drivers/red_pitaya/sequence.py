@@ -56,11 +56,13 @@ class BoardProgram:
         return self.step_samples * len(self.levels_v)
 
 
-def compile_timeline(timeline: Timeline, layout: Layout) -> tuple[BoardProgram, ...]:
+def compile_timeline(
+    timeline: Timeline, layout: Layout, full_scale_v: float = OUTPUT_FULL_SCALE_V
+) -> tuple[BoardProgram, ...]:
     """One program per board.  Raises SequenceRejected for whatever the boards cannot play exactly."""
     complaints = [*_clock_complaints(timeline, layout), *_pin_complaints(timeline, layout)]
     for output in sorted({b.output for b in timeline.bursts}):
-        complaints += _output_complaints(timeline, output, layout)
+        complaints += _output_complaints(timeline, output, layout, full_scale_v)
     step = _step(timeline, layout)
     if step is None:
         complaints.append(f"its edges do not all lie on multiples of {layout.step_samples} samples")
@@ -126,7 +128,7 @@ def _intervals(timeline: Timeline, output: int) -> dict[tuple[int, int], list[Bu
     return found
 
 
-def _output_complaints(timeline: Timeline, output: int, layout: Layout) -> list[str]:
+def _output_complaints(timeline: Timeline, output: int, layout: Layout, full_scale_v: float) -> list[str]:
     """What keeps an output from playing its bursts: one gate, three sines, no change of sine between bursts."""
     if not 0 <= output < layout.outputs:
         return [f"there is no output {output}"]
@@ -141,8 +143,8 @@ def _output_complaints(timeline: Timeline, output: int, layout: Layout) -> list[
     if any(not _same_sines(groups[0], other) for other in groups[1:]):
         complaints.append(f"bursts of output {output} are not one running sine that is gated")
     peak_v = max(sum(abs(b.amplitude_v) for b in bursts) for bursts in intervals.values())
-    if not peak_v <= OUTPUT_FULL_SCALE_V:
-        complaints.append(f"output {output} would need {peak_v} V of {OUTPUT_FULL_SCALE_V} V")
+    if not peak_v <= full_scale_v:
+        complaints.append(f"output {output} would need {peak_v} V of {full_scale_v} V")
     highest_hz = layout.clock.rate_hz / 2
     for b in timeline.bursts:
         if b.output == output and not 0.03 <= b.frequency_hz < highest_hz:

@@ -6,6 +6,7 @@ how far the reader lags behind the recording, how much was recorded while sendin
 
 from __future__ import annotations
 
+import math
 import struct
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ PAIR_BYTES = 4
 RING_SAMPLES = 2**25
 FIR_TAPS = 92
 CIC_ORDER = 6
+STATUS_LAG = 512  # samples: the status is read that much later than the write pointer, if the server is busy
 
 
 def filter_delay_samples(decimation: int) -> float:
@@ -25,19 +27,27 @@ def filter_delay_samples(decimation: int) -> float:
     return cic + (FIR_TAPS - 1) / 2 / 2
 
 
+def cic_gain(decimation: int) -> float:
+    """Gain of the first filter, which the card does not take off; 1 for powers of two."""
+    rate = decimation / 2
+    return float(rate**CIC_ORDER / 2 ** math.ceil(CIC_ORDER * math.log2(rate)))
+
+
 @dataclass(frozen=True)
 class Record:
-    """A chunk's record, with the write pointer when its sending began (samples since the trigger)."""
+    """A chunk's record, with the write pointer when its sending began and what was recorded until it had ended
+    (samples since the trigger); the status is that after the sending."""
 
     status: int
     written: int
     lag: int
+    meanwhile: int
 
     @classmethod
     def parse(cls, raw: bytes | memoryview, first_sample: int) -> Record:
         """From its 21 bytes; `first_sample` is the raw index of the chunk's first sample."""
-        status, lag, _, *_ = RECORD.unpack(raw)
-        return cls(status, first_sample + lag, lag)
+        status, lag, meanwhile, *_ = RECORD.unpack(raw)
+        return cls(status, first_sample + lag, lag, meanwhile)
 
     @property
     def flags(self) -> ChunkFlags:
@@ -72,10 +82,11 @@ class Continuity:
                 where=self._where,
                 why=f"its write pointer went from {self._written} back to {record.written}",
             )
-        if not record.playing and record.written < self._sequence_samples:
+        ended = record.written + record.meanwhile + STATUS_LAG
+        if not record.playing and ended < self._sequence_samples:
             raise ShotRefused(
                 "the outputs ended early",
                 where=self._where,
-                why=f"the sequence stopped before sample {record.written} of {self._sequence_samples}",
+                why=f"the sequence stopped before sample {ended} of {self._sequence_samples}",
             )
         self._written = record.written

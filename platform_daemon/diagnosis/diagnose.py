@@ -7,7 +7,6 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -29,21 +28,14 @@ from .parameters import Mean, means, widened, window_disagreement
 from .pool import shot_pool
 from .proof import proved
 from .proposals import Ambiguity, Proposal, proposals
+from .quiet import beside_tones
 from .refit import Refit, refit
 from .search import Found, Progress, search
 from .shots import Shot
 from .start import Refused, start
+from .verdict import Verdict, judge
 
-Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
-
-_CONFIDENT = 0.5  # share of what could be gained that named effects must explain to be named at all
-_LEFT = math.log(1e-3)
-_NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _HERTZ_LAW_RAD = 0.5 * math.pi
-_NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
-_BELIEVED = 2  # common effects that may act together and be believed
-_PREDICTED = 1.03  # held-out chi^2 per degree of freedom of a complete model
-_PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 
 
 class DiagnosisError(ValueError):
@@ -97,7 +89,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     started, gaps = without_gaps(started, model, pool)
     tell("fit of the declared model", 0.1)
-    base = refit(started, Hypothesis(model), pool)
+    base = beside_tones(refit(started, Hypothesis(model), pool), pool)
     found = search(base, candidates_for(base), pool, tell)
     tell("prediction of held-out data", 0.8)
     seen, before, after, dropped, passed = proved(found, pool)
@@ -105,7 +97,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     if final is not found.best:
         found = replace(found, residues=residues(final, pool))
     named = named_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
-    verdict = _verdict(found, final, named, gaps, after)
+    verdict, doubts = judge(found, final, named, gaps, after)
     if verdict == "unexplained":
         named = ()
     tell("parameters before and after", 0.9)
@@ -138,6 +130,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
         ),
         notes=(
             *notes(found, final, alike, refused, dropped),
+            *doubts,
             *undecided(exact, after_all),
         ),
         seconds=time.perf_counter() - began,
@@ -164,29 +157,3 @@ def candidates_for(base: Refit) -> list[Candidate]:
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
-
-
-def _verdict(found: Found, final: Refit, named: tuple[Named, ...], gaps: Sequence[Flaw], after: HeldOut) -> Verdict:
-    """From what is explained and what is left."""
-    left, factor = found.residues, final.noise_factor
-    explained = max(found.base.chi2 - final.chi2, 0.0) / factor
-    excess = max(left.excess, (final.chi2 - final.dof) / factor if factor > _NOISY else 0.0)
-    significant = math.log(max(left.p_value, 1e-300)) < _LEFT and left.excess > _NEGLIGIBLE * explained
-    significant |= factor > _NOISY
-    if not named:
-        if significant or found.forbidden or found.best.hypothesis.effects:
-            return "unexplained"
-        return "explained" if gaps else "nothing_missing"
-    share = explained / (explained + excess)
-    if significant and share < _CONFIDENT:
-        return "unexplained"
-    gains = [gain_of(final, n.candidate) for n in named if n.candidate in final.hypothesis.common]
-    patched = len(gains) > 1 and min(gains) < _PATCH * max(gains)
-    # Effects together imitate anything: three of them, or two that others could replace.
-    together = [n for n in named if n.candidate in final.hypothesis.common]
-    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.alike)
-    crowded = len(together) > _BELIEVED or (len(together) > 1 and replaceable)
-    crowded |= len(together) > 1 and math.log(max(left.p_value, 1e-300)) < _LEFT
-    wide = after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED
-    doubtful = wide or significant or found.forbidden or final.hypothesis.gone or patched or crowded
-    return "partly_explained" if doubtful else "explained"

@@ -43,13 +43,19 @@ def published(at: Refit, k: int, *, common: bool = True) -> Published:
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
     mask[np.flatnonzero(mask)[~linear.free]] = False
-    spread = linear.own_covariance()
+    places = at.hypothesis.strength_places()
+    whole = np.zeros((state.size, state.size))
+    whole[np.ix_(mask, mask)] = linear.own_covariance()[np.ix_(linear.free, linear.free)]
     if common and at.hypothesis.size:
+        follow = np.zeros((state.size, at.hypothesis.size))
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
-        spread[np.ix_(linear.free, linear.free)] += within @ at.covariance @ within.T
-    spread = spread[np.ix_(linear.free, linear.free)]
+        follow[mask] = -within
+        # A torque moves the start that is published directly too, not only through the state that follows it.
+        follow[places, np.arange(len(places))] = 1.0
+        whole += follow @ at.covariance @ follow.T
+        mask[places] = True
     matrix = np.zeros((state.size, state.size))
-    matrix[np.ix_(mask, mask)] = inverse(spread)
+    matrix[np.ix_(mask, mask)] = inverse(whole[np.ix_(mask, mask)])
     nothing = np.zeros(state.offsets.size)
     normal = Normal(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
     return publish(at.hypothesis.augmented, state, normal, mask)
@@ -65,7 +71,7 @@ def means(at: Refit) -> dict[str, Mean]:
             continue
         rows.append(both[0])
         alone.append(both[1])
-    names = [n for n, e in rows[0].items() if e.std is not None] if rows else []
+    names = [n for n, e in alone[0].items() if e.std is not None] if rows else []  # strengths are reported elsewhere
     return {name: _mean(name, rows, alone) for name in names}
 
 

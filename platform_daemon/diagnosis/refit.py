@@ -25,6 +25,7 @@ from .shots import Started
 _MOST_STEPS = 12
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
 _SMALLEST = 1e-3  # fraction of a step
+_BACK = 3  # steps of the shots' own parameters back into the valley
 _NOTHING = 1e-9  # share of a column that must be left beside the others
 
 
@@ -93,6 +94,10 @@ class Linear:
         out = np.zeros((self.q.shape[0], self.free.size))
         out[:, self.free] = (self.q @ self.triangle) / self.scale
         return out
+
+
+_There = tuple[list[FitState], Array, list[Linear]]
+"""States, strengths, and all shots linearised at them."""
 
 
 @dataclass(frozen=True)
@@ -241,29 +246,45 @@ def _covariance(at: Sequence[Linear], size: int) -> Array:
 def _line_search(
     started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
     at: list[Linear], common: Array, pool: Executor,
-) -> tuple[list[FitState], Array, list[Linear]] | None:  # fmt: skip
+) -> _There | None:  # fmt: skip
     """The longest of ever shorter steps that goes down, or None.
 
     The valley of an effect that the shots' own parameters can nearly follow is narrow and bent: a good step along it
-    leaves it sideways. A whole step that goes up may therefore make one more before it is judged.
+    leaves it sideways. After a step that goes up, the shots' own parameters may therefore find back at the new
+    strengths, and at last all together, before it is judged.
     """
     before = _chi2(at)
     fraction = 1.0
     while fraction > _SMALLEST:
         there = _stepped(started, hypothesis, states, strengths, at, fraction, common, pool)
-        if there is not None and fraction == 1.0 and _chi2(there[2]) >= before:
-            again, _ = _common_step(there[2], hypothesis.size)
-            there = _stepped(started, hypothesis, *there, 1.0, again, pool)
+        if there is not None and _chi2(there[2]) >= before:
+            there = _back(started, hypothesis, there, before, pool)
         if there is not None and _chi2(there[2]) < before:
             return there
         fraction *= 0.3
     return None
 
 
+def _back(
+    started: Sequence[Started], hypothesis: Hypothesis, there: _There, before: float, pool: Executor
+) -> _There | None:
+    """After steps of the shots' own parameters at given strengths, as long as they go down, and one of all together."""
+    nothing = np.zeros(hypothesis.size)
+    for _ in range(_BACK):
+        nearer = _stepped(started, hypothesis, *there, 1.0, nothing, pool)
+        if nearer is None or _chi2(nearer[2]) >= _chi2(there[2]):
+            break
+        there = nearer
+        if _chi2(there[2]) < before:
+            return there
+    common, _ = _common_step(there[2], hypothesis.size)
+    return _stepped(started, hypothesis, *there, 1.0, common, pool)
+
+
 def _stepped(
     started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
     at: list[Linear], fraction: float, common: Array, pool: Executor,
-) -> tuple[list[FitState], Array, list[Linear]] | None:  # fmt: skip
+) -> _There | None:  # fmt: skip
     """After a fraction of a step; None where nothing oscillates."""
     moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]
     there = strengths + fraction * common

@@ -19,7 +19,7 @@ _START_S = 0.05  # looked at sample by sample: transients of the switch live the
 _ENOUGH = 6_000  # samples per channel; shorter records are looked at sample by sample
 _HARMONICS = 6.5  # pass band, in fundamentals
 _GUARD = 9.0  # Nyquist frequency after decimation, in fundamentals
-_RIPPLE_DB = 90.0
+_RIPPLE_DB = 130.0  # an error of m_r, whose standard deviation may be 1e-6 of it with many shots
 _WHITE = 0.02  # relative differences of the noise's level in the band that do not matter
 
 
@@ -61,7 +61,7 @@ class Shot:
 class Grid:
     """Instants t = i factor / rate, first <= i < last, of a piece of a record: every sample, or decimated.
 
-    taps: low-pass filter of the decimation; its pass band is flat to 1e-4 up to 6.5 fundamentals, so that the model
+    taps: low-pass filter of the decimation; its pass band is flat to 1e-6 up to 6.5 fundamentals, so that the model
     need not be filtered.
     """
 

@@ -51,7 +51,8 @@ class Board:
         self.numbers = {"counter": 0, "presamples": 0, "reference": 0}
         self.counter_trigger = {"enabled": False, "armed": False, "reset": False}
         self.reset_pin = self.reset_latched = False
-        self.scales = {("ADC", k): options.adc_scale_v[k] for k in (0, 1)} | {("DAC", k): 1.0 for k in (0, 1)}
+        scales = {"ADC": options.adc_scale_v, "DAC": options.dac_scale}
+        self.scales = {(kind, k): scale[k] for kind, scale in scales.items() for k in (0, 1)}
         self.offsets = {("ADC", k): options.adc_offset_v[k] for k in (0, 1)} | {("DAC", k): 0.0 for k in (0, 1)}
         self.limits = {(k, side): level for k in (0, 1) for side, level in (("LOWER", -1.0), ("UPPER", 1.0))}
         self.calibration_flags = options.calibration_flags
@@ -74,6 +75,11 @@ class Board:
         d = self.decimation
         cic = ((d / 2 if self.fir else d) - 1) / 2 * 6 / d
         return cic + (92 - 1) / 2 / 2 if self.fir else cic
+
+    def adc_gain(self) -> float:
+        """Gain of the first decimation filter, which nothing takes off; 1 for powers of two."""
+        rate = self.decimation / 2 if self.fir else self.decimation
+        return float(rate**6 / 2 ** math.ceil(6 * math.log2(rate)))
 
     def elapsed(self) -> float:
         """Samples since the trigger; 0 without one."""
@@ -228,5 +234,5 @@ class Board:
             if axis:
                 u = volts[AXES.index(axis)].astype(np.float64)
                 u = (u - self.options.adc_offset_v[column]) / self.options.adc_scale_v[column]
-                codes[:, column] = np.clip(np.rint(u), -HALF, HALF - 1)
+                codes[:, column] = np.clip(np.rint(u * self.adc_gain()), -HALF, HALF - 1)
         return codes

@@ -44,7 +44,7 @@ class Conversation:
         self.board, self._command, self._data, self._faults, self._crash = board, command, data, faults, crash
         self._replies = command
         self._buffer = left_over
-        self._errors: deque[str] = deque(maxlen=ERRORS)
+        self.errors: deque[str] = deque(maxlen=ERRORS)
         self._sending: Sending | None = None
         self._evicted = threading.Event()
         self._wake, self._woken = socket.socketpair()
@@ -95,9 +95,10 @@ class Conversation:
         """See daq_handler.Connection."""
         self._later = lambda: self._write(struct.pack("<q", len(LOG)) + LOG)
 
-    def next_error(self) -> str:
+    def send_performance(self) -> None:
         """See daq_handler.Connection."""
-        return self._errors.popleft() if self._errors else '0,"No error"'
+        if (sending := self._sending) is not None:
+            self._later = lambda: self._write(sending.performance)
 
     # --- the thread
 
@@ -183,7 +184,7 @@ class Conversation:
         header, arguments = split(command)
         found = COMMANDS.find(header)
         if found is None:
-            self._errors.append('-113,"Undefined header"')
+            self.errors.append('-113,"Undefined header"')
             return None
         handler, numbers = found
         try:
@@ -193,10 +194,10 @@ class Conversation:
         except Code as refusal:
             return str(refusal.number)
         except Silence:
-            self._errors.append('-104,"Data type error"')
+            self.errors.append('-104,"Data type error"')
             return None
         if answer == "1" and not header.endswith("?"):
-            self._errors.append('-200,"Execution error"')  # the server takes every success for an error
+            self.errors.append('-200,"Execution error"')  # the server takes every success for an error
         return answer
 
     # --- writing

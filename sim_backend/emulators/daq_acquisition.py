@@ -43,12 +43,12 @@ def read_pipelined(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
 
 
 def set_trigger(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-    """ON or OFF; OFF ends keep-alive as well."""
+    """ON or OFF; OFF ends keep-alive as well, unless another card's trigger is still on."""
     need(c.board, Mode.ACQUISITION)
     c.board.trigger_on = word(a, "ON", "OFF") == "ON"
-    if not c.board.trigger_on:
-        c.board.keep_alive = False
     c.board.cards.update_trigger()
+    if not c.board.trigger_on:
+        c.board.keep_alive = c.board.triggered
     return "1"
 
 
@@ -69,9 +69,9 @@ def set_propagation(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
 
 
 def set_keep_alive(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-    """ON or OFF."""
+    """ON or OFF; OFF is answered with success but comes to nothing while the trigger is on."""
     need(c.board, Mode.ACQUISITION)
-    c.board.keep_alive = word(a, "ON", "OFF") == "ON"
+    c.board.keep_alive = word(a, "ON", "OFF") == "ON" or (c.board.keep_alive and c.board.triggered)
     return "1"
 
 

@@ -6,10 +6,10 @@ nothing.  `Code` is a negative reply.
 
 from __future__ import annotations
 
+import re
+from collections import deque
 from collections.abc import Callable
 from typing import Protocol
-
-import numpy as np
 
 from sim_backend.emulators.board import Board, Mode
 from sim_backend.emulators.registers import COMPONENTS, OUTPUTS
@@ -17,6 +17,8 @@ from sim_backend.emulators.sequence import State
 
 RANGE, BAD_CHANNEL, BAD_COMPONENT, BAD_MODE, MISSING, NOT_CONFIGURABLE = -2, -3, -4, -5, -6, -7
 UNSPECIFIED = -1
+NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+WHOLE = re.compile(r"[+-]?\d+")
 
 
 class Code(Exception):
@@ -34,6 +36,7 @@ class Connection(Protocol):
     """What a handler needs of the server."""
 
     board: Board
+    errors: deque[str]
 
     def upload(self, count: int) -> bytes:
         """So many bytes from the data socket; shorter if the client is gone."""
@@ -47,8 +50,8 @@ class Connection(Protocol):
     def send_log(self) -> None:
         """The log file on the data socket."""
 
-    def next_error(self) -> str:
-        """The oldest entry of the error queue."""
+    def send_performance(self) -> None:
+        """The figures of the last record on the data socket, if samples are being sent."""
 
 
 Handler = Callable[[Connection, tuple[int, ...], list[str]], str | None]
@@ -56,22 +59,24 @@ Handler = Callable[[Connection, tuple[int, ...], list[str]], str | None]
 
 def number(arguments: list[str], place: int = 0) -> float:
     """A number.  Raises Code if it is missing or is none, Silence if a blank stands where a comma should."""
-    if place >= len(arguments) or not arguments[place]:
-        raise Code(MISSING)
-    if " " in arguments[place]:
-        raise Silence
-    try:
-        value = float(arguments[place])
-    except ValueError:
-        raise Code(MISSING) from None
-    if not np.isfinite(value):
-        raise Code(RANGE)
-    return value
+    return float(_text(arguments, place))
 
 
 def whole(arguments: list[str], place: int = 0) -> int:
-    """A whole number."""
-    return int(number(arguments, place))
+    """A whole number: the leading digits of a number, whatever follows them."""
+    digits = WHOLE.match(_text(arguments, place))
+    if digits is None:
+        raise Code(MISSING)
+    return int(digits[0])
+
+
+def _text(arguments: list[str], place: int) -> str:
+    text = arguments[place] if place < len(arguments) else ""
+    if len(text.split()) > 1:
+        raise Silence
+    if not NUMBER.fullmatch(text):
+        raise Code(MISSING)
+    return text
 
 
 def word(arguments: list[str], *words: str) -> str:
@@ -117,9 +122,10 @@ def channel_of(numbers: tuple[int, ...]) -> int:
 
 def component_of(numbers: tuple[int, ...], most: int = COMPONENTS) -> tuple[int, int]:
     """Channel and component, 0..most."""
+    channel = channel_of(numbers)
     if numbers[1] > most:
         raise Code(BAD_COMPONENT)
-    return channel_of(numbers), numbers[1]
+    return channel, numbers[1]
 
 
 def on_off(level: bool) -> str:

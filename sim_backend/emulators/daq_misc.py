@@ -30,8 +30,8 @@ def set_mode(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     return "1"
 
 
-def _log(c: Connection, _: tuple[int, ...], __: list[str]) -> None:
-    c.send_log()
+def _next_error(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    return c.errors.popleft() if c.errors else '0,"No error"'
 
 
 def _pin(side: str, n: tuple[int, ...]) -> str:
@@ -90,7 +90,10 @@ def _set_number(name: str, *, sequence: bool = False) -> Handler:
 
 def _set_counter_trigger(name: str) -> Handler:
     def handle(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-        c.board.counter_trigger[name] = word(a, "ON", "OFF") == "ON"
+        on = word(a, "ON", "OFF") == "ON"
+        c.board.counter_trigger[name] = on
+        if on is (name == "reset") and name != "armed":  # a reset disarms, and so does switching it off
+            c.board.counter_trigger["armed"] = False
         c.board.cards.update_trigger()
         return "1"
 
@@ -108,27 +111,30 @@ def set_source(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
 
 SERVER: dict[str, Handler] = (
     {
-        "*CLS": lambda c, n, a: None,
+        "*CLS": lambda c, n, a: c.errors.clear(),
+        "*ESE": lambda c, n, a: None,
         "*ESE?": lambda c, n, a: "0",
         "*ESR?": lambda c, n, a: "0",
         "*IDN?": lambda c, n, a: "CUSTOM,REDPITAYA,0,0.1",
         "*OPC": lambda c, n, a: None,
         "*OPC?": lambda c, n, a: "1",
         "*RST": lambda c, n, a: None,
+        "*SRE": lambda c, n, a: None,
         "*SRE?": lambda c, n, a: "0",
         "*STB?": lambda c, n, a: "0",
         "*TST?": lambda c, n, a: "0",
         "*WAI": lambda c, n, a: None,
-        "SYSTem:ERRor?": lambda c, n, a: c.next_error(),
-        "SYSTem:ERRor:NEXT?": lambda c, n, a: c.next_error(),
+        "SYSTem:ERRor?": _next_error,
+        "SYSTem:ERRor:NEXT?": _next_error,
+        "SYSTem:ERRor:COUNt?": lambda c, n, a: str(len(c.errors)),
         "SYSTem:VERSion?": lambda c, n, a: "1999.0",
         "RP:VERsion:IMAGe?": lambda c, n, a: str(c.board.options.image_version),
         "RP:VERsion:IMaGe?": lambda c, n, a: str(c.board.options.image_version),
         "RP:VERsion:SERVer?": lambda c, n, a: str(c.board.options.server_version),
         "RP:MODe": set_mode,
         "RP:MODe?": lambda c, n, a: quoted(c.board.mode.value),
-        "RP:LOG?": _log,
-        "RP:PERF?": lambda c, n, a: None,
+        "RP:LOG?": lambda c, n, a: c.send_log(),
+        "RP:PERF?": lambda c, n, a: c.send_performance(),
         "RP:STATus?": lambda c, n, a: str(c.board.status()),
         "RP:STATus:OVERwritten?": lambda c, n, a: str(c.board.status() & 1),
         "RP:STATus:CORRupted?": lambda c, n, a: str(c.board.status() >> 1 & 1),
@@ -137,14 +143,14 @@ SERVER: dict[str, Handler] = (
         "RP:WatchDogMode?": lambda c, n, a: quoted(c.board.words["watchdog"]),
         "RP:InstantReset:MODe": _set_word("instant_reset", "ON", "OFF"),
         "RP:InstantReset:MODe?": lambda c, n, a: quoted(c.board.words["instant_reset"]),
-        "RP:InstantReset:STATus?": lambda c, n, a: on_off(c.board.reset_pin),
-        "RP:InstantReset:TRIGgered?": lambda c, n, a: on_off(c.board.reset_latched),
+        "RP:InstantReset:STATus?": lambda c, n, a: str(int(c.board.reset_pin)),
+        "RP:InstantReset:TRIGgered?": lambda c, n, a: str(int(c.board.reset_latched)),
         "RP:COUnter:SAMPlesperstep": _set_number("counter", sequence=True),
         "RP:COUnter:SAMPlesperstep?": lambda c, n, a: str(c.board.numbers["counter"]),
         "RP:CounterTrigger:ENable": _set_counter_trigger("enabled"),
         "RP:CounterTrigger:ENable?": lambda c, n, a: on_off(c.board.counter_trigger["enabled"]),
         "RP:CounterTrigger:ARM": _set_counter_trigger("armed"),
-        "RP:CounterTrigger:ARM?": lambda c, n, a: on_off(c.board.counter_trigger["armed"]),
+        "RP:CounterTrigger:ARM?": lambda c, n, a: str(int(c.board.counter_trigger["armed"])),
         "RP:CounterTrigger:RESet": _set_counter_trigger("reset"),
         "RP:CounterTrigger:RESet?": lambda c, n, a: on_off(c.board.counter_trigger["reset"]),
         "RP:CounterTrigger:PREsamples": _set_number("presamples"),

@@ -34,6 +34,7 @@ def set_step(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
 def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     """How many channels the tables have."""
     configurable(c.board)
+    c.board.sequence.configured()
     c.board.sequence.channels = whole(a)
     return "1"
 
@@ -106,8 +107,6 @@ def upload_resync(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
 def set_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
     """`SEQ:SET`."""
     configurable(c.board)
-    if c.board.sequence.channels <= 0:
-        return "0"
     c.board.sequence.set(c.board.sequence.clocks_per_step // c.board.decimation)
     return "1"
 

@@ -27,9 +27,13 @@ from sim_backend.emulators.registers import (
     AWG_SAMPLES,
     COMPONENTS,
     FREQUENCY_STEP_HZ,
+    OUTPUTS,
     PHASE_STEP_RAD,
     SIGNALS,
 )
+from sim_backend.emulators.session import BASE_HZ
+
+SLOWEST_HZ = 0.03
 
 
 def floats(c: Connection, count: int) -> NDArray[np.float32]:
@@ -42,17 +46,32 @@ def set_amplitude(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """V, 0 ... 1/scale; that of the fourth component has no effect."""
     channel, component = component_of(n)
     volts = number(a)
-    if not 0 <= volts <= 1 / c.board.scales["DAC", 0 if component == COMPONENTS else channel]:
+    if volts < 0:
         raise Code(RANGE)
-    level = int(volts * AMPLITUDE_CODES) / AMPLITUDE_CODES
-    return _component(c.board, channel, component, amplitude_v=level)
+    return _component(c.board, channel, component, amplitude_v=_put_out(c.board, channel, volts))
+
+
+def get_amplitude(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """The register, which holds volts times scale."""
+    channel, component = component_of(n)
+    level = c.board.registers.outputs[channel].components[component].amplitude_v
+    return exact(level * c.board.scales["DAC", channel])
+
+
+def _put_out(board: Board, channel: int, volts: float) -> float:
+    """V that the register makes of it.  Raises Code if it is too much for it."""
+    scale = board.scales["DAC", channel]
+    if abs(volts * scale) > 1:
+        raise Code(RANGE)
+    level = int(volts * scale * AMPLITUDE_CODES) / AMPLITUDE_CODES
+    return level / scale if level else 0.0
 
 
 def set_frequency(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """Hz, 0.03 ... 125 MHz."""
     channel, component = component_of(n)
     hz = number(a)
-    if not 0.03 <= hz < 125e6:
+    if not SLOWEST_HZ <= hz < BASE_HZ:
         raise Code(RANGE)
     return _component(c.board, channel, component, frequency_hz=round(hz / FREQUENCY_STEP_HZ) * FREQUENCY_STEP_HZ)
 
@@ -85,12 +104,15 @@ def _get_component(name: str) -> Handler:
 
 
 def set_offset(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
-    """V, -1 ... 1."""
+    """V, up to 1/scale in both directions."""
     channel, volts = channel_of(n), number(a)
-    if abs(volts) > 1:
-        raise Code(RANGE)
-    level = int(volts * AMPLITUDE_CODES) / AMPLITUDE_CODES
-    return _output(c.board, channel, offset_v=level)
+    return _output(c.board, channel, offset_v=_put_out(c.board, channel, volts))
+
+
+def get_offset(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """The register, which holds volts times scale."""
+    channel = channel_of(n)
+    return exact(c.board.registers.outputs[channel].offset_v * c.board.scales["DAC", channel])
 
 
 def _output(board: Board, channel: int, **changes: object) -> str:
@@ -100,21 +122,27 @@ def _output(board: Board, channel: int, **changes: object) -> str:
 
 
 def set_table(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
-    """16384 float32 on the data socket."""
-    channel = channel_of(n)
+    """16384 float32 on the data socket, taken whatever the channel; the limit is that of the first channel's scale."""
     table = floats(c, AWG_SAMPLES).astype(np.float64)
-    if table.size < AWG_SAMPLES or not np.all(np.abs(table) <= 1):
+    highest = np.max(np.abs(table * c.board.scales["DAC", 0]), initial=0.0)
+    if n[0] >= OUTPUTS or table.size < AWG_SAMPLES or not highest <= 1:
         return "0"
     with c.board.cards.world.lock:
-        return _output(c.board, channel, table=table)
+        return _output(c.board, n[0], table=table)
 
 
 def set_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
-    """Length of the ramp, s."""
+    """Length of the ramp, s; the register holds its inverse."""
     channel, seconds = channel_of(n), number(a)
-    if seconds <= 0:
+    hz = 1 / seconds if seconds else np.inf
+    if not SLOWEST_HZ <= hz < BASE_HZ:
         raise Code(RANGE)
-    return _output(c.board, channel, ramp_s=seconds)
+    return _output(c.board, channel, ramp_s=1 / (round(hz / FREQUENCY_STEP_HZ) * FREQUENCY_STEP_HZ))
+
+
+def get_ramp(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """Length of the ramp, s; of a register that was never written: infinite."""
+    return exact(c.board.registers.outputs[channel_of(n)].ramp_s or np.inf)
 
 
 def enable_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -142,7 +170,7 @@ def ramp_status(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
 
 WAVEFORMS: dict[str, Handler] = {
     "RP:DAC:CHannel#:COMPonent#:AMPlitude": set_amplitude,
-    "RP:DAC:CHannel#:COMPonent#:AMPlitude?": _get_component("amplitude_v"),
+    "RP:DAC:CHannel#:COMPonent#:AMPlitude?": get_amplitude,
     "RP:DAC:CHannel#:COMPonent#:FREQuency": set_frequency,
     "RP:DAC:CHannel#:COMPonent#:FREQuency?": _get_component("frequency_hz"),
     "RP:DAC:CHannel#:COMPonent#:PHAse": set_phase,
@@ -150,10 +178,10 @@ WAVEFORMS: dict[str, Handler] = {
     "RP:DAC:CHannel#:COMPonent#:SIGnaltype": set_signal,
     "RP:DAC:CHannel#:COMPonent#:SIGnaltype?": _get_component("signal"),
     "RP:DAC:CHannel#:OFFset": set_offset,
-    "RP:DAC:CHannel#:OFFset?": lambda c, n, a: exact(c.board.registers.outputs[channel_of(n)].offset_v),
+    "RP:DAC:CHannel#:OFFset?": get_offset,
     "RP:DAC:CHannel#:AWG": set_table,
     "RP:DAC:CHannel#:RAMPing": set_ramp,
-    "RP:DAC:CHannel#:RAMPing?": lambda c, n, a: exact(c.board.registers.outputs[channel_of(n)].ramp_s),
+    "RP:DAC:CHannel#:RAMPing?": get_ramp,
     "RP:DAC:CHannel#:RAMPing:ENaBle": enable_ramp,
     "RP:DAC:CHannel#:RAMPing:ENaBle?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_enabled),
     "RP:DAC:CHannel#:RAMPing:DoWN": ramp_down,

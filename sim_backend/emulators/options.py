@@ -26,8 +26,8 @@ NOMINAL_SCALE = 1 / 32768
 
 class BoardOptions(Section):
     """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected; an output may
-    also feed the "dipole"), versions, and what its EEPROM says; the converters have just these scales V per code and
-    offsets V."""
+    also feed the "dipole"), versions, and what its EEPROM says; the converters have just these scales
+    (inputs: V per code, outputs: register per V) and offsets V."""
 
     command_port: Port = 0
     data_port: Port = 0
@@ -37,6 +37,7 @@ class BoardOptions(Section):
     image_version: Annotated[int, Field(ge=0)] = 11
     adc_scale_v: Two = (NOMINAL_SCALE, NOMINAL_SCALE)
     adc_offset_v: TwoOffsets = (0.0, 0.0)
+    dac_scale: Two = (1.0, 1.0)
     calibration_flags: Annotated[int, Field(ge=0, lt=4096)] = 0b1111
 
 

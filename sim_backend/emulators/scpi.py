@@ -44,5 +44,5 @@ def _keyword(keyword: str) -> str:
 
 def split(command: str) -> tuple[str, list[str]]:
     """Header and arguments; one blank separates them, commas separate arguments."""
-    header, _, rest = command.strip().partition(" ")
-    return header, [a.strip() for a in rest.split(",")] if rest.strip() else []
+    header, *rest = command.split(maxsplit=1)
+    return header, [a.strip() for a in rest[0].split(",")] if rest else []

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 from sim_backend.emulators.board import Board
 
-RECORD = struct.Struct("<BQQ4B")
+PERFORMANCE = struct.Struct("<QQ4B")
 PIECE = 65536
 CONTROL_MARGIN, SET_DELAY, NO_UPDATE = 255, 0, 255
 IDLE_S = 0.01
@@ -20,6 +20,7 @@ class Sending:
     def __init__(self, board: Board, start: int, count: int, chunk: int, write: Callable[[bytes], bool]) -> None:
         self._board, self._write = board, write
         self._next, self._stop, self._chunk = start, start + count, chunk
+        self.performance = bytes(PERFORMANCE.size)
 
     def over(self) -> bool:
         """True if everything has been sent."""
@@ -47,11 +48,9 @@ class Sending:
                 self.end()
                 return
             sending += max(self._board.write_pointer() - before, 0)
-        record = RECORD.pack(
-            self._board.status() & 0xFF, max(lag, 0), sending, CONTROL_MARGIN, SET_DELAY, NO_UPDATE, SET_DELAY
-        )
+        self.performance = PERFORMANCE.pack(max(lag, 0), sending, CONTROL_MARGIN, SET_DELAY, NO_UPDATE, SET_DELAY)
         self._next = last
-        if not self._write(record):
+        if not self._write(bytes([self._board.status()]) + self.performance):
             self.end()
 
     def _wait(self, stop: int, evicted: threading.Event) -> bool:

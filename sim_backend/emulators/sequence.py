@@ -7,7 +7,7 @@ held, enabled.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -42,8 +42,24 @@ class Part:
         return np.tile(self.values, (self.repetitions, 1))
 
 
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """What was uploaded for one sequence: the main table with its enable (steps, channels) and resync (steps,
+    min(channels, 2)) bits, and what is played before and after."""
+
+    main: Part | None = None
+    enable: NDArray[np.bool_] | None = None
+    resync: NDArray[np.bool_] | None = None
+    up: Part | None = None
+    down: Part | None = None
+
+
 class Sequence:
-    """What one board knows of its sequence."""
+    """What one board knows of its sequence.
+
+    The server keeps two: the one that is being configured, which begins empty with the first command for it after a
+    SEQ:SET, and the one that SEQ:SET has made of it.
+    """
 
     def __init__(self) -> None:
         self.state = State.CONFIG
@@ -51,51 +67,58 @@ class Sequence:
         self.channels = 0
         self.lost_steps = False
         self.program: Program | None = None
-        self._main: Part | None = None
-        self._enable: NDArray[np.bool_] | None = None
-        self._resync: NDArray[np.bool_] | None = None
-        self._up: Part | None = None
-        self._down: Part | None = None
-        self._cleared = False
+        self._next: Tables | None = None
+        self._set: Tables | None = None
+        self._freed = False
         self._filled = 0
         self._ring_first = np.zeros(SEQUENCE_CHANNELS)
 
     # --- uploads
 
+    def configured(self) -> Tables:
+        """The sequence that is being configured; it begins now if there is none."""
+        self._next = self._next or Tables()
+        return self._next
+
     def steps(self) -> int:
-        """Steps of one repetition of the main table, 0: there is none."""
-        return 0 if self._main is None else len(self._main.values)
+        """Steps of one repetition of the main table that is being configured, 0: there is none."""
+        main = self.configured().main
+        return 0 if main is None else len(main.values)
 
     def upload(self, values: NDArray[np.float32], repetitions: int) -> None:
         """A new main table, (steps, channels) V; what enabled and resynchronised the old one is gone."""
-        self._main, self._enable, self._resync = Part(values.astype(np.float64), repetitions), None, None
-        self._cleared = False
+        main = Part(values.astype(np.float64), repetitions)
+        self._next = replace(self.configured(), main=main, enable=None, resync=None)
 
     def upload_enable(self, enable: NDArray[np.bool_]) -> None:
         """(steps, channels) of the main table."""
-        self._enable = enable
+        self._next = replace(self.configured(), enable=enable)
 
     def upload_resync(self, resync: NDArray[np.bool_]) -> None:
         """(steps, min(channels, 2)) of the main table."""
-        self._resync = resync
+        self._next = replace(self.configured(), resync=resync)
 
     def upload_ramp(self, values: NDArray[np.float32], repetitions: int, *, down: bool) -> None:
         """The table before or after the main one."""
-        part = Part(values.astype(np.float64), repetitions)
-        self._up, self._down = (self._up, part) if down else (part, self._down)
+        part, tables = Part(values.astype(np.float64), repetitions), self.configured()
+        self._next = replace(tables, down=part) if down else replace(tables, up=part)
 
     def clear(self) -> None:
-        """SEQ:CLEAR: the tables are freed, the pointer to them stays."""
-        self._main = self._enable = self._resync = self._up = self._down = None
-        self._cleared = True
+        """SEQ:CLEAR: the tables that were set are freed, the pointer to them stays."""
+        self._freed = self._set is not None
 
     # --- life
 
     def set(self, samples_per_step: int) -> None:
-        """SEQ:SET.  Raises ServerCrash after a CLEAR without a new table."""
-        if self._cleared:
+        """SEQ:SET; nothing happens if there never was a sequence.  Raises ServerCrash after a CLEAR without a new
+        one."""
+        if self._next is not None:
+            self._set, self._next, self._freed = self._next, None, False
+        if self._freed:
             raise ServerCrash
-        program = self._planned(samples_per_step)
+        if self._set is None:
+            return
+        program = self._planned(self._set, samples_per_step)
         if self._filled == 0:
             self._ring_first = program.values[0].copy() if len(program.values) else np.zeros(SEQUENCE_CHANNELS)
         elif len(program.values):
@@ -124,10 +147,10 @@ class Sequence:
         self.state, self.program, self._filled = State.CONFIG, None, filled
         self._ring_first = np.zeros(SEQUENCE_CHANNELS)
 
-    def _planned(self, samples_per_step: int) -> Program:
+    def _planned(self, tables: Tables, samples_per_step: int) -> Program:
         """All steps; channels that the sequence does not have are zero and enabled."""
         parts = [
-            p.played() if p is not None else np.zeros((0, self.channels)) for p in (self._up, self._main, self._down)
+            p.played() if p is not None else np.zeros((0, self.channels)) for p in (tables.up, tables.main, tables.down)
         ]
         lengths = [len(p) for p in parts]
         total, before = sum(lengths), lengths[0]
@@ -137,9 +160,9 @@ class Sequence:
         values[:, :width] = np.concatenate([p[:, :width] for p in parts])
         ramp_down[total - lengths[2] :] = True
         main = slice(before, before + lengths[1])
-        if self._main is not None and self._enable is not None:
-            enable[main, :width] = np.tile(self._enable[:, :width], (self._main.repetitions, 1))
-        if self._main is not None and self._resync is not None:
-            given = self._resync.shape[1]
-            resync[main, :given] = np.tile(self._resync, (self._main.repetitions, 1))
+        if tables.main is not None and tables.enable is not None:
+            enable[main, :width] = np.tile(tables.enable[:, :width], (tables.main.repetitions, 1))
+        if tables.main is not None and tables.resync is not None:
+            given = tables.resync.shape[1]
+            resync[main, :given] = np.tile(tables.resync, (tables.main.repetitions, 1))
         return Program(values, enable, resync, ramp_down, samples_per_step)

@@ -34,7 +34,8 @@ def shots_with(
     bench = Bench(None, undeclared=[dict(u) for u in undeclared], seed=seed, **(STEADY | changes))
     rotor = specimen(variant)
     if pose is not None:
-        rotor = rotor.model_copy(update={"pose": rotor.pose.model_copy(update={"rodrigues": list(pose)})})
+        turned = type(rotor.pose)(**rotor.pose.model_dump() | {"rodrigues_rad": list(pose)})
+        rotor = rotor.model_copy(update={"pose": turned})
     rx = int((rx_s or SECONDS[variant]) * CLOCK.rate_hz)
     program = timeline(bench.channels[0], FIELD_T[variant], rx=rx)
     known = bench.calibration

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 import time
 
@@ -9,7 +10,7 @@ import pytest
 
 from drivers.contract.io_card import collect
 from drivers.contract.timelines import short_shot
-from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError
+from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.inventory import find_devices
 from drivers.io_card import CardState
 from drivers.red_pitaya.connection import Connection
@@ -94,6 +95,32 @@ def test_a_second_daemon_on_this_computer_is_refused_and_the_first_goes_on(own):
     with pytest.raises(DeviceDenied, match="another daemon"):
         lab.platform()
     assert whole_shot(platform.card)
+
+
+def knock(lab):
+    """A stranger connects to the data port and goes, as a port scan does."""
+    at = lab.emulator.endpoints()["io_cards"][0]
+    socket.create_connection((at["host"], at["data_port"]), timeout=2).close()
+
+
+def test_a_stranger_at_the_data_port_costs_one_shot_and_not_the_rest(lab_of_its_own):
+    lab = lab_of_its_own()
+    knock(lab)
+    platform = lab.platform("io_card.reply_timeout_s=1.0", "io_card.sample_timeout_s=1.0")
+    with pytest.raises(DeviceTimeout):
+        whole_shot(platform.card)
+    platform.outputs_off()
+    assert whole_shot(platform.card)
+    platform.close()
+
+
+def test_strangers_that_fill_the_queue_of_the_data_port_keep_nobody_out(lab_of_its_own):
+    lab = lab_of_its_own()
+    for _ in range(2):
+        knock(lab)
+    platform = lab.platform()
+    assert whole_shot(platform.card)
+    platform.close()
 
 
 def test_another_version_of_the_server_is_refused(lab_of_its_own):

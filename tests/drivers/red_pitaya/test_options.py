@@ -53,7 +53,8 @@ def test_a_card_that_another_daemon_holds_is_refused_before_it_is_connected():
     with listener() as free:
         port = free.getsockname()[1]
     board = {**BOARD, "command_port": port, "data_port": port}
-    with lock_card("127.0.0.1", port), pytest.raises(DeviceDenied, match="another daemon"):
-        RedPitayaBackend({}).io_card({"boards": [board]})
+    for same in ("127.0.0.1", "localhost"):
+        with lock_card(same, port), pytest.raises(DeviceDenied, match="another daemon"):
+            RedPitayaBackend({}).io_card({"boards": [board]})
     with pytest.raises(DeviceNotFound):  # the lock is free again, only nobody listens
         RedPitayaBackend({}).io_card({"boards": [board]})

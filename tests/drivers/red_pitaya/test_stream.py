@@ -10,8 +10,8 @@ from drivers.red_pitaya.stream import RECORD, RING_SAMPLES, Continuity, Record, 
 TRIGGERED, PLAYING = 8, 16
 
 
-def record(status: int = TRIGGERED | PLAYING, lag: int = 700, first: int = 0) -> Record:
-    return Record.parse(RECORD.pack(status, lag, 3, 0, 0, 255, 0), first)
+def record(status: int = TRIGGERED | PLAYING, lag: int = 700, first: int = 0, meanwhile: int = 3) -> Record:
+    return Record.parse(RECORD.pack(status, lag, meanwhile, 0, 0, 255, 0), first)
 
 
 def test_a_record_is_21_bytes():
@@ -38,6 +38,13 @@ def test_a_whole_shot_passes():
     for first in range(0, 4800, 608):
         account.check(record(first=first))
     account.check(record(TRIGGERED, first=5000))
+
+
+def test_a_sequence_that_ended_while_the_chunk_was_sent_is_no_complaint():
+    """The lag is that before the sending, the status that after it."""
+    account = Continuity("card", 5000)
+    account.check(record(TRIGGERED, first=3800, lag=600, meanwhile=700))
+    account.check(record(TRIGGERED, first=3800, lag=1168, meanwhile=0))  # and the status a little later
 
 
 def test_a_trigger_that_fell_refuses_the_shot():

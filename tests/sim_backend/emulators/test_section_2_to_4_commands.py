@@ -121,6 +121,14 @@ def test_2_replies_come_in_several_writes(client):
         ("RP:ADC:DATA:STOP?", "0"),
         ("RP:STATUS?", "0"),
         ("*OPC?", "1"),
+        ("RP:ADC:DEC\t16", "1"),
+        ("RP:ADC:DEC 16.9", "1"),
+        ("RP:ADC:DEC 1e3", "-2"),  # a whole number ends where its digits end: 1
+        ("RP:ADC:DEC nan", "-6"),
+        ("RP:DAC:CH2:COMP4:AMP 0.1", "-3"),
+        ("RP:COUNTERTRIGGER:ARM?", "0"),
+        ("RP:COUNTERTRIGGER:ENABLE?", '"OFF"'),
+        ("SYST:ERR:COUNT?", "0"),
     ],
 )
 def test_3_replies(client, command, reply):
@@ -142,6 +150,10 @@ def test_3_the_error_queue_takes_every_success_for_an_error(client):
     assert client.ask("SYST:ERR?") == '0,"No error"'
     client.do("RP:ADC:DEC 32")
     assert client.ask("SYST:ERR?") == '-200,"Execution error"'
+    client.do("RP:ADC:DEC 32")
+    assert client.ask("SYST:ERR:COUNT?") == "1"
+    assert client.silent("*CLS")
+    assert client.ask("SYST:ERR?") == '0,"No error"'
 
 
 NEEDS_CONFIGURATION = {

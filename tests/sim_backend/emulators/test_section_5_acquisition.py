@@ -63,6 +63,21 @@ def test_5_3_samples_are_int16_pairs_scaled_by_the_calibration(lab_with):
         emulator.close()
 
 
+def test_5_3_a_decimation_that_is_no_power_of_two_leaves_the_gain_of_its_filter_in_the_samples(lab_with):
+    table = tables()
+    table["io_cards"]["boards"][0]["adc_offset_v"] = [0.1, -0.1]
+    emulator = LabEmulator(table, LAB.parent)
+    try:
+        client = connect(emulator)
+        configure(client, 1000)
+        start(client)
+        codes, _ = client.pipelined(0, 610)
+        gain = 500**6 / 2**54  # R = 500
+        assert np.all(np.abs(codes - np.array([-3276.8, 3276.8]) * gain) <= 0.5)
+    finally:
+        emulator.close()
+
+
 def test_5_4_chunks_and_records_add_up(client):
     configure(client)
     start(client)
@@ -164,6 +179,22 @@ def test_5_5_a_simple_read_does_not_wait_and_brings_no_record(client):
 def test_5_6_status_is_text_and_has_three_parts(client):
     parts = [client.ask(f"RP:STATUS:{p}?") for p in ("OVERWRITTEN", "CORRUPTED", "LOSTSTEPS")]
     assert parts == ["0", "0", "0"]
+
+
+def test_5_6_perf_sends_the_figures_of_the_last_record_while_samples_are_sent_and_nothing_otherwise(client):
+    configure(client)
+    start(client)
+    chunk = 20000
+    assert client.ask(f"RP:ADC:DATA:PIPELINED? 0,{3 * chunk},{chunk}") == "1"
+    client.send("RP:PERF?")
+    raw = client.receive(3 * (4 * chunk + 21) + 20)
+    at = [k * (4 * chunk + 21) for k in (1, 2, 3)]
+    records = [raw[a - 20 : a] for a in at[:1]]
+    assert raw[at[0] : at[0] + 20] in records  # it came between the first chunk and the second
+    assert client.silent("RP:PERF?")
+    client.data.settimeout(0.1)
+    with pytest.raises(TimeoutError):
+        client.data.recv(1)
 
 
 def test_5_6_the_log_comes_on_the_data_socket_without_a_reply(client):

@@ -80,12 +80,11 @@ def test_6_a_muted_step_silences_everything_while_the_phase_runs_on(loop):
 
 
 def test_6_a_resynchronised_step_is_silent_and_restarts_the_phase(loop):
-    program(loop, 400, [GATE] * 3 + [OFF])
-    resync = [[0, 0], [1, 0], [0, 0], [0, 0]]
-    assert loop.upload("RP:DAC:SEQ:LUT:RESYNC", resync, "u1") == "1"
+    loop.do("RP:DAC:SEQ:SAMPLESPERSTEP 400", "RP:DAC:SEQ:CHAN 4")
+    assert loop.upload("RP:DAC:SEQ:LUT 4,1", [GATE] * 3 + [OFF]) == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT:RESYNC", [[0, 0], [1, 0], [0, 0], [0, 0]], "u1") == "1"
     loop.do("RP:DAC:SEQ:SET")
-    reconnected = loop  # SET twice: the second left step 0 open, which does not matter here
-    tone(reconnected, 777.0, 0.3)
+    tone(loop, 777.0, 0.3)
     u = shot(loop, 1200)[:, 0]
     assert np.all(u[402:799] == 0)
     assert np.abs(u[802:1199] - expected(400, 777.0, 0.3)[2:399]).max() < 2e-4
@@ -133,7 +132,27 @@ def test_6_an_arbitrary_table_is_played_at_the_fourth_components_frequency(loop)
 
 def test_6_a_table_beyond_full_scale_is_refused(loop):
     assert loop.upload("RP:DAC:CH0:AWG", np.full(16384, 1.5)) == "0"
+    assert loop.upload("RP:DAC:CH2:AWG", np.zeros(16384)) == "0"  # a channel that is none: taken all the same
     assert loop.ask("RP:MODE?") == '"CONFIGURATION"'
+
+
+def test_6_an_output_is_scaled_in_the_register_so_that_volts_come_out_and_the_register_is_read_back(loop):
+    loop.do("RP:CALIB:DAC:CH0:SCALE 0.8")
+    assert loop.ask("RP:DAC:CH0:COMP0:AMP 1.3") == "-2"
+    program(loop, 2000, [GATE, OFF])
+    tone(loop, 1000.0, 0.3)
+    loop.do("RP:DAC:CH0:OFFSET 0.1")
+    assert float(loop.ask("RP:DAC:CH0:COMP0:AMP?")) == pytest.approx(0.24, abs=1 / 32767)
+    assert float(loop.ask("RP:DAC:CH0:OFFSET?")) == pytest.approx(0.08, abs=1 / 32767)
+    u = shot(loop, 2000)[5:1999, 0]
+    assert np.abs(u - 0.1 - expected(2000, 1000.0, 0.3)[5:1999]).max() < 2e-4
+
+
+def test_6_a_ramp_reads_back_what_its_register_made_of_it(loop):
+    assert loop.ask("RP:DAC:CH0:RAMP?") == "inf"  # never written
+    loop.do("RP:DAC:CH0:RAMP 0.03")
+    assert float(loop.ask("RP:DAC:CH0:RAMP?")) == pytest.approx(0.03, rel=1e-7)
+    assert [loop.ask(f"RP:DAC:CH0:RAMP {s}") for s in (-1, 0, 40)] == ["-2"] * 3
 
 
 def test_6_a_ramp_raises_the_amplitude_from_the_trigger_on(loop):
@@ -216,6 +235,27 @@ def test_6_1_a_sequence_without_a_table_ends_at_once_and_zeroes_the_amplitudes(l
     tone(loop, 500.0, 0.3)
     start(loop)
     assert loop.ask("RP:DAC:CH0:COMP0:AMP?") == "0"
+
+
+def test_6_1_a_number_of_channels_after_a_set_begins_an_empty_sequence(loop):
+    program(loop, 300, [GATE, OFF])
+    start(loop)
+    until(lambda: int(loop.ask("RP:STATUS?")) & 16 == 0)
+    loop.do("RP:TRIGGER OFF", "RP:MODE CONFIGURATION", "RP:DAC:SEQ:CHAN 4", "RP:DAC:SEQ:SET")
+    tone(loop, 500.0, 0.3)
+    start(loop)
+    assert loop.ask("RP:DAC:CH0:COMP0:AMP?") == "0"
+
+
+def test_6_1_enable_bits_need_a_table_that_was_not_set_yet(loop):
+    program(loop, 300, [GATE, OFF])
+    assert loop.upload("RP:DAC:SEQ:LUT:ENABLE", [[1, 1, 1, 1]] * 2, "u1") == "-7"
+
+
+def test_6_1_set_without_any_sequence_does_nothing_and_clear_of_none_is_harmless(loop):
+    loop.do("RP:DAC:SEQ:SET", "RP:DAC:SEQ:CLEAR", "RP:DAC:SEQ:SET")
+    start(loop)
+    assert int(loop.ask("RP:STATUS?")) == 8
 
 
 def test_6_1_clear_and_set_without_a_new_table_kill_the_server(loop):

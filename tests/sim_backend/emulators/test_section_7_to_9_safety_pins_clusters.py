@@ -78,13 +78,13 @@ def test_7_the_instant_reset_works_only_in_its_mode_and_latches_until_trigger_of
     playing.do("RP:INSTANTRESET:MODE ON")
     control(emulator, "instant_reset", level=True)
     assert outputs(emulator)["playing"] == []
-    assert playing.ask("RP:INSTANTRESET:STATUS?") == '"ON"'
+    assert playing.ask("RP:INSTANTRESET:STATUS?") == "1"
     control(emulator, "instant_reset", level=False)
     assert outputs(emulator)["playing"] == []
-    assert playing.ask("RP:INSTANTRESET:TRIGGERED?") == '"ON"'
+    assert playing.ask("RP:INSTANTRESET:TRIGGERED?") == "1"
     assert playing.ask("RP:TRIGGER?") == '"ON"'
     playing.do("RP:TRIGGER OFF")
-    assert playing.ask("RP:INSTANTRESET:TRIGGERED?") == '"OFF"'
+    assert playing.ask("RP:INSTANTRESET:TRIGGERED?") == "0"
 
 
 def test_7_amplitude_zero_works_in_every_mode(emulator, playing):
@@ -216,6 +216,18 @@ def test_9_keep_alive_freezes_the_slaves_pointer_until_it_is_switched_off(emulat
     assert not records[0][0] & 8
     slave.do("RP:TRIGGER:ALIVE OFF")
     assert slave.ask("RP:ADC:WP?") == "0"
+
+
+def test_9_keep_alive_cannot_be_switched_off_while_the_trigger_is_on(emulator):
+    master, slave = cluster(emulator)
+    master.do("RP:TRIGGER ON")
+    slave.do("RP:TRIGGER:ALIVE ON", "RP:TRIGGER:ALIVE OFF")
+    assert slave.ask("RP:TRIGGER:ALIVE?") == '"ON"'
+    slave.do("RP:TRIGGER OFF")  # its own, not the master's
+    assert slave.ask("RP:TRIGGER:ALIVE?") == '"ON"'
+    master.do("RP:TRIGGER OFF")
+    slave.do("RP:TRIGGER:ALIVE OFF")
+    assert slave.ask("RP:TRIGGER:ALIVE?") == '"OFF"'
 
 
 def test_9_two_cards_make_one_record_of_three_axes(lab_with):

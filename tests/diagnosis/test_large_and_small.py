@@ -1,0 +1,66 @@
+"""Effects far above and hardly above the noise, and the errors of what is reported beside them."""
+
+import numpy as np
+import pytest
+
+from platform_daemon.diagnosis import as_json, diagnose
+from platform_daemon.diagnosis.hypothesis import Hypothesis
+from platform_daemon.diagnosis.parameters import published
+from platform_daemon.diagnosis.pool import shot_pool
+from platform_daemon.diagnosis.refit import refit
+from platform_daemon.diagnosis.start import start
+from platform_daemon.estimation import fit_ring_down
+from platform_daemon.estimation.models import THREAD, model_named
+from tests.diagnosis.simulated import shots_with
+
+
+@pytest.fixture(scope="module")
+def twisted():
+    """A thread so twisted that the declared model takes up most of it in other parameters."""
+    shots, truths = shots_with("thread", [{"id": "bias_torque", "strength": 34000.0}], seed=1130)
+    return as_json(diagnose(shots, THREAD)), truths
+
+
+def test_a_large_effect_is_followed_to_its_full_size(twisted):
+    report, _ = twisted
+    (effect,) = report["effects"]
+    assert (report["verdict"], effect["id"]) == ("explained", "bias_torque")
+    assert abs(effect["strength"]["value"] - 34000.0) < 4.5 * effect["strength"]["std"]
+    assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_errors_of_the_start_know_the_torque_that_moves_it(twisted):
+    report, truths = twisted
+    for name in ("psi_start_rad", "phi_max_rad", "f_nat_hz", "m_r_am2", "lambda_per_s"):
+        after = report["parameters_after"][name]
+        off = after["value"] - float(np.mean([t[name] for t in truths]))
+        assert abs(off) < 4.5 * after["std"], name
+
+
+def test_the_decimated_shots_say_what_all_samples_say():
+    shots, _ = shots_with("jewel", count=2, seed=601)
+    model = model_named("jewel")
+    with shot_pool() as pool:
+        started, _ = start(shots, model, pool)
+        joint = refit(started, Hypothesis(model), pool)
+    assert any(grid.factor > 1 for grid in started[0].grids)
+    for k, one in enumerate(started):
+        alone = fit_ring_down(one.shot.record, model, float(one.time_s[-1]), noise=one.shot.noise).parameters
+        for name, value in published(joint, k).parameters.items():
+            if value.std is not None:
+                assert value.value == pytest.approx(alone[name].value, abs=0.2 * value.std), name
+                assert value.std == pytest.approx(alone[name].std, rel=0.05), name
+
+
+def test_a_steady_tone_does_not_pass_for_noise():
+    line = {"id": "spectral_line", "strength": 4e-3, "frequency_hz": 737.3}
+    report = as_json(diagnose(shots_with("jewel", [line])[0], model_named("jewel")))
+    assert [e["id"] for e in report["effects"]] == ["spectral_line"]
+    assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.02)
+
+
+def test_weak_evidence_explains_only_in_part():
+    weak = {"id": "frequency_drift", "strength": 3.5e-4}
+    report = as_json(diagnose(shots_with("thread", [weak])[0], THREAD))
+    assert report["verdict"] == "partly_explained"
+    assert any("evidence is weak" in note for note in report["notes"])
