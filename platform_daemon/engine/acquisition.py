@@ -55,7 +55,7 @@ class Acquisition:
         live: LiveHarmonics,
         *,
         overwrite: bool,
-        after_shot: Callable[[], None] = lambda: None,
+        in_shot: Callable[[], None] = lambda: None,
         self_test: SelfTest | None = None,
     ) -> None:
         self._platform, self._plan, self._target = platform, plan, target
@@ -66,7 +66,7 @@ class Acquisition:
         self._live = live
         self._fits: list[Future[FitResult] | str] = []
         self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
-        self._after_shot, self._self_test = after_shot, self_test
+        self._in_shot, self._self_test = in_shot, self_test
         self._refused_in_a_row = 0
 
     def __call__(self, job: Job) -> None:
@@ -86,7 +86,6 @@ class Acquisition:
                     stored = series.add_shot(shot_record(shot, raw))
                     self._stored(job, stored)
                     self._follow_up(job, shot, raw)
-                    self._after_shot()
             finally:
                 self._finish(job, series)
 
@@ -103,11 +102,15 @@ class Acquisition:
         job.on_change(job)
 
     def _shoot(self, job: Job, shot: ShotPlan, stored: int) -> RawShot:
-        total = shot.timeline.total_samples
+        total, looked = shot.timeline.total_samples, False
 
         def tell(samples: int) -> None:
+            nonlocal looked
             phase = "excite" if samples < shot.timeline.rx_start else "listen"
             job.at(stored + 0.98 * samples / total, f"shot {stored + 1}: {phase}")
+            if shot.timeline.rx_start < samples < total and not looked:  # costs no time between shots
+                looked = True
+                self._in_shot()
 
         job.at(stored, f"shot {stored + 1}: prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)

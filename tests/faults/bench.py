@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -83,20 +84,12 @@ class Bench:
         *,
         self_test: bool = False,
         before: Callable[[], None] = lambda: None,
-        after_shot: Callable[[int], None] | None = None,
+        after_shot: Callable[[int], None] = lambda stored: None,
     ) -> tuple[Job, Path]:
         """A series to its end; `before` runs in the hardware's thread at its start, `after_shot(stored)` likewise."""
         engine = self.start()
         self.made += 1
-        target, stored = self.folder / f"{self.made}.h5", 0
-
-        def shot_done() -> None:
-            nonlocal stored
-            stored += 1
-            if after_shot is None:
-                engine._refresh()
-            else:
-                after_shot(stored)
+        target = self.folder / f"{self.made}.h5"
 
         engine._self_test.enabled = self_test
         work = Acquisition(
@@ -107,11 +100,21 @@ class Bench:
             engine._online,
             engine.live,
             overwrite=True,
-            after_shot=shot_done,
+            in_shot=partial(engine._refresh, busy=True),
             self_test=engine._self_test,
         )
 
         def behind_interlock(job: Job) -> None:
+            keep, stored = job.on_change, 0
+
+            def changed(job: Job) -> None:
+                nonlocal stored
+                keep(job)
+                if (now := job.result.get("shots", 0)) > stored:
+                    stored = now
+                    after_shot(stored)
+
+            job.on_change = changed
             before()
             engine._behind_interlock(work, job)
 

@@ -25,7 +25,7 @@ the world's converters recorded; that the daemon lives and that the clean shot i
 **{faults} faults, {expected} ended as expected, {bad} did not.** Longest time from a fault until power could no longer
 reach the coils: {off:.3f} s. From asking until the daemon had reported: {median:.1f} s (median), {longest:.0f} s
 (longest: a link that stays dead is tried again before the outputs are called unconfirmed). {late} trials were repeated
-because this computer was too busy to see the receiver connected in time, which refuses a shot by itself.
+because the computer had let the process stand still for 0.25 s or more, which makes time-outs of its own.
 """
 
 LEGEND = """## Outcomes

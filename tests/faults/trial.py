@@ -54,8 +54,8 @@ def draw(seed: int, index: int) -> Fault:
     """Fault number `index` of a campaign: the cells in turn, their numbers at random."""
     catalogue = cells()
     cell, rng = catalogue[index % len(catalogue)], np.random.default_rng([seed, index])
-    site, first_only = cell.site, cell.site.early or cell.site.phase == "self-test"
-    shot = 1 if first_only else (2 if not site.first else int(rng.integers(1, SHOTS + 1)))
+    site, first_only = cell.site, cell.site.early or cell.site.phase in ("self-test", "idle")
+    shot = 1 if first_only else int(rng.integers(1, SHOTS + 1))
     if cell.world:
         return Fault(index, cell, shot)
     wire = {"kind": cell.kind, "device": cell.device, "when": site.when}
@@ -111,15 +111,16 @@ def _series_under_fault(bench: Bench, fault: Fault, seen: Seen) -> None:
     def arm() -> None:
         strikes.append(_arm(bench, fault, struck_shot=shots + fault.shot))
 
-    def after_shot(stored: int) -> None:
-        now = stored == fault.shot - 1
-        if now and fault.cell.site.before_refresh:
+    def before() -> None:
+        if fault.shot == 1:
             arm()
-        engine._refresh()
-        if now and not fault.cell.site.before_refresh:
+        if fault.cell.site.phase == "idle":
+            engine._refresh()
+
+    def after_shot(stored: int) -> None:
+        if stored == fault.shot - 1:
             arm()
 
-    before = arm if fault.shot == 1 else lambda: None
     job, target = bench.series(SHOTS, self_test=tested, before=before, after_shot=after_shot)
     struck = strikes[0]() if strikes else []
     if not struck:
