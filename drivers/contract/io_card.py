@@ -89,6 +89,21 @@ class CardContract:
             done += chunk.volts.shape[1]
         assert done == timeline.total_samples
 
+    def test_it_tells_the_sample_that_is_being_taken(self, card: IoCard) -> None:
+        """By its own clock, and only while it runs."""
+        timeline = short_shot(card.capabilities(), rx_s=0.5)
+        assert card.sample() is None
+        card.program(timeline)
+        card.arm()
+        assert card.sample() is None
+        card.trigger()
+        for wanted in (1000, 5000):
+            while (left := wanted - (card.sample() or 0)) > 0:
+                card.read(left)
+            assert card.state() is CardState.RUNNING
+        card.stop()
+        assert card.sample() is None
+
     def test_shot_follows_shot(self, card: IoCard) -> None:
         """The same timeline, another one, and the first again; each must be programmed anew."""
         long, short = short_shot(card.capabilities()), short_shot(card.capabilities(), bursts=False, rx_s=0.03)

@@ -96,6 +96,11 @@ class RedPitayaCard:
             line_delay_s=self.layout.line_delay_s(),
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
+            input_ends_v=tuple(
+                b.scale.ends_v(k)
+                for b, where in zip(self.boards, self.layout.boards, strict=True)
+                for k in where.inputs
+            ),
         )
 
     def state(self) -> CardState:
@@ -103,7 +108,7 @@ class RedPitayaCard:
         return self._state
 
     def sample(self) -> int | None:
-        """The sample being played now, None if nothing runs."""
+        """See IoCard.  The server answers between chunks; the pointer goes in steps of 32 samples."""
         if self._state is not CardState.RUNNING:
             return None
         return int(self.boards[0].ask("RP:ADC:WP?")[0])

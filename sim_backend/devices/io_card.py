@@ -53,6 +53,13 @@ class SimulatedIoCard:
         """See IoCard."""
         return self._state
 
+    def sample(self) -> int | None:
+        """See IoCard."""
+        with self._lock:
+            if self._state is not CardState.RUNNING:
+                return None
+            return int((self._world.clock.monotonic_s() - self._start_s) * self._clock.rate_hz)
+
     def program(self, timeline: Timeline) -> None:
         """See IoCard."""
         with self._lock:
