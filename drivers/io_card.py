@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.errors import DeviceStateError
 from drivers.identity import Identity
 from drivers.timeline import SampleClock, Timeline
 
@@ -48,6 +49,21 @@ class CardState(StrEnum):
     ARMED = "armed"
     RUNNING = "running"
     CLOSED = "closed"
+
+
+def require(state: CardState, *allowed: CardState, where: str) -> None:
+    """Raises DeviceStateError unless the card is in one of the states."""
+    if state not in allowed:
+        raise DeviceStateError(
+            f"the card is {state.value}, not {' or '.join(s.value for s in allowed)}",
+            where=where,
+            remedy="keep the order program, arm, trigger, read; stop() makes the card idle",
+        )
+
+
+def was_stopped(where: str) -> DeviceStateError:
+    """What a caller gets whose shot was stopped meanwhile."""
+    return DeviceStateError("the shot was stopped", where=where, remedy="program and start the shot again")
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ class CardContract:
 
     @pytest.fixture(autouse=True)
     def _idle(self, card: IoCard) -> Iterator[None]:
+        """Before and after every test."""
         card.stop()
         yield
         card.stop()
@@ -145,6 +146,7 @@ class CardContract:
         end, f = good.tx_samples, 10 * can.clock.rate_hz / good.tx_samples
 
         def with_burst(output: int = 0, start: int = 0, hz: float = f, volts: float = 0.0) -> Timeline:
+            """`good` with another burst; volts 0: a thousandth of full scale."""
             return replace(good, bursts=(Burst(output, start, end, hz, volts or 1e-3 * can.output_full_scale_v),))
 
         wrong = [
@@ -185,6 +187,7 @@ class CardContract:
         begun = threading.Event()
 
         def read() -> None:
+            """To the end of the shot, or of the patience."""
             try:
                 while True:
                     card.read(1000)
