@@ -26,11 +26,11 @@ SAMPLES_LATE = 24  # of the recording, see docs/wire-protocols.md
 CHUNK = 1216
 QUICK = (  # impatient, so that a campaign does not only wait
     f"io_card.chunk_samples={CHUNK}",
-    "io_card.reply_timeout_s=1.0",
-    "io_card.sample_timeout_s=1.0",
-    "power_amplifier.timeout_s=0.8",
-    "tx_rx_switch.timeout_s=0.8",
-    "lna.timeout_s=0.8",
+    "io_card.reply_timeout_s=1.5",
+    "io_card.sample_timeout_s=1.5",
+    "power_amplifier.timeout_s=1.6",
+    "tx_rx_switch.timeout_s=1.6",
+    "lna.timeout_s=1.6",
     "self_test.enabled=true",
     "self_test.tone_s=0.03",
 )

@@ -81,7 +81,7 @@ def run(bench: Bench, fault: Fault) -> Seen:
     seen.told_s = time.monotonic() - began
     _judge(fault, seen)
     _look_at_outputs(bench, fault, seen)
-    _put_right(bench, seen)
+    _put_right(bench, fault, seen)
     if len(bench.world.violations()) > violations:
         seen.complaints.append(f"power met the receiver: {bench.world.violations()[-1].cause}")
     return seen
@@ -196,8 +196,9 @@ def _look_at_outputs(bench: Bench, fault: Fault, seen: Seen) -> None:
         seen.complaints.append(f"afterwards the outputs are not off: {outputs}")
 
 
-def _put_right(bench: Bench, seen: Seen) -> None:
-    """Mend the lab, let the operator prove outputs off, and ask for a clean shot."""
+def _put_right(bench: Bench, fault: Fault, seen: Seen) -> None:
+    """Mend the lab, let the operator prove outputs off, and ask for a clean shot, after a device's fault with a
+    self-test."""
     bench.lab.control("repair")
     engine = bench.start()
     if not engine._thread.is_alive():
@@ -209,7 +210,7 @@ def _put_right(bench: Bench, seen: Seen) -> None:
     except DeviceError as error:
         seen.complaints.append(f"after the repair outputs cannot be proved off: {error}")
         return
-    job, target = bench.series(1, self_test=True)
+    job, target = bench.series(1, self_test=fault.cell.world)
     frames = open_recording(target).frame_info if target.exists() else ()
     seen.complaints += bench.wrong_samples(target, bench.world.shots - 1) if frames else []
     if job.state is not JobState.DONE or [f.verdict for f in frames] != ["good"]:
