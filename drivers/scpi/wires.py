@@ -27,10 +27,10 @@ def open_wire(table: DeviceTable) -> Wire:
     """The wire that a table asks for.  Raises DeviceNotFound, DeviceDenied, DeviceProtocolError."""
     if table.transport == "serial":
         assert table.port is not None
-        return SerialWire(table.port, table.baud, table.timeout_s)
+        return SerialWire(table.port, table.baud, table.timeout_s, table.line_end)
     if table.transport == "tcp":
         assert table.host is not None
-        return TcpWire(table.host, table.tcp_port, table.timeout_s)
+        return TcpWire(table.host, table.tcp_port, table.timeout_s, table.line_end)
     return UsbWire(table)
 
 
@@ -87,8 +87,8 @@ class UsbWire:
 class TcpWire:
     """See drivers.exchange.Wire; SCPI on a TCP port."""
 
-    def __init__(self, host: str, port: int, timeout_s: float) -> None:
-        self._where, self._timeout_s = f"{host}:{port}", timeout_s
+    def __init__(self, host: str, port: int, timeout_s: float, end: str = "\n") -> None:
+        self._where, self._timeout_s, self._end = f"{host}:{port}", timeout_s, end.encode("ascii")
         try:
             self._socket = socket.create_connection((host, port), timeout_s)
         except OSError as error:
@@ -101,21 +101,23 @@ class TcpWire:
     def send(self, text: str) -> None:
         """See Wire."""
         try:
-            self._socket.sendall(f"{text}\n".encode("ascii"))
+            self._socket.sendall(text.encode("ascii") + self._end)
         except OSError as error:
             raise self._lost(error) from None
 
     def receive(self) -> str:
         """See Wire."""
+        raw = b""
         try:
-            raw = self._lines.readline(LONGEST)
+            while len(raw) < LONGEST and not raw.endswith(self._end[-1:]) and (byte := self._lines.read(1)):
+                raw += byte
         except TimeoutError:
             why = f"none within {self._timeout_s:g} s"
             raise DeviceTimeout("no answer", where=self._where, why=why, remedy="check the device") from None
         except OSError as error:
             raise self._lost(error) from None
-        if not raw:
-            raise self._lost(OSError("it closed the connection"))
+        if not raw.endswith(self._end[-1:]):
+            raise self._lost(OSError(f"it stopped after {len(raw)} bytes of an answer"))
         return readable(raw, self._where)
 
     def close(self) -> None:

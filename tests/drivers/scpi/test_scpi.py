@@ -224,6 +224,48 @@ def test_a_thermometer_needs_only_its_table():
     close()
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_end_as_the_table_says(end):
+    listener = socket.create_server(("127.0.0.1", 0))
+    heard = []
+
+    def serve():
+        link = listener.accept()[0]
+        with link, link.makefile("rb") as stream:
+            for answer in ("ACME,PT100,1,1", "21.25", "21.5"):
+                line = b""
+                while not line.endswith(end.encode()):
+                    line += stream.read(1)
+                heard.append(line)
+                link.sendall(answer.encode() + end.encode())
+
+    threading.Thread(target=serve, daemon=True).start()
+    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": listener.getsockname()[1], "line_end": end}
+    thermometer = ScpiBackend({}).thermometer(table)
+    assert [thermometer.temperature_c() for _ in range(2)] == [21.25, 21.5]
+    assert heard == [f"{question}{end}".encode() for question in ("*IDN?", "MEAS:TEMP?", "MEAS:TEMP?")]
+    thermometer.close()
+    listener.close()
+
+
+def test_an_answer_that_breaks_off_is_none():
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def serve():
+        link = listener.accept()[0]
+        with link:
+            for answer in (b"ACME,PT100,1,1\n", b"2"):
+                link.recv(100)
+                link.sendall(answer)
+
+    threading.Thread(target=serve, daemon=True).start()
+    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": listener.getsockname()[1], "identity": "PT100"}
+    thermometer = ScpiBackend({}).thermometer(table)
+    with pytest.raises(DeviceLost, match="1 bytes"):
+        thermometer.temperature_c()
+    listener.close()
+
+
 def test_nobody_at_the_address_is_not_found():
     free = socket.create_server(("127.0.0.1", 0))
     port = free.getsockname()[1]
