@@ -19,7 +19,7 @@ from drivers.errors import (
     DeviceTimeout,
 )
 from drivers.exchange import Exchange
-from drivers.scpi import wires
+from drivers.scpi import usb_wire
 from drivers.scpi.amplifier import ScpiAmplifier
 from drivers.scpi.backend import ScpiBackend
 from drivers.scpi.options import AmplifierCommands, Words
@@ -298,7 +298,7 @@ def test_what_keeps_a_usb_device_from_being_opened_is_named(monkeypatch, error, 
     def failing(*args, **keys):
         raise error
 
-    monkeypatch.setattr(wires, "USBTMC", failing)
+    monkeypatch.setattr(usb_wire, "Device", failing)
     with pytest.raises(kind, match=words):
         ScpiBackend({}).power_amplifier(USB)
 
@@ -307,6 +307,9 @@ def test_a_usb_device_that_is_pulled_out_is_lost_and_one_that_sleeps_timed_out(m
     class Pulled:
         def __init__(self, *args, **keys):
             self.usb_dev = type("Device", (), {})()
+
+        def clear(self):
+            pass
 
         def write(self, data):
             return len(data)
@@ -317,7 +320,7 @@ def test_a_usb_device_that_is_pulled_out_is_lost_and_one_that_sleeps_timed_out(m
         def close(self):
             pass
 
-    monkeypatch.setattr(wires, "USBTMC", Pulled)
+    monkeypatch.setattr(usb_wire, "Device", Pulled)
     for error, kind in (
         (usb.core.USBError("No such device", -4, 19), DeviceLost),
         (usb.core.USBTimeoutError("Operation timed out", -7, 110), DeviceTimeout),
