@@ -43,17 +43,23 @@ QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 @dataclass(frozen=True)
 class Scale:
     """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
-    ever measured, and what the server multiplies the voltages of the two outputs by."""
+    ever measured, and what the server multiplies the voltages of the two outputs by; gain: counts of the recording per
+    count of the converter."""
 
     scale_v: NDArray[np.float32]
     offset_v: NDArray[np.float32]
     calibrated: bool
     output: tuple[float, float]
+    gain: float
+
+    def full_scale_v(self, channel: int) -> float:
+        """What the converter of an input can take."""
+        return 32768 * self.gain * float(self.scale_v[channel])
 
     def ends_v(self, channel: int) -> tuple[float, float]:
-        """The voltages of the lowest and the highest code."""
-        scale, offset = float(self.scale_v[channel]), float(self.offset_v[channel])
-        return -32768 * scale + offset, 32767 * scale + offset
+        """The voltages of the converter's lowest and highest code."""
+        full_v, offset = self.full_scale_v(channel), float(self.offset_v[channel])
+        return -full_v + offset, full_v * 32767 / 32768 + offset
 
 
 @dataclass
@@ -250,8 +256,9 @@ class Board:
                     why=f"calibration flags are {int(flags):#06b}",
                     remedy="calibrate them, or set io_card.require_calibration = false",
                 )
-        counts = numbers[:2] / np.float32(cic_gain(self.table.decimation))
-        return Scale(counts, numbers[4:], calibrated, (float(values[2]), float(values[3])))
+        gain = cic_gain(self.table.decimation)
+        outputs = (float(values[2]), float(values[3]))
+        return Scale(numbers[:2] / np.float32(gain), numbers[4:], calibrated, outputs, gain)
 
     def _configure(self) -> None:
         """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""

@@ -83,12 +83,11 @@ class RedPitayaCard:
 
     def capabilities(self) -> CardCapabilities:
         """See IoCard."""
-        scales = [b.scale.scale_v[k] for b, where in zip(self.boards, self.layout.boards, strict=True)
-                  for k in where.inputs]  # fmt: skip
+        boards = list(zip(self.boards, self.layout.boards, strict=True))
         return CardCapabilities(
             inputs=self.layout.inputs,
             outputs=self.layout.outputs,
-            input_full_scale_v=float(min(scales)) * 32768,
+            input_full_scale_v=min(b.scale.full_scale_v(k) for b, where in boards for k in where.inputs),
             output_full_scale_v=self._output_full_scale_v(),
             clock=self.layout.clock,
             max_samples=MAX_SAMPLES - self._delay - GRANULE,
@@ -96,11 +95,7 @@ class RedPitayaCard:
             line_delay_s=self.layout.line_delay_s(),
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
-            input_ends_v=tuple(
-                b.scale.ends_v(k)
-                for b, where in zip(self.boards, self.layout.boards, strict=True)
-                for k in where.inputs
-            ),
+            input_ends_v=tuple(b.scale.ends_v(k) for b, where in boards for k in where.inputs),
         )
 
     def state(self) -> CardState:

@@ -234,5 +234,5 @@ class Board:
             if axis:
                 u = volts[AXES.index(axis)].astype(np.float64)
                 u = (u - self.options.adc_offset_v[column]) / self.options.adc_scale_v[column]
-                codes[:, column] = np.clip(np.rint(u * self.adc_gain()), -HALF, HALF - 1)
+                codes[:, column] = np.rint(np.clip(u, -HALF, HALF - 1) * self.adc_gain())
         return codes

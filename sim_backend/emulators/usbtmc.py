@@ -142,8 +142,8 @@ class UsbTmcDevice:
             return bytes([DONE]) + bytes(7)
         if request == 6:  # CHECK_CLEAR_STATUS
             return bytes([DONE, 0])
-        if request == 7:  # GET_CAPABILITIES: USBTMC 1.0, nothing special; USB488 1.0, SCPI
-            return bytes([DONE, 0, 0, 1, 0, 0]) + bytes(6) + bytes([0, 1, 4, 8]) + bytes(8)
+        if request == 7:  # GET_CAPABILITIES: USBTMC 1.0, nothing special; USB488 1.0, REN, SCPI
+            return bytes([DONE, 0, 0, 1, 0, 0]) + bytes(6) + bytes([0, 1, 6, 8]) + bytes(8)
         if request == 128:  # READ_STATUS_BYTE, bit 4: an answer waits
             return bytes([DONE, value & 0xFF, 0x10 if self._answer else 0])
         if request in (160, 161, 162):  # REN_CONTROL, GO_TO_LOCAL, LOCAL_LOCKOUT

@@ -52,6 +52,9 @@ def test_volts_are_the_counts_of_the_right_samples_by_calibration_and_filter_gai
     index = np.arange(timeline.total_samples) + round(delay)
     wanted = [code(index, 0) * 3.05e-5 / gain + 0.01, code(index, 1) * 6.1e-4 / gain - 0.2]
     assert np.allclose(volts_of(card, timeline), wanted, rtol=1e-6, atol=1e-7)
+    lowest, highest = card.capabilities().input_range_v(1)  # of the converter, before any filter
+    assert lowest == pytest.approx(-32768 * 6.1e-4 - 0.2)
+    assert highest == pytest.approx(32767 * 6.1e-4 - 0.2)
 
 
 def test_what_is_played_is_the_timeline_and_the_next_shot_is_armed_anew(opened):
