@@ -33,7 +33,7 @@ from platform_daemon.store import FitTable, Recording, open_recording, read_fits
 COMMAND = str(Path(sys.executable).with_name("platform-daemon"))
 STEADY = ("effects.temperature", "effects.friction_scatter", "effects.wear")
 SETTLED_S = 0.2  # after a shot has begun its truth can be asked for
-AT_START = ("phi_max_rad", "psi_start_rad")  # depend on what is left of the shot before, and so on the pause
+AT_START = ("phi_max_rad", "psi_start_rad")  # the emulated world does not know when the sequence's RX window begins
 DEAD_S = 0.05  # allowed between shots, beyond their windows
 
 
@@ -135,14 +135,13 @@ def compared(name: str, wires: Series, simulated: Series) -> list[str]:
         sigma = [np.array([math.sqrt(c[k, k]) for c in s.fit.covariance]) for s in (wires, simulated)]
         if not all(np.all(np.isfinite(s) & (s > 0)) for s in sigma):
             continue
+        apart = wrapped(wires.fit.values[:, k] - simulated.fit.values[:, k], parameter) / np.hypot(*sigma)
+        rms, largest = math.sqrt(float(np.mean(apart**2))), float(np.max(np.abs(apart)))
         errors = [error_of(s, k, parameter) for s in (wires, simulated)]
-        values = [s.fit.values[:, k] for s in (wires, simulated)]
-        apart = errors[0] - errors[1] if parameter in AT_START else wrapped(values[0] - values[1], parameter)
-        pulls = [float(np.max(np.abs(e / s))) for e, s in zip(errors, sigma, strict=True)]
-        between = apart / np.hypot(*sigma)
-        rms = math.sqrt(float(np.mean(between**2)))
-        largest = float(np.max(np.abs(between)))
-        rows.append(f"| {name} | {parameter} | {rms:.3f} | {largest:.3f} | {pulls[0]:.2f} | {pulls[1]:.2f} |")
+        pulls = [f"{np.max(np.abs(e / s)):.2f}" for e, s in zip(errors, sigma, strict=True)]
+        if parameter in AT_START:
+            pulls[0] = "-"
+        rows.append(f"| {name} | {parameter} | {rms:.2f} | {largest:.2f} | {pulls[0]} | {pulls[1]} |")
     return rows
 
 
@@ -190,9 +189,8 @@ Lengths and gates are read from the world's own record, the time between shots f
 |---|---|---|
 {timing}
 
-Difference of the two fits of a shot over the root of the sum of their variances (rms and largest of {shots} shots; of
-`phi_max_rad` and `psi_start_rad`, which depend on the pause before, the difference of their errors), and the largest
-|fit - truth| / std of either.
+Difference of the two fits of a shot over the root of the sum of their variances, rms and largest of {shots} shots, and
+the largest |fit - truth| / std of either. Noise and friction are drawn anew, by shot and leg, in either world.
 
 | resonator | parameter | rms | largest | wires, to truth | simulation, to truth |
 |---|---|---|---|---|---|

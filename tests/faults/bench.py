@@ -38,6 +38,20 @@ PATIENCE_S = 180.0
 NEVER_S = 3600.0
 
 
+class WatchedAcquisition(Acquisition):
+    """Tells before which shot it is."""
+
+    def __init__(self, before_shot: Callable[[int], None], *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._before_shot, self._number = before_shot, 0
+
+    def _pause(self, job: Job, *, first: bool) -> None:
+        self._number += 1
+        if not first:
+            self._before_shot(self._number)
+        super()._pause(job, first=first)
+
+
 class Bench:
     """Emulator and daemon in one process.  `shots` are all shots that the world has played, as their feeds.
 
@@ -84,15 +98,17 @@ class Bench:
         *,
         self_test: bool = False,
         before: Callable[[], None] = lambda: None,
-        after_shot: Callable[[int], None] = lambda stored: None,
+        before_shot: Callable[[int], None] = lambda number: None,
     ) -> tuple[Job, Path]:
-        """A series to its end; `before` runs in the hardware's thread at its start, `after_shot(stored)` likewise."""
+        """A series to its end; `before` runs in the hardware's thread at its start, `before_shot` before each shot but
+        the first, with its number."""
         engine = self.start()
         self.made += 1
         target = self.folder / f"{self.made}.h5"
 
         engine._self_test.enabled = self_test
-        work = Acquisition(
+        work = WatchedAcquisition(
+            before_shot,
             engine.platform,
             self._plan(shots),
             target,
@@ -105,16 +121,6 @@ class Bench:
         )
 
         def behind_interlock(job: Job) -> None:
-            keep, stored = job.on_change, 0
-
-            def changed(job: Job) -> None:
-                nonlocal stored
-                keep(job)
-                if (now := job.result.get("shots", 0)) > stored:
-                    stored = now
-                    after_shot(stored)
-
-            job.on_change = changed
             before()
             engine._behind_interlock(work, job)
 

@@ -117,11 +117,11 @@ def _series_under_fault(bench: Bench, fault: Fault, seen: Seen) -> None:
         if fault.cell.site.phase == "idle":
             engine._refresh()
 
-    def after_shot(stored: int) -> None:
-        if stored == fault.shot - 1:
+    def before_shot(number: int) -> None:
+        if number == fault.shot:
             arm()
 
-    job, target = bench.series(SHOTS, self_test=tested, before=before, after_shot=after_shot)
+    job, target = bench.series(SHOTS, self_test=tested, before=before, before_shot=before_shot)
     struck = strikes[0]() if strikes else []
     if not struck:
         seen.complaints.append("the fault did not strike")
