@@ -123,7 +123,7 @@ class Board:
         header = pin_header(pin)
         if output:
             self.output_pins.append(pin)
-            self.ask(f"{header} OFF", f"{header}:DIR OUT")
+            self.ask(f"{header} OFF", f"{header}:HBRIDGE OFF", f"{header}:DIR OUT")
         else:
             self.input_pins.append(pin)
             self.ask(f"{header}:DIR IN")
@@ -273,6 +273,7 @@ class Board:
             f"RP:INSTANTRESET:MODE {'ON' if self.table.instant_reset else 'OFF'}",
             *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
             *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),
+            *(f"{pin_header(pin)}:HBRIDGE OFF" for pin in self.output_pins),  # or it carries pulses, not a level
             *(f"{pin_header(pin)}:DIR OUT" for pin in self.output_pins),
             *(f"{pin_header(pin)}:DIR IN" for pin in self.input_pins),
         )
