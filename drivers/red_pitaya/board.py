@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
 from drivers.io_card import ChunkFlags
-from drivers.red_pitaya.connection import MARK_S, Connection
+from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.ports import use_up_strangers
@@ -86,11 +86,19 @@ class Board:
         """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
         a, old = self.address, self._connection
         try:
-            if old.starved:
-                use_up_strangers(a.host, a.command_port, MARK_S)
             self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
         finally:
             old.close()
+        if old.starved:
+            self._pair_anew()
+
+    def _pair_anew(self) -> None:
+        """The data connection may be a stranger's, and so would be the next ones: off first, then get through."""
+        a = self.address
+        self.quiet()
+        self._connection.close()
+        use_up_strangers(a.host, a.command_port)
+        self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
 
     def settle(self) -> None:
         """After a new connection: outputs off and read back, who is there, and all registers.
@@ -123,7 +131,7 @@ class Board:
         header = pin_header(pin)
         if output:
             self.output_pins.append(pin)
-            self.ask(f"{header} OFF", f"{header}:DIR OUT")
+            self.ask(f"{header} OFF", f"{header}:HBRIDGE OFF", f"{header}:DIR OUT")
         else:
             self.input_pins.append(pin)
             self.ask(f"{header}:DIR IN")
@@ -273,6 +281,7 @@ class Board:
             f"RP:INSTANTRESET:MODE {'ON' if self.table.instant_reset else 'OFF'}",
             *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
             *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),
+            *(f"{pin_header(pin)}:HBRIDGE OFF" for pin in self.output_pins),  # or it carries pulses, not a level
             *(f"{pin_header(pin)}:DIR OUT" for pin in self.output_pins),
             *(f"{pin_header(pin)}:DIR IN" for pin in self.input_pins),
         )

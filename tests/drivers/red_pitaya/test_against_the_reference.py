@@ -122,6 +122,19 @@ def test_an_image_of_another_version_is_refused_unless_the_platform_file_names_i
     assert card.identity().model
 
 
+def test_whatever_survives_a_reconnect_is_set_and_the_outputs_are_off_before_anything_else(opened):
+    server, card = opened(lines={"pa_gate": {"pin": "DIO7_P"}})
+    pin = [line for line in server.log if "PIN7" in line]
+    assert pin[0] == "RP:DIO:PIN7:SIDEP OFF"
+    assert {"RP:DIO:PIN7:SIDEP:HBRIDGE OFF", "RP:DIO:PIN7:SIDEP:DIR OUT"} < set(pin)
+    off = [server.log.index(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0") for o in (0, 1) for c in range(3)]
+    assert max(off) < server.log.index("RP:MODE ACQUISITION")
+    kept = ("RP:ADC:FIRENABLED ON", "RP:ADC:DECIMATION 2048", "RP:TRIGGER:MODE INTERNAL", "RP:TRIGGER:ALIVE OFF")
+    kept += ("RP:COUNTERTRIGGER:ENABLE OFF", "RP:DAC:CHANNEL0:RAMPING:ENABLE OFF", "RP:COUNTER:SAMPLESPERSTEP 0")
+    assert set(kept) < set(server.log)
+    assert card.state() is CardState.IDLE
+
+
 def test_a_stop_in_every_state_leaves_the_server_quiet_and_the_next_shot_whole(opened):
     server, card = opened()
     timeline = short_shot(card.capabilities())
