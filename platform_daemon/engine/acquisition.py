@@ -89,7 +89,7 @@ class Acquisition:
         storing: Future[None] | None = None
         for done, shot in enumerate(self._plan.shots):
             self._pause(job, first=done == 0)
-            raw = self._shoot(job, shot, done)
+            raw = self._shoot(job, shot, done + 1, series)
             _raise_failure(storing)
             storing = disk.submit(self._store, job, series, shot_record(shot, raw))
             storing.add_done_callback(_complain)
@@ -108,18 +108,18 @@ class Acquisition:
         job.result = {"recording": self._target.stem, "file": self._target.name, "shots": stored}
         job.on_change(job)
 
-    def _shoot(self, job: Job, shot: ShotPlan, before: int) -> RawShot:
+    def _shoot(self, job: Job, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
         total, looked = shot.timeline.total_samples, False
 
         def tell(samples: int) -> None:
             nonlocal looked
             phase = "excite" if samples < shot.timeline.rx_start else "listen"
-            job.at(before + 0.98 * samples / total, f"shot {before + 1}: {phase}")
+            job.at(series.shots + 0.98 * samples / total, f"shot {number}: {phase}")
             if shot.timeline.rx_start < samples < total and not looked:  # costs no time between shots
                 looked = True
                 self._in_shot()
 
-        job.at(before, f"shot {before + 1}: prepare")
+        job.at(series.shots, f"shot {number}: prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
 
     def _pause(self, job: Job, *, first: bool) -> None:

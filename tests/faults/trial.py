@@ -165,7 +165,7 @@ def _read_series(bench: Bench, job: Job, target: Path, shots: int, seen: Seen) -
         seen.outcome = Outcome.SHOT_REFUSED if refused else Outcome.VALID
         seen.text = "; ".join(refused)
         if len(frames) != SHOTS or len(refused) > 1:
-            seen.complaints.append(f"{len(frames)} shots, {len(refused)} of them refused")
+            seen.complaints.append(f"{len(frames)} shots, {len(refused)} of them refused: {refused}")
         return
     seen.text = f"{type(job.error).__name__}: {job.error}"
     seen.outcome = Outcome.STOPPED if triggered > stored else Outcome.BEFORE_POWER
