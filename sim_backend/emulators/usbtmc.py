@@ -61,10 +61,6 @@ class UsbTmcDevice:
         self._tag: int | None = None  # of a request that is not served to its end
         self._cut = False  # an aborted transfer still has to end with a short packet
 
-    def answer_waits(self) -> bool:
-        """True if a read would bring something now."""
-        return bool(self._in) or self._cut
-
     # --- bulk
 
     def bulk_out(self, endpoint: int, data: bytes) -> None:
