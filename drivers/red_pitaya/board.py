@@ -15,19 +15,14 @@ from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.ports import use_up_strangers
+from drivers.red_pitaya.scale import Scale, read_scale
 from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram, Sine
-from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record, cic_gain
+from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
 log = structlog.get_logger()
 
 AMPLITUDE_STEP_V = 1 / 32767  # of the register, which truncates; divided by the output's scale
-INPUT_CALIBRATED = 0b1111  # flags: scale and offset of both inputs were set
 SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
-CALIBRATION = [
-    *(f"ADC:CHANNEL{k}:SCALE" for k in (0, 1)),
-    *(f"DAC:CHANNEL{k}:SCALE" for k in (0, 1)),
-    *(f"ADC:CHANNEL{k}:OFFSET" for k in (0, 1)),
-]
 OUTPUTS_OFF = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0" for o, c in SINES),
     *(f"RP:DAC:CHANNEL{o}:OFFSET 0" for o in (0, 1)),
@@ -38,28 +33,6 @@ READ_BACK = [
 ]
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
-
-
-@dataclass(frozen=True)
-class Scale:
-    """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
-    ever measured, and what the server multiplies the voltages of the two outputs by; gain: counts of the recording per
-    count of the converter."""
-
-    scale_v: NDArray[np.float32]
-    offset_v: NDArray[np.float32]
-    calibrated: bool
-    output: tuple[float, float]
-    gain: float
-
-    def full_scale_v(self, channel: int) -> float:
-        """What the converter of an input can take."""
-        return 32768 * self.gain * float(self.scale_v[channel])
-
-    def ends_v(self, channel: int) -> tuple[float, float]:
-        """The voltages of the converter's lowest and highest code."""
-        full_v, offset = self.full_scale_v(channel), float(self.offset_v[channel])
-        return -full_v + offset, full_v * 32767 / 32768 + offset
 
 
 @dataclass
@@ -239,34 +212,9 @@ class Board:
                 "know that it behaves alike",
             )
         self.version = f"server {server}"
-        self.scale = self._scale()
+        self.scale = read_scale(self.ask, self.table, self.where)
         if not self.scale.calibrated:
             self.version += ", inputs not calibrated"
-
-    def _scale(self) -> Scale:
-        keys = [f"RP:CALIB:{what}?" for what in CALIBRATION]
-        *values, flags = self.ask(*keys, "RP:CALIB:FLAGS")
-        numbers = np.array(values, np.float32)
-        calibrated = int(flags) & INPUT_CALIBRATED == INPUT_CALIBRATED
-        if not np.all(np.isfinite(numbers)) or not np.all(numbers[:4] > 0):
-            raise DeviceProtocolError(
-                "the calibration in the card's memory makes no sense",
-                where=self.where,
-                why=", ".join(f"{key} is {value}" for key, value in zip(CALIBRATION, values, strict=True)),
-                remedy="calibrate the card anew",
-            )
-        if not calibrated:
-            log.warning("card_inputs_not_calibrated", card=self.where, scale_v=numbers[:2].tolist())
-            if self.table.require_calibration:
-                raise DeviceProtocolError(
-                    "the card's inputs were never calibrated",
-                    where=self.where,
-                    why=f"calibration flags are {int(flags):#06b}",
-                    remedy="calibrate them, or set io_card.require_calibration = false",
-                )
-        gain = cic_gain(self.table.decimation)
-        outputs = (float(values[2]), float(values[3]))
-        return Scale(numbers[:2] / np.float32(gain), numbers[4:], calibrated, outputs, gain)
 
     def _configure(self) -> None:
         """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""

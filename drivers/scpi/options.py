@@ -56,16 +56,19 @@ class DeviceTable(Section):
 
 
 class Words(Section):
-    """Answers that mean yes and no; case does not matter."""
+    """Answers that mean yes and no, and answers to `fault` that mean none (empty: it answers by number); case does not
+    matter."""
 
     yes: Annotated[tuple[Word, ...], Field(strict=False)] = ("1", "ON")
     no: Annotated[tuple[Word, ...], Field(strict=False)] = ("0", "OFF")
+    healthy: Annotated[tuple[Word, ...], Field(strict=False)] = ()
 
 
 class AmplifierCommands(Section):
     """Texts of a power amplifier; empty: it has no such command.
 
-    fault must answer a number, 0 when healthy, and perhaps a text after a comma; error the same.
+    fault must answer a number, 0 when healthy, and perhaps a text after a comma, or one of `words.healthy`; error a
+    number and a text.
     """
 
     identify: Word = "*IDN?"

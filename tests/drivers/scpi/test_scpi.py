@@ -132,6 +132,23 @@ def test_an_amplifier_that_stays_on_is_a_fault_not_a_success():
         made.disable()
 
 
+def test_a_device_that_tells_its_health_in_words_needs_only_the_words():
+    class Wordy(Standard):
+        health = "Ok"
+
+        def _answer(self, text):
+            return self.health if text == "STAT:FAULT?" else super()._answer(text)
+
+    device = Wordy()
+    driver = amplifier(device, words=Words(healthy=("OK", "READY")))
+    driver.enable()
+    assert driver.status().fault is None
+    device.health = "OVERTEMP"
+    assert driver.status().fault == "OVERTEMP"
+    with pytest.raises(DeviceFault, match="OVERTEMP"):
+        driver.enable()
+
+
 def test_a_reconnect_never_leaves_it_on():
     device, opener = Standard(), None
     opener = Opener(device)

@@ -137,6 +137,26 @@ def test_a_message_that_is_no_usbtmc_stalls_and_clear_recovers(lab):
     assert ask(device, "OUTP?") == "0"
 
 
+def test_an_aborted_read_ends_with_a_short_packet_and_one_that_is_not_under_way_is_refused(lab):
+    device = opened(lab)
+    say(device, "FROBNICATE?")
+    device.write(1, struct.pack("<BBBBIB3x", 2, 9, 9 ^ 0xFF, 0, 1000, 0))
+    assert list(device.ctrl_transfer(0xA2, 3, 8, 0x82, 2)) == [0x81, 8]  # another tag
+    assert list(device.ctrl_transfer(0xA2, 3, 9, 0x82, 2)) == [1, 9]
+    assert len(device.read(0x82, 512, 500)) == 0
+    assert device.ctrl_transfer(0xA2, 4, 0, 0x82, 8)[0] == 1
+    assert list(device.ctrl_transfer(0xA2, 3, 9, 0x82, 2)) == [0x81, 9]
+    assert ask(device, "OUTP?") == "0"
+
+
+def test_an_aborted_message_is_forgotten(lab):
+    device = opened(lab)
+    device.write(1, struct.pack("<BBBBIB3x", 1, 5, 5 ^ 0xFF, 0, 100, 1) + b"OUTP ON")
+    assert list(device.ctrl_transfer(0xA2, 1, 5, 0x01, 2)) == [1, 5]
+    assert device.ctrl_transfer(0xA2, 2, 0, 0x01, 8)[0] == 1
+    assert ask(device, "OUTP?") == "0"
+
+
 def test_the_drivers_wire_gives_up_without_aborting_and_clears_the_device_when_it_opens(lab):
     asked = []
     control = lab.device.control
