@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo test check bench campaign fault-campaign emulated-series accuracy diagnose-study clean
+.PHONY: install demo demo-emulated test check bench campaign fault-campaign emulated-series accuracy diagnose-study clean
 
 install: $(STAMP)
 
@@ -16,6 +16,9 @@ $(STAMP): pyproject.toml constraints.txt
 
 demo: install
 	$(BIN)/python demo/run.py
+
+demo-emulated: install
+	$(BIN)/python demo/run.py --emulated
 
 test: install
 	$(BIN)/pytest

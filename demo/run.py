@@ -1,15 +1,21 @@
 """The demo: starts the real server on the simulated platform, measures both resonators through REST, fits them, and
-shows each fit next to the simulated truth and the paper.  Writes demo/*.h5 and demo/*.png."""
+shows each fit next to the simulated truth and the paper.  Writes demo/*.h5 and demo/*.png.
+
+With --emulated the platform is the emulated lab: two I/O cards by TCP, switch and LNA on serial lines, amplifier by
+USB.  What drives it cannot know the truth then, which stays with the emulator."""
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -19,10 +25,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from platform_daemon.cli_tables import COLUMNS, number
+from platform_daemon.settings import locate
 from platform_daemon.store import read_truth
 
 HERE = Path(__file__).resolve().parent
 COMMAND = Path(sys.executable).with_name("platform-daemon")
+ENDPOINTS = HERE / "endpoints.json"
 SHOTS = 3
 
 # Paper, tab:model_params_fit_result, D30: mean and empirical standard deviation over 100 sequences.
@@ -46,9 +54,32 @@ PAPER = {
 console = Console(width=120)
 
 
-def start_server(data: Path, log: Any) -> tuple[subprocess.Popen[str], str]:
+def start_emulator(log: Any) -> subprocess.Popen[str]:
+    """The emulated lab as a process of its own; ENDPOINTS says where it listens."""
+    ENDPOINTS.unlink(missing_ok=True)
+    emulator = subprocess.Popen([str(COMMAND), "emulate", "--json", str(ENDPOINTS)], stdout=log, stderr=log, text=True)
+    while not ENDPOINTS.exists():
+        if emulator.poll() is not None:
+            raise SystemExit(f"the emulator did not start, see {log.name}")
+        time.sleep(0.05)
+    return emulator
+
+
+def put_in(resonator: str) -> None:
+    """Put a resonator into the emulated clamping unit, as an operator does."""
+    at = json.loads(ENDPOINTS.read_text())["control"]
+    tables = tomllib.loads(locate("resonators", resonator).read_text())
+    with socket.create_connection((at["host"], at["port"]), 10) as link, link.makefile("rwb") as stream:
+        stream.write(json.dumps({"do": "mount", "specimen": tables}).encode() + b"\n")
+        stream.flush()
+        answer = json.loads(stream.readline())
+    if not answer["ok"]:
+        raise SystemExit(f"{resonator} cannot be mounted: {answer['error']}")
+
+
+def start_server(data: Path, log: Any, *options: str) -> tuple[subprocess.Popen[str], str]:
     """The daemon as a process of its own, and its address."""
-    arguments = [str(COMMAND), "serve", "--port", "0", "--data", str(data)]
+    arguments = [str(COMMAND), "serve", "--port", "0", "--data", str(data), *options]
     server = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=log, text=True)
     assert server.stdout is not None
     line = server.stdout.readline()
@@ -98,49 +129,69 @@ def keep(client: httpx2.Client, job: dict[str, Any], resonator: str) -> Path:
 
 def show(resonator: str, job: dict[str, Any], recording: Path) -> None:
     """Fit, truth and paper side by side."""
-    truths = read_truth(recording)
-    assert truths is not None
+    frames = job["result"]["fit"]["frames"]
+    truths = [next(iter(truth.values())) for truth in read_truth(recording) or []] or [None] * len(frames)
     table = Table(title=f"{resonator}, window d30, {SHOTS} shots", title_justify="left")
     for heading in ("shot", "parameter", "fit (std)", "simulated truth", "(fit - truth) / std", "paper (scatter)"):
         table.add_column(heading, justify="right")
-    for frame, truth in zip(job["result"]["fit"]["frames"], truths, strict=True):
-        add_rows(table, frame, next(iter(truth.values())), PAPER[resonator])
+    for frame, truth in zip(frames, truths, strict=True):
+        add_rows(table, frame, truth, PAPER[resonator])
     console.print(table)
 
 
-def add_rows(table: Table, frame: dict[str, Any], truth: dict[str, Any], paper: dict[str, tuple[float, float]]) -> None:
-    """The rows of one shot."""
+def add_rows(
+    table: Table, frame: dict[str, Any], truth: dict[str, Any] | None, paper: dict[str, tuple[float, float]]
+) -> None:
+    """The rows of one shot; truth None: nobody here knows it."""
     if frame["verdict"] != "good":
         table.add_row(str(frame["frame"]), "refused", frame["reason"])
         return
     for name, heading, factor in COLUMNS:
         if name in frame["parameters"]:
             found = frame["parameters"][name]
-            pull = (found["value"] - truth[name]) / found["std"]
             shown = number(found["value"], found["std"], factor)
             decimals = len(shown.partition("(")[0].partition(".")[2])
-            cells = (shown, f"{truth[name] * factor:.{decimals}f}", f"{pull:+.2f}")
+            cells = (shown, "-", "-")
+            if truth is not None:
+                pull = (found["value"] - truth[name]) / found["std"]
+                cells = (shown, f"{truth[name] * factor:.{decimals}f}", f"{pull:+.2f}")
             table.add_row(str(frame["frame"]), heading, *cells, number(*paper[name], factor))
     table.add_section()
 
 
+def stop(process: subprocess.Popen[str] | None) -> int | None:
+    """SIGTERM; the exit code."""
+    if process is None:
+        return None
+    process.send_signal(signal.SIGTERM)
+    return process.wait(timeout=30)
+
+
 def main() -> None:
-    """Run the demo; the server is stopped by SIGTERM whatever happens."""
-    started = time.monotonic()
+    """Run the demo; server and emulator are stopped by SIGTERM whatever happens."""
+    emulated, started = "--emulated" in sys.argv[1:], time.monotonic()
     data = HERE / "data"
     shutil.rmtree(data, ignore_errors=True)
     with (HERE / "server.log").open("w") as log:
-        server, address = start_server(data, log)
+        emulator = start_emulator(log) if emulated else None
+        try:
+            options = ("--platform", "emulated", "--endpoints", str(ENDPOINTS)) if emulated else ()
+            server, address = start_server(data, log, *options)
+        except BaseException:
+            stop(emulator)
+            raise
         try:
             console.print(f"server at {address}, its page of interactive documentation at {address}/docs")
             with httpx2.Client(base_url=address, timeout=60) as client:
                 wait_until_ready(client)
                 for resonator in ("jewel", "thread"):
+                    if emulated:
+                        put_in(resonator)
                     job = measure(client, resonator)
                     show(resonator, job, keep(client, job, resonator))
         finally:
-            server.send_signal(signal.SIGTERM)
-            code = server.wait(timeout=30)
+            code = stop(server)
+            stop(emulator)
     shutil.rmtree(data, ignore_errors=True)
     files = ", ".join(sorted(os.path.relpath(p) for p in (*HERE.glob("*.h5"), *HERE.glob("*.png"))))
     console.print(f"wrote {files}; server stopped with code {code}; {time.monotonic() - started:.0f} s in all")
