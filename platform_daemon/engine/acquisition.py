@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -67,6 +68,8 @@ class Acquisition:
         self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
         self._in_shot, self._self_test = in_shot, self_test
         self._refused_in_a_row = 0
+        self._left: Callable[[], None] | None = None
+        self._storing: Future[None] | None = None
 
     def __call__(self, job: Job) -> None:
         """Mount, test the chain, shoot, store, fit.
@@ -81,20 +84,33 @@ class Acquisition:
             try:
                 with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
                     self._shoot_all(job, series, disk)
+                    _raise_failure(self._storing)
             finally:
                 self._finish(job, series)
 
     def _shoot_all(self, job: Job, series: SeriesWriter, disk: Executor) -> None:
-        """Shot after shot; each goes to disk while the next one is played, and counts from then on."""
-        storing: Future[None] | None = None
-        for done, shot in enumerate(self._plan.shots):
-            self._pause(job, first=done == 0)
-            raw = self._shoot(job, shot, done + 1, series)
-            _raise_failure(storing)
-            storing = disk.submit(self._store, job, series, shot_record(shot, raw))
-            storing.add_done_callback(_complain)
-            self._follow_up(job, shot, raw)
-        _raise_failure(storing)
+        """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
+        try:
+            for done, shot in enumerate(self._plan.shots):
+                self._pause(job, first=done == 0)
+                raw = self._shoot(job, shot, done + 1, series)
+                self._left = partial(self._keep, job, series, disk, shot, raw)
+                self._count_refusals(job, raw, done + 1)
+        finally:
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """What is left to do of the shot before."""
+        left, self._left = self._left, None
+        if left is not None:
+            left()
+
+    def _keep(self, job: Job, series: SeriesWriter, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
+        """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
+        _raise_failure(self._storing)
+        self._storing = disk.submit(self._store, job, series, shot_record(shot, raw))
+        self._storing.add_done_callback(_complain)
+        self._follow_up(job, shot, raw)
 
     def _prove_wiring(self, job: Job) -> None:
         if self._self_test is None or not self._self_test.enabled:
@@ -115,7 +131,8 @@ class Acquisition:
             nonlocal looked
             phase = "excite" if samples < shot.timeline.rx_start else "listen"
             job.at(series.shots + 0.98 * samples / total, f"shot {number}: {phase}")
-            if shot.timeline.rx_start < samples < total and not looked:  # costs no time between shots
+            self._catch_up()  # now that it costs no time between shots, and so with the read-back
+            if shot.timeline.rx_start < samples < total and not looked:
                 looked = True
                 self._in_shot()
 
@@ -125,6 +142,8 @@ class Acquisition:
     def _pause(self, job: Job, *, first: bool) -> None:
         """Wait `pause_s` of platform time between shots, looking at cancel."""
         left = 0.0 if first else self._plan.sequence.pause_s
+        if left > 0:
+            self._catch_up()
         while True:
             if job.cancel_requested.is_set():
                 raise Cancelled
@@ -133,20 +152,25 @@ class Acquisition:
             self._platform.clock.sleep(min(left, PAUSE_STEP_S))
             left -= PAUSE_STEP_S
 
-    def _follow_up(self, job: Job, shot: ShotPlan, raw: RawShot) -> None:
-        """Start the on-line fit; give up after too many refused shots in a row."""
-        if raw.reason is not None:
-            job.warnings.append(f"shot {len(self._fits) + 1} refused: {raw.reason}")
-            self._fits.append(raw.reason)
-            self._refused_in_a_row += 1
-            if self._refused_in_a_row >= MAX_REFUSED_IN_A_ROW:
-                raise DeviceFault(
-                    f"{MAX_REFUSED_IN_A_ROW} shots in a row were refused",
-                    why=raw.reason,
-                    remedy="find the cause named; the shots are kept in the recording, marked refused",
-                )
+    def _count_refusals(self, job: Job, raw: RawShot, number: int) -> None:
+        """Give up after too many refused shots in a row."""
+        if raw.reason is None:
+            self._refused_in_a_row = 0
             return
-        self._refused_in_a_row = 0
+        job.warnings.append(f"shot {number} refused: {raw.reason}")
+        self._refused_in_a_row += 1
+        if self._refused_in_a_row >= MAX_REFUSED_IN_A_ROW:
+            raise DeviceFault(
+                f"{MAX_REFUSED_IN_A_ROW} shots in a row were refused",
+                why=raw.reason,
+                remedy="find the cause named; the shots are kept in the recording, marked refused",
+            )
+
+    def _follow_up(self, job: Job, shot: ShotPlan, raw: RawShot) -> None:
+        """Start the on-line fit of a good shot."""
+        if raw.reason is not None:
+            self._fits.append(raw.reason)
+            return
         window = self._plan.request.window
         rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
         if not shot.blank:
@@ -180,6 +204,7 @@ class Acquisition:
             return
         if window is not None:
             reports = [_report(k, fit) for k, fit in enumerate(fits)]
+            job.warnings += [w for k, fit in enumerate(fits) if (w := _no_fit(k, fit)) is not None]
             ask = FitRequest(self._plan.model, window)
             job.result = {**job.result, "fit": file_report(path.name, ask, reports, self._calibration)}
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
@@ -236,6 +261,14 @@ def _outcome(fit: Future[FitResult]) -> FitResult | str:
         log.error("fit_failed", exc_info=error)
         return f"the fit failed: {type(error).__name__}: {error}"
     return fit.result()
+
+
+def _no_fit(frame: int, fit: FitResult | str) -> str | None:
+    """What to tell of a good shot that cannot be fitted: it may be silence, from a switch that cannot be read back."""
+    report = None if isinstance(fit, str) else frame_report(frame, fit)
+    return (
+        f"shot {frame + 1} cannot be fitted: {report['reason']}" if report and report["verdict"] == "refused" else None
+    )
 
 
 def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:

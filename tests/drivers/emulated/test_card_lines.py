@@ -6,6 +6,8 @@ import pytest
 
 from drivers.contract import AmplifierContract, PlatformContract, SwitchContract
 from drivers.errors import ConfigError
+from platform_daemon.app import start_engine
+from tests.conftest import acquire
 
 SWITCH = 'tx_rx_switch={backend="red_pitaya", dead_time_s=3e-3, bounce_s=1e-3, settle_s=4e-3}'
 AMPLIFIER = 'power_amplifier={backend="red_pitaya", enable={board=1, pin="DIO7_N"}}'
@@ -46,3 +48,18 @@ class TestPlatform(PlatformContract):
 def test_a_pin_that_cannot_be_is_refused(lab, override, complaint):
     with pytest.raises(ConfigError, match=complaint):
         lab.platform(override)
+
+
+def test_a_stuck_relay_that_cannot_be_read_back_is_told_by_the_silence(lab_of_its_own, tmp_path):
+    lab = lab_of_its_own('specimen="../resonators/jewel.toml"')
+    engine = start_engine(lab.file(SWITCH))
+    ask = {"resonator": "jewel", "sequence": {"rx_s": 0.6}}
+    try:
+        lab.control("inject", kind="switch_stuck")
+        job = acquire(engine, tmp_path / "stuck.h5", **ask)
+        assert any("no_signal" in warning and "switch" in warning for warning in job.warnings)
+        lab.control("repair")
+        job = acquire(engine, tmp_path / "free.h5", **ask)
+        assert not any("cannot be fitted" in warning for warning in job.warnings)
+    finally:
+        engine.close()

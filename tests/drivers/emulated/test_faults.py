@@ -228,3 +228,19 @@ def test_a_missing_device_is_a_row_and_the_others_are_there(lab_of_its_own):
     with pytest.raises(DeviceError):
         build_platform(file.section)
     assert all(r.error is None for r in find_devices(lab.file().section))
+
+
+def test_a_world_that_runs_faster_than_the_hosts_clock_makes_the_same_shots(lab_of_its_own):
+    lab = lab_of_its_own("speed=3.0")
+    platform = lab.platform()
+    limits = lab.file().limits
+    side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
+    shot = compile_shot(load_sequence("jewel").model_copy(update={"rx_s": 3.0}), side)
+    try:
+        for _ in range(2):
+            raw = run_shot(platform, shot)
+            assert raw.reason is None
+            assert raw.volts.shape[1] == shot.timeline.total_samples
+    finally:
+        platform.close()
+    assert lab.violations() == ()
