@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo test check bench campaign accuracy diagnose-study clean
+.PHONY: install demo test check bench campaign fault-campaign accuracy diagnose-study clean
 
 install: $(STAMP)
 
@@ -36,6 +36,10 @@ bench: install
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install
 	$(BIN)/python -m tests.diagnosis.study $(STUDY)
+
+# `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
+fault-campaign: install
+	$(BIN)/python -m tests.faults.campaign --page docs/fault-campaign.md $(FAULTS)
 
 accuracy: install
 	$(BIN)/python -m tests.paper.accuracy

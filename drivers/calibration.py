@@ -54,7 +54,7 @@ class TransmitChannel:
         return complex(self.resistance_ohm, 2 * np.pi * frequency_hz * self.inductance_h)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TransmitCalibration:
     """Measured transmit side: field at the rotor per volt at the DAC, and what follows for each coil.
 

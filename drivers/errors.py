@@ -24,10 +24,12 @@ class PlatformError(Exception):
     """An error that a user can act on.
 
     `what` happened, `where` (file, key, device, request field), `why`, and the `remedy`; each one short sentence or
-    empty.  `str()` gives all of them on one line.
+    empty.  `str()` gives all of them on one line.  `nothing_moved`: nothing had begun yet, so what was asked for is
+    what must change.
     """
 
     title = "Platform error"
+    nothing_moved = False
 
     def __init__(self, what: str, *, where: str = "", why: str = "", remedy: str = "") -> None:
         super().__init__(what)
@@ -48,6 +50,7 @@ class InputError(PlatformError):
     """The caller's mistake; no hardware moved and no file was written."""
 
     title = "Invalid input"
+    nothing_moved = True
 
 
 class ConfigError(InputError):

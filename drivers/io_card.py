@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.errors import DeviceStateError
 from drivers.identity import Identity
 from drivers.timeline import SampleClock, Timeline
 
@@ -19,7 +20,7 @@ class CardCapabilities:
 
     step_samples: every edge of a burst or line must lie on a multiple of it; line_delay_s: lines may change so much
     later than asked; output_step_v, frequency_step_hz: steps of the registers, a burst gets the nearest value
-    (0: exact).
+    (0: exact); input_ends_v: lowest and highest voltage of each input, empty: all have +- input_full_scale_v.
     """
 
     inputs: int
@@ -32,6 +33,12 @@ class CardCapabilities:
     line_delay_s: float = 0.0
     output_step_v: float = 0.0
     frequency_step_hz: float = 0.0
+    input_ends_v: tuple[tuple[float, float], ...] = ()
+
+    def input_range_v(self, channel: int) -> tuple[float, float]:
+        """The lowest and the highest voltage that an input can show."""
+        full_v = self.input_full_scale_v
+        return self.input_ends_v[channel] if self.input_ends_v else (-full_v, full_v)
 
 
 class CardState(StrEnum):
@@ -42,6 +49,21 @@ class CardState(StrEnum):
     ARMED = "armed"
     RUNNING = "running"
     CLOSED = "closed"
+
+
+def require(state: CardState, *allowed: CardState, where: str) -> None:
+    """Raises DeviceStateError unless the card is in one of the states."""
+    if state not in allowed:
+        raise DeviceStateError(
+            f"the card is {state.value}, not {' or '.join(s.value for s in allowed)}",
+            where=where,
+            remedy="keep the order program, arm, trigger, read; stop() makes the card idle",
+        )
+
+
+def was_stopped(where: str) -> DeviceStateError:
+    """What a caller gets whose shot was stopped meanwhile."""
+    return DeviceStateError("the shot was stopped", where=where, remedy="program and start the shot again")
 
 
 @dataclass(frozen=True)
@@ -93,6 +115,9 @@ class IoCard(Protocol):
 
     def state(self) -> CardState:
         """Where the card is in its life cycle."""
+
+    def sample(self) -> int | None:
+        """The sample that is being played and recorded now, by the card's own clock; None if nothing runs."""
 
     def program(self, timeline: Timeline) -> None:
         """Load a timeline.  Outputs stay zero and lines low.

@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.clock import SystemClock
-from drivers.errors import ConfigError
+from drivers.errors import ConfigError, PlatformError
 from drivers.platform import Backend, Platform
 
 GROUP = "platform_daemon.backends"
@@ -113,8 +113,8 @@ def build_platform(
     """Build every device of a platform.  Outputs are off when it returns.
 
     `calibration` replaces the one a back end would supply (a file, say), `transmit_calibration` what it declares of
-    field and inductance of the coils.  Raises ConfigError and DeviceError; devices
-    already opened are closed again.
+    field and inductance of the coils.  Raises ConfigError and DeviceError, both with `nothing_moved`;
+    devices already opened are closed again.
     """
     unused = set(section.backends) - set(section.used_backends())
     if unused:
@@ -156,7 +156,9 @@ def build_platform(
         )
         _check_gain(platform)
         return platform
-    except Exception:
+    except Exception as error:
+        if isinstance(error, PlatformError):
+            error.nothing_moved = True
         for each in reversed(opened):
             with suppress(Exception):  # the first error is the one to report, and every device must get its close
                 each.close()

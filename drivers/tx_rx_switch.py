@@ -48,6 +48,10 @@ class TxRxSwitch(Protocol):
     def position(self) -> SwitchPosition:
         """The position read back from the contacts, not the last command.  Raises DeviceTimeout."""
 
+    def last_move_s(self, target: SwitchPosition) -> float | None:
+        """How long the last move to `target` took, from the command until the contacts came to rest, bounces included,
+        as the switch has measured it; 0 if there was none, None if it cannot measure.  Not while the contacts move."""
+
     def to_transmit(self) -> None:
         """Disconnect the receiver.  Returns when read-back confirms TRANSMIT; raises DeviceFault if it does not."""
 

@@ -10,7 +10,7 @@ from typing import TextIO
 
 import structlog
 
-from drivers.calibration import ReceiveCalibration, TransmitCalibration
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, InputError, RecordingError
 from drivers.registry import build_platform
 from platform_daemon.adopted import Library
@@ -27,8 +27,9 @@ log = structlog.get_logger()
 def start_engine(file: PlatformFile, journal: Journal | None = None, models: Library | None = None) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
+    transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
     try:
-        platform = build_platform(file.section, calibration, _transmit_from(file.transmit_file))
+        platform = build_platform(file.section, calibration, transmit)
     except ConfigError as error:
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
@@ -56,10 +57,6 @@ def _calibration_from(path: Path) -> ReceiveCalibration:
         valid_c=c.valid_c,
         temperature_c=c.temperature_c,
     )
-
-
-def _transmit_from(path: Path | None) -> TransmitCalibration | None:
-    return None if path is None else TransmitCalibration(**vars(read_transmit_calibration(path)))
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The command line: `platform-daemon serve | measure | fit | slide | diagnose | info | plot | predict | ...`.
 
-Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing to fit or diagnose; 130 interrupted.
+Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device is not what the platform file says;
+3 nothing to fit or diagnose; 130 interrupted.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def main() -> None:
         sys.exit(2)
     except PlatformError as error:
         print(f"error: {error}", file=sys.stderr)
-        sys.exit(2 if isinstance(error, InputError) else 1)
+        sys.exit(2 if error.nothing_moved else 1)
     except OSError as error:
         print(f"error: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
         sys.exit(1)
@@ -101,7 +102,8 @@ def _root(
 ) -> None:
     """Run the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 
-    Exit codes: 0 done; 1 a device or the program failed; 2 bad input; 3 nothing to fit or diagnose; 130 interrupted.
+    Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device is not what the platform file says;
+    3 nothing to fit or diagnose; 130 interrupted.
     """
     if version:
         print(__version__)

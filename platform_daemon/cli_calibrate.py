@@ -50,11 +50,9 @@ def receive(
     force: ForceOption = False,
 ) -> None:
     """Measure P, complex, per channel and frequency, with a reference dipole along x, y and z."""
-    asked = {"kind": "receive", "name": name, "repetitions": repetitions, "listen_s": listen_s}
-    asked |= {"temperature_span_c": temperature_span_c}
-    result = _calibrate(asked, frequency_hz, out, (platform, overrides, endpoints), json_file, force)
-    Console(width=120).print(_receive_table(result))
-    _say_where(result, out, "calibration")
+    asked = {"kind": "receive", "name": name, "repetitions": repetitions, "temperature_span_c": temperature_span_c}
+    asked |= {"listen_s": listen_s}
+    _calibrate(asked, frequency_hz, out, (platform, overrides, endpoints), json_file, force)
 
 
 @calibrate_app.command()
@@ -72,11 +70,9 @@ def transmit(
     force: ForceOption = False,
 ) -> None:
     """Measure the field per volt of every coil with a field probe at the resonator's place."""
-    asked = {"kind": "transmit", "name": name, "repetitions": repetitions, "amplifier_v": amplifier_v}
-    asked |= {"temperature_span_c": temperature_span_c}
-    result = _calibrate(asked, frequency_hz, out, (platform, overrides, endpoints), json_file, force)
-    Console(width=120).print(_transmit_table(result))
-    _say_where(result, out, "transmit_calibration")
+    asked = {"kind": "transmit", "name": name, "repetitions": repetitions, "temperature_span_c": temperature_span_c}
+    asked |= {"amplifier_v": amplifier_v}
+    _calibrate(asked, frequency_hz, out, (platform, overrides, endpoints), json_file, force)
 
 
 def _calibrate(
@@ -86,8 +82,8 @@ def _calibrate(
     where: tuple[str, list[str] | None, Path | None],
     json_file: Path | None,
     force: bool,
-) -> dict[str, Any]:
-    """Run a calibration to its end; its result.  Raises the job's error."""
+) -> None:
+    """Run a calibration to its end and show it.  Raises the job's error."""
     from platform_daemon.app import start_engine
     from platform_daemon.engine.calibration import CalibrationRequest
     from platform_daemon.settings import load_platform
@@ -108,7 +104,7 @@ def _calibrate(
     for warning in job.warnings:
         typer.echo(f"warning: {warning}", err=True)
     write_json(json_file, {**job.result, "warnings": list(job.warnings)})
-    return job.result
+    _show(job.result, out)
 
 
 def _watch(job: Any) -> None:
@@ -123,6 +119,17 @@ def _watch(job: Any) -> None:
                 typer.prompt(f"{job.question}, then press Enter", default="", show_default=False, err=True)
                 job.proceed.set()
                 bar.start()
+
+
+def _show(result: dict[str, Any], out: Path) -> None:
+    """The table, how far it holds, and how to use it."""
+    receive_side = result["kind"] == "receive"
+    Console(width=120).print(_receive_table(result) if receive_side else _transmit_table(result))
+    low, high = result["valid_hz"]
+    celsius = result["temperature_c"]
+    at = "" if celsius is None or math.isnan(celsius) else f", made at {celsius:.2f} °C"
+    table = "calibration" if receive_side else "transmit_calibration"
+    print(f'holds from {low:g} to {high:g} Hz{at}; to use it: [{table}] file = "{out / result["file"]}"')
 
 
 def _receive_table(result: dict[str, Any]) -> Table:
@@ -144,10 +151,3 @@ def _transmit_table(result: dict[str, Any]) -> Table:
     ):
         table.add_row(axis, ", ".join(f"{1e3 * b:.5f}" for b in field), f"{1e3 * henry:.4f}", f"{chi2:.2f}")
     return table
-
-
-def _say_where(result: dict[str, Any], out: Path, table: str) -> None:
-    low, high = result["valid_hz"]
-    celsius = result["temperature_c"]
-    at = "" if celsius is None or math.isnan(celsius) else f", made at {celsius:.2f} °C"
-    print(f'holds from {low:g} to {high:g} Hz{at}; to use it: [{table}] file = "{out / result["file"]}"')

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -15,11 +16,15 @@ TRANSMIT, RECEIVE, MOVING = SwitchPosition.TRANSMIT, SwitchPosition.RECEIVE, Swi
 
 @dataclass(frozen=True)
 class Contacts:
-    """History of the contacts: `changes` are (world time s, position from then on), rising; immutable."""
+    """History of the contacts: `changes` are (world time s, position from then on), rising; immutable.
+
+    took: to a position -> how long the last move there took, s, from the command until the contacts came to rest.
+    """
 
     options: SwitchOptions
     changes: tuple[tuple[float, SwitchPosition], ...] = field(default=((-np.inf, TRANSMIT),))
     stuck: bool = False
+    took: Mapping[SwitchPosition, float] = field(default_factory=dict)
 
     def position(self, time_s: float) -> SwitchPosition:
         """Where the contacts are at `time_s`."""
@@ -43,7 +48,8 @@ class Contacts:
         if target is RECEIVE and self.options.bounces and self.options.bounce_s > 0:
             edges = np.sort(rng.uniform(0, self.options.bounce_s, 2 * self.options.bounces))
             changes += [(arrival_s + float(e), (MOVING, target)[i % 2]) for i, e in enumerate(edges)]
-        return replace(self, changes=(*kept, *changes))
+        took = {**self.took, target: changes[-1][0] - time_s}
+        return replace(self, changes=(*kept, *changes), took=took)
 
     def jam(self, stuck: bool) -> Contacts:
         """The same history with the armature stuck, or free again."""

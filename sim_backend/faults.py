@@ -5,7 +5,8 @@ dropped_samples                      the card loses DROPPED samples in the middl
 card_timeout                         from the middle on the card delivers nothing
 amplifier_trip                       the amplifier trips in the middle of the transmit gate
 relay_bounce                         the contacts bounce ten times as long and as often
-switch_stuck                         from this shot on the contacts stay where they are, until `clear()`
+switch_stuck                         from this shot on the contacts stay where they are, until a repair
+switch_welded                        in this shot the contacts weld to the receiver, until a repair
 lna_overload                         a burst of interference overloads the LNA in the middle of the shot
 adc_clip                             the converter is driven beyond its range in the middle of the shot
 """

@@ -246,6 +246,7 @@ class FaultOptions(Section):
     card_timeout: Shots = ()
     amplifier_trip: Shots = ()
     switch_stuck: Shots = ()
+    switch_welded: Shots = ()
     relay_bounce: Shots = ()
     lna_overload: Shots = ()
     adc_clip: Shots = ()

@@ -155,6 +155,7 @@ def commanded(setup: ShotSetup) -> Contacts:
         contacts = contacts.command(0.0, SwitchPosition.TRANSMIT, rng)
     for rise_s, fall_s in high:
         contacts = contacts.command(rise_s, SwitchPosition.RECEIVE, rng)
+        contacts = contacts.jam(contacts.stuck or "switch_welded" in setup.faults)
         if fall_s < setup.timeline.duration_s or not setup.open_ended:
             contacts = contacts.command(fall_s, SwitchPosition.TRANSMIT, rng)
     return contacts

@@ -7,6 +7,7 @@ reading the status never wait for it.
 from __future__ import annotations
 
 import threading
+from collections import deque
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -33,6 +34,7 @@ from sim_backend.torque import parameters
 from sim_backend.truth import record
 from sim_backend.variation import Temperature, friction_factor, rotor_now
 
+POWER_LOG = 4096  # spans
 LISTEN_TO = 2**21  # samples: a longer leg is searched for overloads only if somebody reads it
 TEMPERATURE, THERMOMETER, HUM, FRICTION, IDLE_BOUNCE = 10, 11, 12, 13, 14
 
@@ -48,6 +50,15 @@ class Violation:
     def as_dict(self) -> dict[str, Any]:
         """Plain JSON types."""
         return {"time_s": self.time_s, "shot": self.shot, "cause": self.cause}
+
+
+@dataclass(frozen=True)
+class PowerSpan:
+    """Power could reach the coils from `start_s` to `stop_s` (world time) in a shot."""
+
+    shot: int
+    start_s: float
+    stop_s: float
 
 
 class Feed(Protocol):
@@ -99,6 +110,7 @@ class World:
         self._compute = threading.Lock()
         self._cached: tuple[ShotSetup, ShotResult] | None = None
         self._violations: list[Violation] = []
+        self._power_log: deque[PowerSpan] = deque(maxlen=POWER_LOG)
 
     def rng(self, *stream: int) -> np.random.Generator:
         """Random numbers of their own stream, from the seed alone."""
@@ -310,6 +322,12 @@ class World:
         with self.lock:
             return tuple(self._violations)
 
+    def power_log(self) -> tuple[PowerSpan, ...]:
+        """When power could reach the coils in the last shots, as far as they are over, rising."""
+        self.refresh()
+        with self.lock:
+            return tuple(self._power_log)
+
     def repair(self) -> None:
         """Replace what broke: a new LNA, freed contacts, no more faults to come."""
         with self.lock:
@@ -406,7 +424,7 @@ class World:
         self._show(setup, result, setup.stop_s)
         self._feed.leg_over(self._leg_first, result)
         end_s = setup.start_s + setup.stop_s
-        self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))
+        self._account(setup, result)
         self._leg_first = self._leg_stop()
         self._first_leg = self._first_leg or (setup, result)
         timeline = self._feed.timeline(self._leg_first)
@@ -444,8 +462,14 @@ class World:
         contacts = result.contacts.shifted(setup.start_s).like(self.options.switch)
         home = SwitchPosition.RECEIVE if self._idle_receive else SwitchPosition.TRANSMIT
         self._contacts = contacts.command(end_s, home, self._contacts_rng)
-        self.power.heat(end_s, delivered_j(result.cuts, self.options.coils.in_order()))
+        self._account(setup, result)
         self._show(setup, result, setup.stop_s)
+
+    def _account(self, setup: ShotSetup, result: ShotResult) -> None:
+        """Heat and power of what is over."""
+        self.power.heat(setup.start_s + setup.stop_s, delivered_j(result.cuts, self.options.coils.in_order()))
+        for a, b in result.powered:
+            self._power_log.append(PowerSpan(setup.number, setup.start_s + a, setup.start_s + b))
 
     def _finished(self, setup: ShotSetup) -> tuple[ShotSetup, ShotResult]:
         if self._cached is None or self._cached[0] is not setup:

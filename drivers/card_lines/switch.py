@@ -60,6 +60,10 @@ class LineSwitch:
         high = timeline.is_high(Line.RX_CONNECT, sample)
         return SwitchPosition.RECEIVE if high else SwitchPosition.TRANSMIT
 
+    def last_move_s(self, target: SwitchPosition) -> float | None:
+        """See TxRxSwitch.  Never known."""
+        return None
+
     def to_transmit(self) -> None:
         """See TxRxSwitch.  The line is low already; this only looks."""
         if self._card.timeline() is not None:

@@ -14,8 +14,12 @@ A third party certifies a driver with a file of its own, run by pytest:
             card.close()
 
 A class that offers the fixture `platform` (a `drivers.platform.Platform`) instead can use all of them, and
-`PlatformContract`, which tests what the devices do together.  The tests put no power out: no burst is larger than a
-thousandth of full scale, the amplifier is never unmuted while its gate is high, and everything is off afterwards.
+`PlatformContract`, which tests what the devices do together:
+
+    TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
+
+The tests put no power out: no burst is larger than a thousandth of full scale, the amplifier is never unmuted while its
+gate is high, and everything is off afterwards.
 """
 
 from drivers.contract.io_card import CardContract
@@ -24,4 +28,6 @@ from drivers.contract.platform import PlatformContract
 from drivers.contract.power_amplifier import AmplifierContract
 from drivers.contract.tx_rx_switch import SwitchContract
 
-__all__ = ["AmplifierContract", "CardContract", "LnaContract", "PlatformContract", "SwitchContract"]
+WHOLE_PLATFORM = (CardContract, SwitchContract, AmplifierContract, LnaContract, PlatformContract)
+
+__all__ = ["WHOLE_PLATFORM", "AmplifierContract", "CardContract", "LnaContract", "PlatformContract", "SwitchContract"]

@@ -40,6 +40,7 @@ class CardContract:
 
     @pytest.fixture(autouse=True)
     def _idle(self, card: IoCard) -> Iterator[None]:
+        """Before and after every test."""
         card.stop()
         yield
         card.stop()
@@ -88,6 +89,21 @@ class CardContract:
             done += chunk.volts.shape[1]
         assert done == timeline.total_samples
 
+    def test_it_tells_the_sample_that_is_being_taken(self, card: IoCard) -> None:
+        """By its own clock, and only while it runs."""
+        timeline = short_shot(card.capabilities(), rx_s=0.5)
+        assert card.sample() is None
+        card.program(timeline)
+        card.arm()
+        assert card.sample() is None
+        card.trigger()
+        for wanted in (1000, 5000):
+            while (left := wanted - (card.sample() or 0)) > 0:
+                card.read(left)
+            assert card.state() is CardState.RUNNING
+        card.stop()
+        assert card.sample() is None
+
     def test_shot_follows_shot(self, card: IoCard) -> None:
         """The same timeline, another one, and the first again; each must be programmed anew."""
         long, short = short_shot(card.capabilities()), short_shot(card.capabilities(), bursts=False, rx_s=0.03)
@@ -130,6 +146,7 @@ class CardContract:
         end, f = good.tx_samples, 10 * can.clock.rate_hz / good.tx_samples
 
         def with_burst(output: int = 0, start: int = 0, hz: float = f, volts: float = 0.0) -> Timeline:
+            """`good` with another burst; volts 0: a thousandth of full scale."""
             return replace(good, bursts=(Burst(output, start, end, hz, volts or 1e-3 * can.output_full_scale_v),))
 
         wrong = [
@@ -170,6 +187,7 @@ class CardContract:
         begun = threading.Event()
 
         def read() -> None:
+            """To the end of the shot, or of the patience."""
             try:
                 while True:
                     card.read(1000)

@@ -54,3 +54,15 @@ class SwitchContract:
         assert switch.position() is SwitchPosition.TRANSMIT
         switch.to_transmit()
         assert switch.position() is SwitchPosition.TRANSMIT
+
+    def test_it_has_measured_its_moves_or_says_that_it_does_not(self, switch: TxRxSwitch) -> None:
+        """Within what `timing()` promises."""
+        try:
+            switch.to_receive()
+            switch.to_transmit()
+        except DeviceStateError:
+            pass
+        timing = switch.timing()
+        for target in (SwitchPosition.RECEIVE, SwitchPosition.TRANSMIT):
+            took_s = switch.last_move_s(target)
+            assert took_s is None or 0 <= took_s <= 1.1 * (timing.dead_time_s + timing.bounce_s) + 1e-3

@@ -50,6 +50,11 @@ class Scale:
     calibrated: bool
     output: tuple[float, float]
 
+    def ends_v(self, channel: int) -> tuple[float, float]:
+        """The voltages of the lowest and the highest code."""
+        scale, offset = float(self.scale_v[channel]), float(self.offset_v[channel])
+        return -32768 * scale + offset, 32767 * scale + offset
+
 
 @dataclass
 class Board:

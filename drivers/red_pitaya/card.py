@@ -16,9 +16,9 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.errors import DeviceError, DeviceFault, DeviceStateError, InputError
+from drivers.errors import DeviceError, DeviceFault, InputError
 from drivers.identity import Identity
-from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags
+from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags, require, was_stopped
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V, Board
 from drivers.red_pitaya.layout import pin_header
@@ -96,6 +96,11 @@ class RedPitayaCard:
             line_delay_s=self.layout.line_delay_s(),
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
+            input_ends_v=tuple(
+                b.scale.ends_v(k)
+                for b, where in zip(self.boards, self.layout.boards, strict=True)
+                for k in where.inputs
+            ),
         )
 
     def state(self) -> CardState:
@@ -103,7 +108,7 @@ class RedPitayaCard:
         return self._state
 
     def sample(self) -> int | None:
-        """The sample being played now, None if nothing runs."""
+        """See IoCard.  The server answers between chunks; the pointer goes in steps of 32 samples."""
         if self._state is not CardState.RUNNING:
             return None
         return int(self.boards[0].ask("RP:ADC:WP?")[0])
@@ -133,7 +138,7 @@ class RedPitayaCard:
     def program(self, timeline: Timeline) -> None:
         """See IoCard."""
         with self._commanding():
-            self._require(CardState.IDLE, CardState.PROGRAMMED)
+            require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
             programs = compile_timeline(timeline, self.layout, self._output_full_scale_v())
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
@@ -142,7 +147,7 @@ class RedPitayaCard:
     def arm(self) -> None:
         """See IoCard."""
         with self._commanding():
-            self._require(CardState.PROGRAMMED)
+            require(self._state, CardState.PROGRAMMED, where=WHERE)
             self._state = CardState.ARMED  # from here on only a run or a new connection ends it
             for board, program in zip(self.boards, self._programs, strict=True):
                 board.arm(program)
@@ -150,7 +155,7 @@ class RedPitayaCard:
     def trigger(self) -> None:
         """See IoCard."""
         with self._commanding():
-            self._require(CardState.ARMED)
+            require(self._state, CardState.ARMED, where=WHERE)
             assert self._timeline is not None
             self._state = CardState.RUNNING
             total = self._timeline.total_samples
@@ -166,12 +171,12 @@ class RedPitayaCard:
         """See IoCard.  Waits until min(max_samples, samples left) have come."""
         if max_samples < 1:
             raise InputError(f"cannot read {max_samples} samples", where=WHERE, remedy="ask for one or more")
-        self._require(CardState.RUNNING)
+        require(self._state, CardState.RUNNING, where=WHERE)
         reader = self._reader
         with self._stoppable():
             chunk = reader.read(max_samples, self._pins.at)
             with self._guard:
-                self._require(CardState.RUNNING)
+                require(self._state, CardState.RUNNING, where=WHERE)
                 if reader.left == 0:
                     self._finish()
             return chunk
@@ -265,19 +270,8 @@ class RedPitayaCard:
             yield
         except (DeviceError, OSError):
             if self._stops != before or self._stopping.locked():
-                raise DeviceStateError(
-                    "the shot was stopped", where=WHERE, remedy="program and start the shot again"
-                ) from None
+                raise was_stopped(WHERE) from None
             raise
-
-    def _require(self, *states: CardState) -> None:
-        if self._state not in states:
-            allowed = " or ".join(s.value for s in states)
-            raise DeviceStateError(
-                f"the card is {self._state.value}, not {allowed}",
-                where=WHERE,
-                remedy="keep the order program, arm, trigger, read; stop() makes the card idle",
-            )
 
 
 class _Reader:

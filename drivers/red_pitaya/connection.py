@@ -63,12 +63,9 @@ class Connection:
             try:
                 connection._synchronise()
                 return connection
-            except (DeviceTimeout, DeviceLost) as failure:
+            except DeviceError as failure:
                 error = failure
                 connection.close()
-            except DeviceError:
-                connection.close()
-                raise
         raise error
 
     @classmethod

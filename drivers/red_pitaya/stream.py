@@ -16,6 +16,7 @@ from drivers.io_card import ChunkFlags
 RECORD = struct.Struct("<BQQ4B")
 PAIR_BYTES = 4
 RING_SAMPLES = 2**25
+LONGEST_RECORDING = 2**40  # samples: 200 days
 FIR_TAPS = 92
 CIC_ORDER = 6
 STATUS_LAG = 512  # samples: the status is read that much later than the write pointer, if the server is busy
@@ -50,6 +51,11 @@ class Record:
         return cls(status, first_sample + lag, lag, meanwhile)
 
     @property
+    def plausible(self) -> bool:
+        """False for numbers that no recording comes to: bytes are missing, or these are samples."""
+        return max(self.lag, self.meanwhile) < LONGEST_RECORDING
+
+    @property
     def flags(self) -> ChunkFlags:
         """The card's verdict, with our own on top: a reader a whole ring behind got other samples, flagged or not."""
         s = self.status
@@ -74,6 +80,10 @@ class Continuity:
 
     def check(self, record: Record) -> None:
         """Raises ShotRefused if trigger, sequence or write pointer tell of another recording than ours."""
+        if not record.plausible:
+            raise ShotRefused(
+                "a status record makes no sense", where=self._where, why="bytes of the stream are missing"
+            )
         if not record.triggered:
             raise ShotRefused("the trigger fell during the shot", where=self._where)
         if record.written < self._written:

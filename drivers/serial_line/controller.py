@@ -13,6 +13,7 @@ ERRORS: dict[int, type[DeviceError]] = {
     3: DeviceStateError,
     4: DeviceFault,
 }
+UNKNOWN = 1
 ERROR = re.compile(r'ERR (\d+),"(.*)"')
 
 
@@ -25,6 +26,12 @@ def query(exchange: Exchange, question: str) -> str:
         remedy = "check that this is the right device on the right port"
         raise kind(f"{question!r} was refused", where=exchange.where, why=found[2], remedy=remedy)
     return answer
+
+
+def knows(exchange: Exchange, question: str) -> bool:
+    """False if the controller calls this an unknown command.  Raises DeviceTimeout, DeviceLost."""
+    found = ERROR.fullmatch(exchange.ask(question))
+    return found is None or int(found[1]) != UNKNOWN
 
 
 def command(exchange: Exchange, text: str) -> None:

@@ -7,10 +7,11 @@ import time
 from drivers.errors import DeviceFault, DeviceProtocolError
 from drivers.exchange import Exchange
 from drivers.identity import Identity
-from drivers.serial_line.controller import command, flag, numbers, query, senseless
+from drivers.serial_line.controller import command, flag, knows, numbers, query, senseless
 from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
 
 POSITIONS = {"TX": SwitchPosition.TRANSMIT, "RX": SwitchPosition.RECEIVE, "MOVING": SwitchPosition.MOVING}
+NAMES = {position: text for text, position in POSITIONS.items()}
 ARRIVAL_S = 0.2  # beyond the switch's own times
 POLL_S = 1e-3
 
@@ -25,6 +26,7 @@ class SerialSwitch:
         if len(times) != 3 or min(times) < 0:
             raise DeviceProtocolError("three times were expected", where=exchange.where, why=f"TIM? says {times}")
         self._timing = SwitchTiming(*times)
+        self._measures = knows(exchange, "MOVE? RX")
         self.to_transmit()
 
     @staticmethod
@@ -48,6 +50,10 @@ class SerialSwitch:
         if answer not in POSITIONS:
             raise senseless(self._exchange, "POS?", answer)
         return POSITIONS[answer]
+
+    def last_move_s(self, target: SwitchPosition) -> float | None:
+        """See TxRxSwitch.  None from a controller that does not know the question."""
+        return numbers(self._exchange, f"MOVE? {NAMES[target]}")[0] if self._measures else None
 
     def to_transmit(self) -> None:
         """See TxRxSwitch.  Raises DeviceStateError while a timeline runs."""

@@ -33,7 +33,6 @@ from platform_daemon.store import (
     SeriesHeader,
     SeriesWriter,
     ShotRecord,
-    TransmitTable,
 )
 from sequences.compiler import ShotPlan
 
@@ -228,9 +227,7 @@ def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
 
 def store_calibration(platform: Platform) -> Calibration:
     """The platform's calibration as the store keeps it."""
-    measured = platform.transmit_calibration
-    transmit = None if measured is None else TransmitTable(**vars(measured))
-    return Calibration(**vars(platform.calibration), transmit=transmit)
+    return Calibration(**vars(platform.calibration), transmit=platform.transmit_calibration)
 
 
 def excitation(shot: ShotPlan, platform: Platform) -> Excitation:

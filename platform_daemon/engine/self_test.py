@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 import numpy as np
+import structlog
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -21,6 +22,8 @@ from platform_daemon.calibration.phasors import combine, segment_phasors
 from platform_daemon.engine.shot import RawShot, run_shot
 from sequences.compiler import TransmitSide
 from sequences.tones import coil_drive, coil_tones, played_hz
+
+log = structlog.get_logger()
 
 SEGMENTS = 4  # of a tone
 SKIPPED_S = 1e-3  # at its start
@@ -73,6 +76,9 @@ class SelfTest:
         if not self.enabled:
             return None
         raw = self._played(cancelled)
+        if raw.reason is not None:  # says nothing of the wiring, so that it may be tried again
+            log.warning("self_test_repeated", reason=raw.reason)
+            raw = self._played(cancelled)
         if raw.reason is not None:
             raise _failed([raw.reason])
         heard, std = self._heard(raw.volts.astype(np.float64))

@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from drivers.errors import DeviceFault, DeviceStateError, InterlockError, ShotRefused
 from drivers.io_card import ChunkFlags
 from drivers.platform import Platform
-from drivers.timeline import Timeline
+from drivers.timeline import Line, Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.engine.jobs import Cancelled
 
+AT_THE_END = 5e-4  # of the range: the decimation filters round the corners of what the converter cut off
 CHUNK_S = 0.1  # how often cancel is looked at and progress reported
 
 
@@ -75,8 +76,8 @@ def run_shot(
             raise Cancelled
         started, monotonic = platform.clock.utc(), platform.clock.monotonic_s()
         platform.card.trigger()
-        until_s = monotonic + plan.timeline.duration_s
-        volts, flags, reason, clipped = _collect(platform, plan, until_s, cancelled, progress)
+        volts, flags, reason, clipped = _collect(platform, plan, cancelled, progress)
+        reason = reason or _late_contacts(platform, plan.timeline)
         overloaded = platform.lna.overloaded()
     except DeviceStateError:
         if cancelled():  # the card was stopped under us by whoever cancelled
@@ -117,7 +118,6 @@ def _prepare(platform: Platform, plan: Playable) -> None:
 def _collect(
     platform: Platform,
     plan: Playable,
-    until_s: float,
     cancelled: Callable[[], bool],
     progress: Callable[[int], None],
 ) -> tuple[NDArray[np.float32], ChunkFlags, str | None, bool]:
@@ -141,10 +141,10 @@ def _collect(
         if powered and done >= timeline.tx_samples:
             clipped, powered = _end_of_power(platform), False
         if done == timeline.rx_start + 1 < timeline.total_samples:
-            doubt = _receiver_missing(platform, until_s)
+            doubt = _receiver_missing(platform, timeline)
         progress(done)
     flagged = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
-    return volts, flags, flagged or doubt, clipped
+    return volts, flags, flagged or doubt or _beyond_range(platform, volts[:, timeline.rx_start :]), clipped
 
 
 def _wanted(done: int, step: int, timeline: Timeline) -> int:
@@ -153,15 +153,17 @@ def _wanted(done: int, step: int, timeline: Timeline) -> int:
     return min(step, next(end for end in ends if end > done) - done)
 
 
-def _receiver_missing(platform: Platform, until_s: float) -> str | None:
+def _receiver_missing(platform: Platform, timeline: Timeline) -> str | None:
     """Why the RX window would be silence taken for data, None if the switch followed its line.
 
-    The position is the present one: read after the window, `until_s` on the platform's clock, it proves nothing.
-    Raises DeviceFault if the switch stands elsewhere in the middle of the window.
+    The position is the present one: read after the window, which by the card's clock ends with the timeline, it proves
+    nothing.  Raises DeviceFault if the switch rests elsewhere in the middle of the window.
     """
-    position = platform.switch.position()
-    if platform.clock.monotonic_s() >= until_s:
+    position, sample = platform.switch.position(), platform.card.sample()
+    if sample is None or sample >= timeline.total_samples:
         return "the host was too late to see the receiver connected"
+    if position is SwitchPosition.MOVING:
+        return "the contacts of the switch still moved in the RX window"
     if position is not SwitchPosition.RECEIVE:
         raise DeviceFault(
             f"the switch is on {position} in the RX window",
@@ -169,6 +171,32 @@ def _receiver_missing(platform: Platform, until_s: float) -> str | None:
             why="it did not follow its line",
             remedy="check the switch and its line",
         )
+    return None
+
+
+def _late_contacts(platform: Platform, timeline: Timeline) -> str | None:
+    """Why the start of the RX window is no data, None if the contacts were at rest in time or nobody measured that."""
+    took_s = platform.switch.last_move_s(SwitchPosition.RECEIVE)
+    rises = [e.start_sample for e in timeline.lines if e.line is Line.RX_CONNECT]
+    if took_s is None or not rises:
+        return None
+    allowed_s = (timeline.rx_start - rises[-1] + 1) / timeline.clock.rate_hz - platform.switch.timing().settle_s
+    if took_s <= allowed_s:
+        return None
+    return (
+        f"the switch needed {1e3 * took_s:.3g} ms to come to rest on the receiver, {1e3 * allowed_s:.3g} ms are allowed"
+    )
+
+
+def _beyond_range(platform: Platform, volts: NDArray[np.float32]) -> str | None:
+    """Why these samples (channel, n) are not what was at the input, None if the converter could follow."""
+    card = platform.card.capabilities()
+    for channel, u in enumerate(volts):
+        low_v, high_v = card.input_range_v(channel)
+        margin_v = AT_THE_END * (high_v - low_v)
+        count = np.count_nonzero(u <= low_v + margin_v) + np.count_nonzero(u >= high_v - margin_v)
+        if count:
+            return f"{count} samples of input {channel} are at an end of its range, {low_v:.3g} V ... {high_v:.3g} V"
     return None
 
 

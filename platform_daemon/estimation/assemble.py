@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import fast_kernel, fast_part
+from .jit import fast_part, kernel
 
 
 @fast_part
@@ -30,7 +30,7 @@ def coefficients(chain, gains, by_w, by_own, offsets, channel, values, jacobian)
     jacobian[b - 1, dynamic + by_own.shape[0] + channel] = 1.0
 
 
-@fast_kernel
+@kernel
 def assemble(  # type: ignore[no-untyped-def]
     chain, gains, by_w, by_own, offsets, gram, products, energy, weights, step, gradient, matrix, squares
 ):

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numba
+from numba.core import config
+from numba.core.compiler_lock import global_compiler_lock
 
 _ROOM = Path(__file__).parent
 _MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
@@ -22,11 +24,11 @@ _MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
 
 @cache
 def _sources_digest() -> str:
-    """Digest of all files with kernels, and of the tableau compiled into them, so that no kernel can be stale."""
+    """Digest of all that compiled code depends on: files with kernels, their options, the tableau."""
     digest = hashlib.sha256()
     for path in sorted(_ROOM.rglob("*.py")):
         text = path.read_bytes()
-        if _MARK.search(text) or path.name == "tableau.py":
+        if _MARK.search(text) or path.name in ("jit.py", "tableau.py"):
             digest.update(path.name.encode() + text)
     return digest.hexdigest()
 
@@ -36,8 +38,27 @@ _FAST: dict[str, Any] = {"fastmath": {"reassoc", "contract"}}
 
 
 def kernel(function: Callable[..., Any]) -> Any:
-    """Compile `function` at its first call (nogil, float64, cached on disk); importing a module compiles nothing."""
-    return _entry(function, _OPTIONS)
+    """Compile `function` at its first call (nogil, float64, cached on disk); importing a module compiles nothing.
+
+    Its loops do not run in parallel lanes: most are short, and laying them out so takes half of the compilation.
+    """
+    dispatcher = _entry(function, _OPTIONS)
+    dispatcher.compile = _without_lanes(dispatcher.compile)
+    return dispatcher
+
+
+def _without_lanes(compilation: Callable[..., Any]) -> Callable[..., Any]:
+    """A compilation with numba's switch for lanes off; others wait for the same lock."""
+
+    def compile_plainly(signature: Any) -> Any:
+        with global_compiler_lock:
+            before, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
+            try:
+                return compilation(signature)
+            finally:
+                config.LOOP_VECTORIZE = before
+
+    return compile_plainly
 
 
 def fast_kernel(function: Callable[..., Any]) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .jit import fast_kernel, fast_part
+from .jit import fast_part, kernel
 
 
 @fast_part
@@ -54,7 +54,7 @@ def substitute(matrix, order, x):  # type: ignore[no-untyped-def]
         x[i] = total / matrix[i, i]
 
 
-@fast_kernel
+@kernel
 def solve_scaled(matrix, gradient, free, damping, step):  # type: ignore[no-untyped-def]
     """Step of the free parameters (the others 0), from normal equations whose columns are scaled to unit norm.
 

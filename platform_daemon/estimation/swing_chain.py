@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from .jit import fast_kernel, kernel, part
+from .jit import kernel, part
 from .swing_table import look_up_end
 from .terms.dispatch import acceleration
 from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
@@ -25,7 +25,7 @@ _MARGIN = 1.15
 _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
-@fast_kernel
+@kernel
 def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[no-untyped-def]
     """Smallest and largest size of the half swings in the remaining time `left`.
 

@@ -20,7 +20,6 @@ from platform_daemon.store.recording import (
     ReceiverEffect,
     Recording,
     SequenceInfo,
-    TransmitTable,
 )
 from platform_daemon.store.recovery import recover
 from platform_daemon.store.series import SeriesWriter
@@ -42,7 +41,6 @@ __all__ = [
     "SeriesWriter",
     "ShotRecord",
     "StorageError",
-    "TransmitTable",
     "UnknownRecording",
     "add_receive_calibration",
     "add_transmit_calibration",

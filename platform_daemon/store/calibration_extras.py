@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import TransmitCalibration
 from drivers.errors import RecordingError
 from platform_daemon.store.hdf5 import Source, open_hdf5
 from platform_daemon.store.layout import CALIBRATION, TRANSMIT
-from platform_daemon.store.recording import TransmitTable
 
 
 def read_extent(source: Source, where: str) -> dict[str, Any]:
@@ -33,7 +33,7 @@ def read_std(source: Source, shape: tuple[int, ...]) -> NDArray[np.float64] | No
     return found if found is not None and found.shape == shape and np.all(found >= 0) else None
 
 
-def read_transmit(source: Source) -> TransmitTable | None:
+def read_transmit(source: Source) -> TransmitCalibration | None:
     """The measured transmit side, None if there is none or it is not whole."""
     try:
         axes = source.texts(f"{TRANSMIT}/axes")
@@ -52,12 +52,12 @@ def read_transmit(source: Source) -> TransmitTable | None:
     if shapes != ((coils, 3, frequency.size), (coils, 3, frequency.size), (coils, 3), (coils,)):
         return None
     values = complex_.astype(np.complex128)
-    return TransmitTable(
+    return TransmitCalibration(
         axes, identifier, date, frequency, values, std, per_ampere, henry, **read_extent(source, TRANSMIT)
     )
 
 
-def read_transmit_calibration(path: Path | str) -> TransmitTable:
+def read_transmit_calibration(path: Path | str) -> TransmitCalibration:
     """The transmit side in a calibration file or a recording.  Raises RecordingError if there is none."""
     with open_hdf5(path) as source:
         found = read_transmit(source)

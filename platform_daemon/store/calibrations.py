@@ -12,11 +12,12 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import TransmitCalibration
 from drivers.errors import InputError
 from platform_daemon.store.checks import check_calibration
 from platform_daemon.store.durable import PART, storage_error, sync
 from platform_daemon.store.layout import CALIBRATION
-from platform_daemon.store.recording import Calibration, TransmitTable
+from platform_daemon.store.recording import Calibration
 from platform_daemon.store.writer import LIBVER, put, write_calibration_group, write_transmit_group
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
@@ -53,7 +54,9 @@ def add_receive_calibration(
     return _add(folder, name, made, fill)
 
 
-def add_transmit_calibration(folder: Path, name: str, made: datetime, table: Callable[[str], TransmitTable]) -> Path:
+def add_transmit_calibration(
+    folder: Path, name: str, made: datetime, table: Callable[[str], TransmitCalibration]
+) -> Path:
     """A new version of a transmit calibration; errors as `add_receive_calibration`."""
     return _add(folder, name, made, lambda h5, identifier: write_transmit_group(h5, table(identifier)))
 

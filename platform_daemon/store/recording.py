@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import TransmitCalibration
 from drivers.errors import InputError
 from platform_daemon.store.checks import check_calibration
 from platform_daemon.store.hdf5 import open_hdf5
@@ -62,23 +63,6 @@ class ReceiverEffect:
 
 
 @dataclass(frozen=True, eq=False)
-class TransmitTable:
-    """Measured transmit side, as drivers.calibration.TransmitCalibration: same names, shapes and units."""
-
-    axes: tuple[str, ...]
-    identifier: str
-    date: str
-    frequency_hz: NDArray[np.float64]
-    field_per_volt: NDArray[np.complex128]
-    field_per_volt_std: NDArray[np.float64]
-    field_per_ampere_t: NDArray[np.float64]
-    inductance_h: NDArray[np.float64]
-    valid_hz: tuple[float, float] | None = None
-    valid_c: tuple[float, float] | None = None
-    temperature_c: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
 class Calibration:
     """Receive calibration, paper eq:u(t,p,R): u = -P dm/dt.
 
@@ -99,7 +83,7 @@ class Calibration:
     valid_hz: tuple[float, float] | None = None
     valid_c: tuple[float, float] | None = None
     temperature_c: float | None = None
-    transmit: TransmitTable | None = None
+    transmit: TransmitCalibration | None = None
     receiver: tuple[ReceiverEffect, ...] = ()
 
 

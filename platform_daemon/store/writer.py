@@ -10,6 +10,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from drivers.calibration import TransmitCalibration
 from platform_daemon.store.header import SeriesHeader, ShotRecord
 from platform_daemon.store.layout import (
     CALIBRATION,
@@ -27,7 +28,7 @@ from platform_daemon.store.layout import (
     SEQUENCE,
     TRANSMIT,
 )
-from platform_daemon.store.recording import Calibration, Excitation, FrameInfo, TransmitTable
+from platform_daemon.store.recording import Calibration, Excitation, FrameInfo
 from platform_daemon.store.truth import write_truth
 from platform_daemon.store.validate import check_excitation, check_instant, padded_volts
 
@@ -127,7 +128,7 @@ def write_calibration_group(h5: h5py.File, calibration: Calibration) -> None:
         write_transmit_group(h5, calibration.transmit)
 
 
-def write_transmit_group(h5: h5py.File, table: TransmitTable) -> None:
+def write_transmit_group(h5: h5py.File, table: TransmitCalibration) -> None:
     """`/calibration/transmit`, in a recording or in a file of its own."""
     if CALIBRATION not in h5:
         group(h5, CALIBRATION, "NXcollection")
@@ -146,7 +147,7 @@ def write_transmit_group(h5: h5py.File, table: TransmitTable) -> None:
     _write_extent(h5, TRANSMIT, table)
 
 
-def _write_extent(h5: h5py.File, where: str, made: Calibration | TransmitTable) -> None:
+def _write_extent(h5: h5py.File, where: str, made: Calibration | TransmitCalibration) -> None:
     """What a calibration holds for, as far as it says."""
     for name, value, units in (
         ("valid_frequency", made.valid_hz, "Hz"),

@@ -6,9 +6,9 @@ import threading
 
 import numpy as np
 
-from drivers.errors import DeviceStateError, DeviceTimeout, InputError, SequenceRejected
+from drivers.errors import DeviceTimeout, InputError, SequenceRejected
 from drivers.identity import Identity
-from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags
+from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags, require, was_stopped
 from drivers.timeline import SampleClock, Timeline
 from sim_backend.faults import DROPPED, FLAGS
 from sim_backend.options import IoCardTable
@@ -53,23 +53,30 @@ class SimulatedIoCard:
         """See IoCard."""
         return self._state
 
+    def sample(self) -> int | None:
+        """See IoCard."""
+        with self._lock:
+            if self._state is not CardState.RUNNING:
+                return None
+            return int((self._world.clock.monotonic_s() - self._start_s) * self._clock.rate_hz)
+
     def program(self, timeline: Timeline) -> None:
         """See IoCard."""
         with self._lock:
-            self._require(CardState.IDLE, CardState.PROGRAMMED)
+            require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
             self._check(timeline)
             self._timeline, self._state = timeline, CardState.PROGRAMMED
 
     def arm(self) -> None:
         """See IoCard."""
         with self._lock:
-            self._require(CardState.PROGRAMMED)
+            require(self._state, CardState.PROGRAMMED, where=WHERE)
             self._state = CardState.ARMED
 
     def trigger(self) -> None:
         """See IoCard."""
         with self._lock:
-            self._require(CardState.ARMED)
+            require(self._state, CardState.ARMED, where=WHERE)
             assert self._timeline is not None
             self._cancelled = threading.Event()
             self._start_s, self._next = self._world.start(self._timeline), 0
@@ -80,17 +87,17 @@ class SimulatedIoCard:
         if max_samples < 1:
             raise InputError(f"cannot read {max_samples} samples", where=WHERE, remedy="ask for one or more")
         with self._lock:
-            self._require(CardState.RUNNING)
+            require(self._state, CardState.RUNNING, where=WHERE)
             assert self._timeline is not None
             timeline, first, cancelled = self._timeline, self._next, self._cancelled
         setup, _ = self._world.result()
         first, stop = self._span(timeline, setup.faults, first, max_samples)
         if not self._world.clock.wait_until(self._start_s + stop / self._clock.rate_hz, cancelled):
-            raise self._stopped()
+            raise was_stopped(WHERE)
         volts = self._world.result()[1].heard.volts[:, first:stop]
         with self._lock:
             if cancelled.is_set():
-                raise self._stopped()
+                raise was_stopped(WHERE)
             self._next = stop
             if stop == timeline.total_samples:
                 self._world.is_running()
@@ -166,16 +173,3 @@ class SimulatedIoCard:
 
     def _outputs(self) -> int:
         return CHANNELS + (self._world.spare_output is not None)
-
-    def _require(self, *states: CardState) -> None:
-        if self._state not in states:
-            allowed = " or ".join(s.value for s in states)
-            raise DeviceStateError(
-                f"the card is {self._state.value}, not {allowed}",
-                where=WHERE,
-                remedy="keep the order program, arm, trigger, read; stop() makes the card idle",
-            )
-
-    @staticmethod
-    def _stopped() -> DeviceStateError:
-        return DeviceStateError("the shot was stopped", where=WHERE, remedy="program and start the shot again")

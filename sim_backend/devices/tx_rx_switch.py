@@ -29,6 +29,10 @@ class SimulatedTxRxSwitch:
         """See TxRxSwitch."""
         return self._world.contacts().position(self._world.clock.monotonic_s())
 
+    def last_move_s(self, target: SwitchPosition) -> float | None:
+        """See TxRxSwitch."""
+        return self._world.contacts().took.get(target, 0.0)
+
     def to_transmit(self) -> None:
         """See TxRxSwitch.  Raises DeviceStateError while a timeline runs: then the card's line commands."""
         self._go(SwitchPosition.TRANSMIT)

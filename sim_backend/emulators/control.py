@@ -1,6 +1,6 @@
 """A door into the emulated world for tests: JSON lines over TCP, {"do": NAME, ...} -> {"ok": true, "result": ...}.
 
-truth, violations, outputs, clock             what only the world knows
+truth, violations, outputs, clock, power_log  what only the world knows
 inject {kind, shot}                           a world fault (sim_backend/faults.py); shot absent: the next one
 wire_fault {kind, device, ...}                a fault of the wire (wire_faults.py), from now on
 clear_faults, repair                          forget faults to come; replace what broke as well
@@ -15,6 +15,7 @@ import json
 import socket
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from dataclasses import asdict
 from typing import Any
 
 from drivers.errors import InputError, PlatformError
@@ -40,6 +41,7 @@ class Control:
         self._actions: dict[str, Action] = {
             "truth": lambda _: self._world.truth(),
             "violations": lambda _: [v.as_dict() for v in self._world.violations()],
+            "power_log": lambda _: [asdict(span) for span in self._world.power_log()],
             "outputs": lambda _: self.outputs(),
             "clock": lambda _: {"world_s": self._world.clock.monotonic_s(), "shots": self._world.shots},
             "inject": self._inject,

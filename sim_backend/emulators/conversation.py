@@ -163,10 +163,13 @@ class Conversation:
                 return
 
     _later: Callable[[], object] | None = None
+    _asked = ""
 
     def _execute_line(self) -> None:
         line, _, self._buffer = self._buffer.partition(b"\n")
-        text = line.decode("latin1").strip()
+        self._asked = text = line.decode("latin1").strip()
+        if not self._faults.hears(text):
+            return
         answers, path = [], ""
         for command in filter(None, (c.strip() for c in text.split(";"))):
             full = command if command[0] in ":*" else path + command
@@ -204,7 +207,7 @@ class Conversation:
 
     def _reply(self, answer: str) -> None:
         """In several small writes, as the server does."""
-        text = self._faults.outgoing(answer.encode("latin1") + b"\r\n")
+        text = self._faults.outgoing(answer.encode("latin1") + b"\r\n", asked=self._asked)
         head, comma, rest = text.partition(b",")
         body, end, tail = rest.partition(b"\r\n")
         parts = (head, comma, body, end + tail) if comma else (text.removesuffix(b"\r\n"), text[len(text) - 2 :])

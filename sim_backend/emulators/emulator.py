@@ -98,7 +98,7 @@ class LabEmulator:
         self._closing.append(self._control.close)
 
     def _wire(self, name: str) -> WireFaults:
-        self.faults[name] = WireFaults(self.options.seed, name)
+        self.faults[name] = WireFaults(self.options.seed, name, self.world)
         return self.faults[name]
 
     def _card(self, number: int) -> DaqServer:

@@ -88,6 +88,6 @@ class SerialPort:
                 pending = b""
 
     def _answer(self, line: str) -> None:
-        if line:
+        if line and self._faults.hears(line):
             reply = self._device.execute(line.upper()).encode("ascii") + b"\r\n"
-            os.write(self._master, self._faults.outgoing(reply))
+            os.write(self._master, self._faults.outgoing(reply, asked=line))

@@ -23,6 +23,8 @@ class SwitchController:
                 return f"Simulated,Tx/Rx switch 3x,{self._serial},1.0"
             case ["POS?"]:
                 return NAMES[self._world.contacts().position(self._world.clock.monotonic_s())]
+            case ["MOVE?", ("TX" | "RX") as word]:
+                return self._took(word)
             case ["TIM?"]:
                 return f"{options.dead_time_s:g},{options.bounce_s:g},{options.settle_s:g}"
             case ["FOLLOW?"]:
@@ -31,9 +33,16 @@ class SwitchController:
                 return self._follow(word == "ON")
             case ["POS", ("TX" | "RX") as word]:
                 return self._move(word == "RX")
-            case ["POS" | "FOLLOW", *_]:
+            case ["POS" | "FOLLOW" | "MOVE?", *_]:
                 return BAD_ARGUMENT
         return UNKNOWN
+
+    def _took(self, word: str) -> str:
+        contacts = self._world.contacts()
+        target = SwitchPosition.RECEIVE if word == "RX" else SwitchPosition.TRANSMIT
+        if contacts.heading() is target and self._world.clock.monotonic_s() < contacts.arrival_s():
+            return NOT_NOW
+        return f"{contacts.took.get(target, 0.0):.6f}"
 
     def _follow(self, on: bool) -> str:
         heading = self._world.contacts().heading() is SwitchPosition.RECEIVE

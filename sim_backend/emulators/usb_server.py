@@ -9,7 +9,7 @@ import time
 
 from drivers.usb.wire import REPLY, REQUEST, SETUP, Op, receive
 from sim_backend.emulators.listening import Listener
-from sim_backend.emulators.usbtmc import Stall, UsbTmcDevice
+from sim_backend.emulators.usbtmc import Stall, UsbTmcDevice, message_text
 from sim_backend.emulators.wire_faults import Hangup, WireFaults
 
 POLL_S = 1e-3
@@ -23,6 +23,7 @@ class UsbServer:
         self._device, self._faults = device, faults
         self._lock = threading.Lock()
         self._owner: socket.socket | None = None
+        self._asked = ""
         self._listener = Listener(host, port, self._serve, "usb")
         self.port = self._listener.port
 
@@ -69,7 +70,9 @@ class UsbServer:
             self._owner = None
         elif op == Op.OUT:
             self._check_owner(link)
-            self._device.bulk_out(endpoint, data)
+            self._asked = message_text(data) or self._asked
+            if self._faults.hears(self._asked):
+                self._device.bulk_out(endpoint, data)
         elif op == Op.RESET:
             self._device.clear()
         return b""
@@ -80,7 +83,7 @@ class UsbServer:
             with self._lock:
                 self._check_owner(link)
                 answer = self._device.bulk_in(endpoint, room)
-            if answer and (answer := self._faults.outgoing(answer)):
+            if answer and (answer := self._faults.outgoing(answer, asked=self._asked)):
                 return 0, answer
             time.sleep(POLL_S)
         return errno.ETIMEDOUT, b""

@@ -41,6 +41,11 @@ class UsbIdentity:
     product: str = "class-D amplifier"
 
 
+def message_text(data: bytes) -> str:
+    """The text in a transfer from the host, empty if it carries none."""
+    return data[HEADER.size :].decode("ascii", "replace").strip() if data[:1] == bytes([MESSAGE_OUT]) else ""
+
+
 class UsbTmcDevice:
     """One USBTMC function.  `control`, `bulk_out` and `bulk_in` are the transfers of the host; one caller at a time."""
 

@@ -6,6 +6,7 @@ half_reply     one answer stops half-way
 disconnect     the connection ends after byte `at_byte` of what the device sends
 slow_link      answers come `delay_s` late, `count` of them
 one_way_link   what the device is told arrives, what it says does not, until `clear()`
+deaf_link      the other direction: what the device is told does not arrive, until `clear()`
 """
 
 from __future__ import annotations
@@ -19,13 +20,19 @@ import numpy as np
 from pydantic import Field
 
 from sim_backend.section import NonNegative, Section
+from sim_backend.world import World
 
-Kind = Literal["timeout", "garbage", "half_reply", "disconnect", "slow_link", "one_way_link"]
+Kind = Literal["timeout", "garbage", "half_reply", "disconnect", "slow_link", "one_way_link", "deaf_link"]
+Moment = Literal["any", "idle", "shot", "after_shot"]
 
 
 class WireFault(Section):
     """One fault: it strikes after `after` whole answers; `count` answers are hit; `delay_s` is for slow_link, `at_byte`
-    for disconnect, counted from the answer it strikes."""
+    for disconnect, counted from the answer it strikes.
+
+    Only answers that fit count: to what contains `asked`, and given at the moment `when`: while no shot runs, while one
+    does, or after the next one.
+    """
 
     kind: Kind
     device: Annotated[str, Field(min_length=1)]
@@ -34,6 +41,8 @@ class WireFault(Section):
     count: Annotated[int, Field(ge=1)] = 1
     delay_s: NonNegative = 0.2
     at_byte: Annotated[int, Field(ge=0)] = 0
+    asked: str = ""
+    when: Moment = "any"
 
 
 class Hangup(Exception):
@@ -46,39 +55,74 @@ class Hangup(Exception):
 @dataclass
 class _Armed:
     fault: WireFault
+    shots_before: int
     answers: int = 0
     sent: int = 0
 
+    def fits(self, asked: str, stream: str, world: World) -> bool:
+        """True if this is one of the answers that count, or the first of those that follow it in a broken link."""
+        fault = self.fault
+        if fault.stream != stream or not (fault.asked.upper() in asked.upper() or self.sent):
+            return False
+        if fault.when == "any":
+            return True
+        if world.is_running():
+            return fault.when == "shot"
+        return fault.when == "idle" or (fault.when == "after_shot" and world.shots > self.shots_before)
+
 
 class WireFaults:
-    """The faults of one device.  Safe from any thread."""
+    """The faults of one device.  Safe from any thread.  `strikes` are the world times s at which one struck."""
 
-    def __init__(self, seed: int, name: str) -> None:
+    def __init__(self, seed: int, name: str, world: World) -> None:
         self._lock = threading.Lock()
         self._rng = np.random.default_rng([seed, *name.encode()])
+        self._world = world
         self._armed: list[_Armed] = []
+        self._dead: str | None = None
+        self.strikes: list[float] = []
 
     def arm(self, fault: WireFault) -> None:
         """Let a fault strike from now on."""
         with self._lock:
-            self._armed.append(_Armed(fault))
+            self._armed.append(_Armed(fault, self._world.shots))
 
     def clear(self) -> None:
-        """Forget all faults."""
+        """Forget all faults, and what has struck."""
         with self._lock:
             self._armed.clear()
+            self._dead = None
+            self.strikes.clear()
 
-    def outgoing(self, answer: bytes, stream: str = "command") -> bytes:
+    def hears(self, asked: str) -> bool:
+        """False if what the device is told does not arrive."""
+        with self._lock:
+            for armed in list(self._armed):
+                if armed.fault.kind == "deaf_link" and armed.fits(asked, "command", self._world):
+                    armed.answers += 1
+                    if armed.answers > armed.fault.after:
+                        self._strike(armed)
+                        self._dead = "deaf_link"
+            return self._dead != "deaf_link"
+
+    def outgoing(self, answer: bytes, stream: str = "command", asked: str = "") -> bytes:
         """What of an answer gets through.  Raises Hangup, sleeps for a slow link."""
         delay_s = 0.0
         with self._lock:
+            if self._dead == f"one_way_link {stream}":
+                return b""
             for armed in list(self._armed):
-                if armed.fault.stream == stream:
+                if armed.fault.kind != "deaf_link" and armed.fits(asked, stream, self._world):
                     answer, late_s = self._struck(armed, answer)
                     delay_s += late_s
         if delay_s:
             time.sleep(delay_s)
         return answer
+
+    def _strike(self, armed: _Armed, *, over: bool = True) -> None:
+        self.strikes.append(self._world.clock.monotonic_s())
+        if over:
+            self._armed.remove(armed)
 
     def _struck(self, armed: _Armed, answer: bytes) -> tuple[bytes, float]:
         fault, index = armed.fault, armed.answers
@@ -86,15 +130,16 @@ class WireFaults:
         if index < fault.after:
             return answer, 0.0
         if fault.kind == "one_way_link":
+            self._strike(armed)
+            self._dead = f"one_way_link {fault.stream}"
             return b"", 0.0
         if fault.kind == "disconnect":
             left, armed.sent = fault.at_byte - armed.sent, armed.sent + len(answer)
             if len(answer) < left:
                 return answer, 0.0
-            self._armed.remove(armed)
+            self._strike(armed)
             raise Hangup(answer[:left])
-        if index + 1 >= fault.after + fault.count:
-            self._armed.remove(armed)
+        self._strike(armed, over=index + 1 >= fault.after + fault.count)
         if fault.kind == "slow_link":
             return answer, fault.delay_s
         if fault.kind == "half_reply":

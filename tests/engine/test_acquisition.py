@@ -111,7 +111,9 @@ def test_a_queued_job_can_be_cancelled_before_its_turn(engine_with, tmp_path):
     assert not (tmp_path / "b.h5").exists()
 
 
-@pytest.mark.parametrize("fault", ["overwritten", "corrupted", "lost_steps", "dropped_samples", "lna_overload"])
+@pytest.mark.parametrize(
+    "fault", ["overwritten", "corrupted", "lost_steps", "dropped_samples", "lna_overload", "adc_clip", "relay_bounce"]
+)
 def test_a_flagged_shot_is_kept_refused_and_the_series_goes_on(engine_with, tmp_path, fault):
     engine = engine_with(f"backends.simulated.faults.{fault}=[2]")
     job = acquire(engine, tmp_path / "a.h5", shots=3)

@@ -151,3 +151,13 @@ class TestInASeries:
 def test_a_silent_platform_without_any_noise_can_be_tested(tested: Callable[..., dict[str, Any]]) -> None:
     report = tested("backends.simulated.noise.scale=0.0")
     assert report["gain"] == pytest.approx({"x": 1.0, "y": 1.0, "z": 1.0}, abs=0.01)
+
+
+def test_a_self_test_that_was_no_good_shot_itself_is_made_once_more(
+    engine_with: Callable[..., Engine], tmp_path: Path
+) -> None:
+    faults = "backends.simulated.faults.corrupted"
+    assert acquire(engine_with(ON, f"{faults}=[1]"), tmp_path / "once.h5").error is None
+    job = acquire(engine_with(ON, f"{faults}=[1, 2]"), tmp_path / "twice.h5")
+    assert isinstance(job.error, SelfTestFailed)
+    assert not (tmp_path / "twice.h5").exists()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.contract import AmplifierContract, CardContract, LnaContract, PlatformContract, SwitchContract
+from drivers.contract import WHOLE_PLATFORM
 from drivers.registry import build_platform
 from platform_daemon.settings import load_platform
 
@@ -22,21 +22,4 @@ def platform(request):
     built.close()
 
 
-class TestCard(CardContract):
-    pass
-
-
-class TestSwitch(SwitchContract):
-    pass
-
-
-class TestAmplifier(AmplifierContract):
-    pass
-
-
-class TestLna(LnaContract):
-    pass
-
-
-class TestPlatform(PlatformContract):
-    pass
+TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.contract import AmplifierContract, CardContract, LnaContract, PlatformContract, SwitchContract
+from drivers.contract import WHOLE_PLATFORM, CardContract
 
 MASTER = (
     """{host="${io_cards.0.host}", command_port="${io_cards.0.command_port}", data_port="${io_cards.0.data_port}"}"""
@@ -19,24 +19,7 @@ def platform(lab):
     assert lab.violations() == ()
 
 
-class TestCard(CardContract):
-    pass
-
-
-class TestSwitch(SwitchContract):
-    pass
-
-
-class TestAmplifier(AmplifierContract):
-    pass
-
-
-class TestLna(LnaContract):
-    pass
-
-
-class TestPlatform(PlatformContract):
-    pass
+TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
 
 
 class TestOneCard(CardContract):

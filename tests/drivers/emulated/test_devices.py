@@ -13,11 +13,15 @@ from platform_daemon.app import create_context, open_data_folder, start_engine
 from tests.drivers.emulated.test_faults import intruder
 
 
-def devices(*arguments):
+def command(*arguments):
     program = "from platform_daemon.cli import main; main()"
     return subprocess.run(
-        [sys.executable, "-c", program, "devices", *map(str, arguments)], capture_output=True, text=True, check=False
+        [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True, check=False
     )
+
+
+def devices(*arguments):
+    return command("devices", *arguments)
 
 
 def test_every_device_is_a_row_with_its_identity(lab, tmp_path):
@@ -40,6 +44,16 @@ def test_a_missing_device_is_a_row_too_and_the_exit_code_is_1(lab, tmp_path):
     assert "no such serial port" in found["lna"]["error"]
     assert found["lna"]["identity"] is None
     assert found["io_card"]["error"] is None
+
+
+def test_a_platform_file_that_does_not_fit_the_lab_is_bad_input_in_one_line(lab, tmp_path):
+    for wrong, said in (('lna.identity="ACME"', "another device answers"), ("io_card.server_version=12", "not 12")):
+        wanted = ("--platform", "emulated", "--endpoints", lab.endpoints, "--set", wrong)
+        run = command("measure", "--resonator", "thread", "--out", tmp_path / "t.h5", *wanted)
+        assert run.returncode == 2, run.stderr
+        assert len(run.stderr.splitlines()) == 1
+        assert said in run.stderr
+    assert list(tmp_path.glob("*.h5")) == []
 
 
 def test_an_address_that_is_not_known_is_bad_input():

@@ -106,3 +106,40 @@ def test_an_amplifier_that_trips_shows_its_fault_and_stays_off(emulator):
     assert emulator.world.power.fault == "over-current"
     assert not control(emulator, "outputs")["amplifier_live"]
     control(emulator, "repair")
+
+
+def test_a_link_that_is_deaf_does_nothing_that_it_is_told(emulator, client):
+    assert client.ask("RP:ADC:DEC 32") == "1"
+    control(emulator, "wire_fault", kind="deaf_link", device="io_card_0")
+    assert client.silent("RP:ADC:DEC 64")
+    control(emulator, "clear_faults")
+    assert client.ask("RP:ADC:DEC?") == "32"
+
+
+def test_a_fault_waits_for_the_question_and_the_moment_it_is_meant_for(emulator, client):
+    control(emulator, "wire_fault", kind="timeout", device="io_card_0", asked="DEC?", when="idle")
+    control(emulator, "wire_fault", kind="timeout", device="io_card_0", asked="MODE?", when="shot")
+    assert client.ask("RP:MODE?") == '"CONFIGURATION"'
+    assert client.silent("RP:ADC:DEC?")
+    configure(client)
+    start(client)
+    assert client.silent("RP:MODE?")
+    assert client.ask("RP:MODE?") == '"ACQUISITION"'
+
+
+def test_power_that_could_reach_the_coils_is_on_record_to_the_sample(emulator):
+    record(emulator)
+    spans = control(emulator, "power_log")
+    assert [s["shot"] for s in spans] == [1]
+    assert spans[0]["stop_s"] - spans[0]["start_s"] == pytest.approx(STEP * 2048 / 125e6, abs=1e-9)
+
+
+def test_welded_contacts_stay_on_the_receiver_until_they_are_repaired(emulator):
+    control(emulator, "inject", kind="switch_welded")
+    record(emulator)
+    time.sleep(0.05)
+    assert control(emulator, "outputs")["receiver"] == "receive"
+    control(emulator, "repair")
+    record(emulator)
+    time.sleep(0.05)
+    assert control(emulator, "outputs")["receiver"] == "transmit"

@@ -161,3 +161,14 @@ def test_a_path_that_exists_is_left_alone(tmp_path):
     with pytest.raises(ConfigError, match="exists"):
         LabEmulator(table, LAB.parent)
     assert mine.read_text() == "mine"
+
+
+def test_the_switch_measures_how_long_its_contacts_took(emulator, switch):
+    assert ask(switch, "MOVE? RX") == "0.000000"
+    assert ask(switch, "FOLLOW OFF") == "OK"
+    assert ask(switch, "POS RX") == "OK"
+    until(lambda: ask(switch, "POS?") == "RX")
+    dead_s, bounce_s, _ = (float(t) for t in ask(switch, "TIM?").split(","))
+    until(lambda: not ask(switch, "MOVE? RX").startswith("ERR"))
+    assert dead_s <= float(ask(switch, "MOVE? RX")) <= dead_s + bounce_s
+    assert ask(switch, "MOVE?").startswith("ERR 2")

@@ -22,7 +22,7 @@ IDENTITY = UsbIdentity(0x1209, 0x0D0D, "A17")
 def lab():
     class Lab:
         bench = Bench(None)
-        faults = WireFaults(1, "amplifier")
+        faults = WireFaults(1, "amplifier", bench.backend.world)
 
     lab = Lab()
     device = UsbTmcDevice(IDENTITY, AmplifierScpi(lab.bench.backend.world, IDENTITY.serial))
