@@ -140,7 +140,7 @@ def effects(variant: str, sd: Mapping[tuple[Any, ...], float], sigma: float, sho
         speed = 40.0
         yield {
             "id": "stribeck_friction",
-            "strength": size("stribeck_friction", None, None, speed) / 1190.0,
+            "strength": size("stribeck_friction", None, None, speed),
             "v_s_rad_per_s": speed,
         }
     for name in RECEIVERS:

@@ -27,11 +27,10 @@ _LARGEST = {
     "crosstalk": 0.05,
     "receiver_compression": 1.0,
 }
-_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction in rad/s^2 at the
-velocity scale named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the
-declared parameters, shots as in the study. What stands beside the signal is looked for at any frequency or decay time:
-its limits allow for the number of these. A whole sample lost from one shot is always seen (its place is known to 0.04
-samples).
+_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction at the velocity scale
+named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the declared parameters,
+shots as in the study. What stands beside the signal is looked for at any frequency or decay time: its limits allow for
+the number of these. A whole sample lost from one shot is always seen (its place is known to 0.04 samples).
 """
 
 
