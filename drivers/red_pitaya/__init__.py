@@ -4,6 +4,8 @@ card.py         the I/O card contract over all boards: life cycle, reading, stop
 trigger.py      common start and stop of the boards
 board.py        one board: who it is, its registers, its sequence
 sequence.py     timeline -> step sequence, enable bits and sines of each board
+scale.py        what its memory says of its converters
+reader.py       the boards' streams as one recording
 stream.py       samples and status records of a pipelined read
 connection.py   the two sockets: connecting, asking, uploading
 ports.py        getting through to one port, whoever is in the way

@@ -11,23 +11,18 @@ from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
 from drivers.io_card import ChunkFlags
-from drivers.red_pitaya.connection import MARK_S, Connection
+from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.ports import use_up_strangers
+from drivers.red_pitaya.scale import Scale, read_scale
 from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram, Sine
-from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record, cic_gain
+from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
 log = structlog.get_logger()
 
 AMPLITUDE_STEP_V = 1 / 32767  # of the register, which truncates; divided by the output's scale
-INPUT_CALIBRATED = 0b1111  # flags: scale and offset of both inputs were set
 SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
-CALIBRATION = [
-    *(f"ADC:CHANNEL{k}:SCALE" for k in (0, 1)),
-    *(f"DAC:CHANNEL{k}:SCALE" for k in (0, 1)),
-    *(f"ADC:CHANNEL{k}:OFFSET" for k in (0, 1)),
-]
 OUTPUTS_OFF = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0" for o, c in SINES),
     *(f"RP:DAC:CHANNEL{o}:OFFSET 0" for o in (0, 1)),
@@ -38,22 +33,6 @@ READ_BACK = [
 ]
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
-
-
-@dataclass(frozen=True)
-class Scale:
-    """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
-    ever measured, and what the server multiplies the voltages of the two outputs by."""
-
-    scale_v: NDArray[np.float32]
-    offset_v: NDArray[np.float32]
-    calibrated: bool
-    output: tuple[float, float]
-
-    def ends_v(self, channel: int) -> tuple[float, float]:
-        """The voltages of the lowest and the highest code."""
-        scale, offset = float(self.scale_v[channel]), float(self.offset_v[channel])
-        return -32768 * scale + offset, 32767 * scale + offset
 
 
 @dataclass
@@ -80,11 +59,19 @@ class Board:
         """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
         a, old = self.address, self._connection
         try:
-            if old.starved:
-                use_up_strangers(a.host, a.command_port, MARK_S)
             self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
         finally:
             old.close()
+        if old.starved:
+            self._pair_anew()
+
+    def _pair_anew(self) -> None:
+        """The data connection may be a stranger's, and so would be the next ones: off first, then get through."""
+        a = self.address
+        self.quiet()
+        self._connection.close()
+        use_up_strangers(a.host, a.command_port)
+        self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
 
     def settle(self) -> None:
         """After a new connection: outputs off and read back, who is there, and all registers.
@@ -117,7 +104,7 @@ class Board:
         header = pin_header(pin)
         if output:
             self.output_pins.append(pin)
-            self.ask(f"{header} OFF", f"{header}:DIR OUT")
+            self.ask(f"{header} OFF", f"{header}:HBRIDGE OFF", f"{header}:DIR OUT")
         else:
             self.input_pins.append(pin)
             self.ask(f"{header}:DIR IN")
@@ -225,33 +212,9 @@ class Board:
                 "know that it behaves alike",
             )
         self.version = f"server {server}"
-        self.scale = self._scale()
+        self.scale = read_scale(self.ask, self.table, self.where)
         if not self.scale.calibrated:
             self.version += ", inputs not calibrated"
-
-    def _scale(self) -> Scale:
-        keys = [f"RP:CALIB:{what}?" for what in CALIBRATION]
-        *values, flags = self.ask(*keys, "RP:CALIB:FLAGS")
-        numbers = np.array(values, np.float32)
-        calibrated = int(flags) & INPUT_CALIBRATED == INPUT_CALIBRATED
-        if not np.all(np.isfinite(numbers)) or not np.all(numbers[:4] > 0):
-            raise DeviceProtocolError(
-                "the calibration in the card's memory makes no sense",
-                where=self.where,
-                why=", ".join(f"{key} is {value}" for key, value in zip(CALIBRATION, values, strict=True)),
-                remedy="calibrate the card anew",
-            )
-        if not calibrated:
-            log.warning("card_inputs_not_calibrated", card=self.where, scale_v=numbers[:2].tolist())
-            if self.table.require_calibration:
-                raise DeviceProtocolError(
-                    "the card's inputs were never calibrated",
-                    where=self.where,
-                    why=f"calibration flags are {int(flags):#06b}",
-                    remedy="calibrate them, or set io_card.require_calibration = false",
-                )
-        counts = numbers[:2] / np.float32(cic_gain(self.table.decimation))
-        return Scale(counts, numbers[4:], calibrated, (float(values[2]), float(values[3])))
 
     def _configure(self) -> None:
         """Every register that survives a reconnect, whoever set it; the trigger must be off to leave ACQUISITION."""
@@ -266,6 +229,7 @@ class Board:
             f"RP:INSTANTRESET:MODE {'ON' if self.table.instant_reset else 'OFF'}",
             *(f"RP:DAC:CHANNEL{o}:RAMPING:ENABLE OFF" for o in (0, 1)),
             *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:SIGNALTYPE SINE" for o, c in SINES),
+            *(f"{pin_header(pin)}:HBRIDGE OFF" for pin in self.output_pins),  # or it carries pulses, not a level
             *(f"{pin_header(pin)}:DIR OUT" for pin in self.output_pins),
             *(f"{pin_header(pin)}:DIR IN" for pin in self.input_pins),
         )

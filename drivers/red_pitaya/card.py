@@ -13,20 +13,18 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TextIO
 
-import numpy as np
-from numpy.typing import NDArray
-
 from drivers.errors import DeviceError, DeviceFault, InputError
 from drivers.identity import Identity
-from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags, require, was_stopped
+from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V, Board
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import CardTable
+from drivers.red_pitaya.reader import Reader
 from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
-from drivers.red_pitaya.stream import Continuity, filter_delay_samples
+from drivers.red_pitaya.stream import filter_delay_samples
 from drivers.timeline import Timeline
 
 WHERE = "I/O card"
@@ -60,7 +58,7 @@ class RedPitayaCard:
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
-        self._reader = _Reader(self.boards, (), 0, 0, 1)
+        self._reader = Reader(self.boards, (), 0, 0, 1)
         self._pins = PinLines(self.boards[0].where, {}, ())
         try:
             for board in self.boards:
@@ -83,12 +81,11 @@ class RedPitayaCard:
 
     def capabilities(self) -> CardCapabilities:
         """See IoCard."""
-        scales = [b.scale.scale_v[k] for b, where in zip(self.boards, self.layout.boards, strict=True)
-                  for k in where.inputs]  # fmt: skip
+        boards = list(zip(self.boards, self.layout.boards, strict=True))
         return CardCapabilities(
             inputs=self.layout.inputs,
             outputs=self.layout.outputs,
-            input_full_scale_v=float(min(scales)) * 32768,
+            input_full_scale_v=min(b.scale.full_scale_v(k) for b, where in boards for k in where.inputs),
             output_full_scale_v=self._output_full_scale_v(),
             clock=self.layout.clock,
             max_samples=MAX_SAMPLES - self._delay - GRANULE,
@@ -96,11 +93,7 @@ class RedPitayaCard:
             line_delay_s=self.layout.line_delay_s(),
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
-            input_ends_v=tuple(
-                b.scale.ends_v(k)
-                for b, where in zip(self.boards, self.layout.boards, strict=True)
-                for k in where.inputs
-            ),
+            input_ends_v=tuple(b.scale.ends_v(k) for b, where in boards for k in where.inputs),
         )
 
     def state(self) -> CardState:
@@ -161,7 +154,7 @@ class RedPitayaCard:
             total = self._timeline.total_samples
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
             chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
-            self._reader = _Reader(self.boards, self._programs, self._delay, total, chunk)
+            self._reader = Reader(self.boards, self._programs, self._delay, total, chunk)
             self._pins.before_trigger()
             trigger.start(self.boards)
             for board in self.boards:
@@ -272,55 +265,6 @@ class RedPitayaCard:
             if self._stops != before or self._stopping.locked():
                 raise was_stopped(WHERE) from None
             raise
-
-
-class _Reader:
-    """Puts the boards' chunks together; each board's chunk i is taken before any board's chunk i + 1."""
-
-    def __init__(
-        self,
-        boards: Sequence[Board],
-        programs: Sequence[BoardProgram],
-        start: int,
-        total: int,
-        chunk: int,
-    ) -> None:
-        self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
-        self._accounts = [Continuity(b.where, p.samples) for b, p in zip(boards, programs, strict=False)]
-        self._received = self._given = 0
-        self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None
-
-    @property
-    def left(self) -> int:
-        """Samples not yet given out."""
-        return self._total - self._given
-
-    def read(self, most: int, arrived: Callable[[int], None]) -> Chunk:
-        """The next min(most, left) samples; `arrived(n)` is told after each hardware chunk."""
-        wanted = min(most, self.left)
-        first, pieces, got, flags = self._given, [], 0, ChunkFlags()
-        while got < wanted:
-            if self._rest is None:
-                self._rest = self._receive()
-                arrived(self._received)
-            volts, verdict = self._rest
-            piece, rest = volts[:, : wanted - got], volts[:, wanted - got :]
-            self._rest = (rest, verdict) if rest.shape[1] else None
-            pieces.append(piece)
-            got += piece.shape[1]
-            flags = flags | verdict
-        self._given += got
-        return Chunk(first, np.concatenate(pieces, axis=1), flags)
-
-    def _receive(self) -> tuple[NDArray[np.float32], ChunkFlags]:
-        count = min(self._chunk, self._total - self._received)
-        rows, flags = [], ChunkFlags()
-        for board, account in zip(self._boards, self._accounts, strict=True):
-            volts, verdict = board.next_chunk(self._start + self._received, count, account)
-            rows.append(volts)
-            flags = flags | verdict
-        self._received += count
-        return np.concatenate(rows), flags
 
 
 def _failures(boards: Sequence[Board], step: Callable[[Board], None]) -> list[str]:

@@ -68,6 +68,8 @@ REPLIES = {
     "RP:DIO:PIN#:SIDEN?": Reply.WORD,
     "RP:DIO:PIN#:SIDEP:DIR": Reply.DONE,
     "RP:DIO:PIN#:SIDEN:DIR": Reply.DONE,
+    "RP:DIO:PIN#:SIDEP:HBRIDGE": Reply.DONE,
+    "RP:DIO:PIN#:SIDEN:HBRIDGE": Reply.DONE,
 }
 
 FLAGS = {"1": 1, "0": 0, "ON": 1, "OFF": 0}

@@ -54,7 +54,7 @@ class Connection:
                 data = connect(host, data_port)
             except Unanswered as failure:
                 error = failure
-                use_up_strangers(host, command_port, MARK_S)
+                use_up_strangers(host, command_port)
                 continue
             if closed_within(data, HALF_OPEN_S):
                 data.close()

@@ -14,19 +14,20 @@ from drivers.errors import DeviceNotFound
 
 CONNECT_S = 3.0  # TCP connect
 QUEUE = 4  # more connections than wait at a port
+ANSWER_S = 0.5  # a server that has both its connections answers within this time
 
 
 class Unanswered(DeviceNotFound):
     """Neither accepted nor refused: nobody there, or the queue of the port is full."""
 
 
-def use_up_strangers(host: str, command_port: int, wait_s: float) -> None:
-    """Let the server take the data connections that strangers left behind; one that does not answer for `wait_s` waits
-    for a data connection, so none is left.  Raises DeviceNotFound."""
+def use_up_strangers(host: str, command_port: int) -> None:
+    """Let the server take the data connections that strangers left behind; once it waits for one, which keeps it from
+    answering, none is left.  Raises DeviceNotFound."""
     for _ in range(QUEUE):
         with connect(host, command_port) as command:
             command.sendall(b"\n*IDN?\n")
-            readable, _, _ = select.select([command], [], [], wait_s)
+            readable, _, _ = select.select([command], [], [], ANSWER_S)
         if not readable:
             return
 

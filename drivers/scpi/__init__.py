@@ -1,7 +1,8 @@
 """Devices that speak SCPI over USB (USBTMC), a serial line or TCP.  A new one needs only a table of its commands.
 
 options.py     tables: how to reach the device, and its commands
-wires.py       USBTMC and TCP; serial lines come from drivers.serial_line
+wires.py       which wire, and TCP; serial lines come from drivers.serial_line
+usb_wire.py    USBTMC
 dialogue.py    asking with a table of commands and answers
 amplifier.py, lna.py, thermometer.py   the devices
 backend.py     the back end `scpi`

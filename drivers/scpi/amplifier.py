@@ -6,7 +6,7 @@ from drivers.errors import DeviceFault, DeviceStateError
 from drivers.exchange import Exchange
 from drivers.identity import Identity
 from drivers.power_amplifier import AmplifierStatus
-from drivers.scpi.dialogue import number, numbered, yes
+from drivers.scpi.dialogue import fault_of, number, numbered, yes
 from drivers.scpi.options import AmplifierCommands, Words
 
 
@@ -99,7 +99,7 @@ class ScpiAmplifier:
         return yes(self._exchange, self._do.enabled, self._words)
 
     def _fault(self) -> str | None:
-        return numbered(self._exchange, self._do.fault) if self._do.fault else None
+        return fault_of(self._exchange, self._do.fault, self._words) if self._do.fault else None
 
     def _command(self, text: str) -> None:
         """Send it, and see whether the device put an error into its queue."""

@@ -29,6 +29,14 @@ def number(exchange: Exchange, question: str) -> float:
         raise senseless(exchange, question, answer) from None
 
 
+def fault_of(exchange: Exchange, question: str, words: Words) -> str | None:
+    """What a device says of its health, None if it is healthy: by number, or in words where the table has them."""
+    if not words.healthy:
+        return numbered(exchange, question)
+    answer = exchange.ask(question)
+    return None if answer.upper() in (word.upper() for word in words.healthy) else answer
+
+
 def numbered(exchange: Exchange, question: str) -> str | None:
     """The text of `number,"text"`; None for number 0."""
     answer = exchange.ask(question)

@@ -29,8 +29,8 @@ class DeviceTable(Section):
     """How to reach a device.
 
     transport usb: vendor_id, product_id and, if there are several, serial, or the socket of an emulated one; serial:
-    port (a path) and baud; tcp: host and tcp_port.  identity: text that its identification must contain; timeout_s: how
-    long to wait for an answer.
+    port (a path) and baud; tcp: host and tcp_port.  line_end: of both directions, not for usb.  identity: text that its
+    identification must contain; timeout_s: how long to wait for an answer.
     """
 
     transport: Literal["usb", "serial", "tcp"]
@@ -42,6 +42,7 @@ class DeviceTable(Section):
     baud: Annotated[int, Field(ge=300)] = 115200
     host: Word | None = None
     tcp_port: Port = 5025
+    line_end: Literal["\n", "\r\n", "\r"] = "\n"
     identity: str = ""
     timeout_s: Positive = 2.0
 
@@ -55,16 +56,19 @@ class DeviceTable(Section):
 
 
 class Words(Section):
-    """Answers that mean yes and no; case does not matter."""
+    """Answers that mean yes and no, and answers to `fault` that mean none (empty: it answers by number); case does not
+    matter."""
 
     yes: Annotated[tuple[Word, ...], Field(strict=False)] = ("1", "ON")
     no: Annotated[tuple[Word, ...], Field(strict=False)] = ("0", "OFF")
+    healthy: Annotated[tuple[Word, ...], Field(strict=False)] = ()
 
 
 class AmplifierCommands(Section):
     """Texts of a power amplifier; empty: it has no such command.
 
-    fault must answer a number, 0 when healthy, and perhaps a text after a comma; error the same.
+    fault must answer a number, 0 when healthy, and perhaps a text after a comma, or one of `words.healthy`; error a
+    number and a text.
     """
 
     identify: Word = "*IDN?"

@@ -14,11 +14,11 @@ LONGEST_LINE = 1000
 
 
 class SerialWire:
-    """See drivers.exchange.Wire; opened exclusively.  One thread at a time."""
+    """See drivers.exchange.Wire; opened exclusively.  One thread at a time.  `end` ends a line in both directions."""
 
-    def __init__(self, port: str, baud: int, timeout_s: float) -> None:
+    def __init__(self, port: str, baud: int, timeout_s: float, end: str = "\n") -> None:
         """Raises DeviceNotFound, DeviceDenied."""
-        self._port_name, self._timeout_s = port, timeout_s
+        self._port_name, self._timeout_s, self._end = port, timeout_s, end.encode("ascii")
         try:
             self._port = serial.Serial(port, baud, timeout=timeout_s, write_timeout=timeout_s, exclusive=True)
             self._port.reset_input_buffer()
@@ -29,7 +29,7 @@ class SerialWire:
         """See Wire."""
         try:
             self._port.reset_input_buffer()  # what nobody waits for any more
-            self._port.write(f"{text}\n".encode("ascii"))
+            self._port.write(text.encode("ascii") + self._end)
         except serial.SerialTimeoutException:
             raise DeviceTimeout("the serial line takes no data", where=self._port_name) from None
         except (serial.SerialException, OSError, termios.error) as error:
@@ -38,10 +38,10 @@ class SerialWire:
     def receive(self) -> str:
         """See Wire."""
         try:
-            raw = self._port.read_until(b"\n", LONGEST_LINE)
+            raw = self._port.read_until(self._end[-1:], LONGEST_LINE)
         except (serial.SerialException, OSError, TypeError, termios.error) as error:
             raise self._lost(error) from None
-        if not raw.endswith(b"\n"):
+        if not raw.endswith(self._end[-1:]):
             if raw:
                 raise DeviceProtocolError(
                     "the answer has no end",

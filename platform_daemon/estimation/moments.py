@@ -14,7 +14,7 @@ import numpy as np
 
 from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
-from .sums import LANES, SCRATCH, add_gram, add_products, count_up, spread, to_nodes
+from .sums import BATCH, SCRATCH, add_gram, add_products, count_up, spread, to_nodes
 from .swing_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
 from .swing_table import look_up_values
 
@@ -60,45 +60,44 @@ def collect_swings(  # type: ignore[no-untyped-def]
     m = nodes.size
     b = gram.shape[0]
     groups = (channels + 2) // 3
-    wide = max(1, LANES // m) * m
+    rows = 1 + 3 * groups
     here = np.empty((4 + 2 * columns, m))
-    basis = np.empty((b - 1, wide))
-    sums = np.empty((3 * groups + 1, m))
-    collected = np.empty((3 * groups + 1, wide))
+    basis = np.empty((b - 1, BATCH * m))
+    sums = np.zeros((m, BATCH * rows))
+    lanes = np.empty(BATCH * rows)
+    collected = np.empty((rows, BATCH * m))
     squares = np.zeros(3 * groups)
     scratch = np.empty(SCRATCH)
     count_up(scratch)
-    weighted = np.empty(wide)
+    weighted = np.empty(BATCH * m)
     used = 0
-    filled = np.int64(0)  # typed: a literal would compile everything it is passed to twice
+    held = np.int64(0)  # in the batch; typed: a literal would compile everything it is passed to twice
     begin = max(first, math.ceil((heads[0, HEAD_START] - theta) / (w * dt)))
     for h in range(count):
         stop = min(last, math.ceil((heads[h + 1, HEAD_START] - theta) / (w * dt)))
         if stop <= begin:
             continue
         if (skipped + h) % stride == 0:
-            if filled == wide:
-                add_products(basis, collected, filled, products)
-                add_gram(basis, collected[3 * groups], filled, weighted, gram)
-                filled = np.int64(0)
-            for r in range(sums.shape[0]):
-                for k in range(m):
-                    sums[r, k] = 0.0
+            if held == BATCH:
+                to_nodes(matrix, sums, lanes, collected)
+                add_products(basis, collected, held * m, products)
+                add_gram(basis, collected[0], held * m, weighted, gram)
+                held = np.int64(0)
             dx = 2.0 * w * dt / heads[h, HEAD_DURATION]
             x = 2.0 * (w * begin * dt + theta - heads[h, HEAD_START]) / heads[h, HEAD_DURATION] - 1.0
             for group in range(groups):
-                spread(y, 3 * group, begin, stop, x, dx, scratch, sums, squares)
-            to_nodes(matrix, sums, filled, collected)
+                spread(y, 3 * group, begin, stop, x, dx, scratch, sums, held * rows, squares)
             look_up_values(weights[h], values[0 if mirrored or heads[h, HEAD_SIDE] > 0.0 else 1], here)
-            write_basis(here, heads[h], observable, nodes, w, theta, columns, filled, basis)
-            filled += m
+            write_basis(here, heads[h], observable, nodes, w, theta, columns, held * m, basis)
             for channel in range(channels):
-                products[channel, b - 1] += sums[channel, 0]
+                products[channel, b - 1] += sums[0, held * rows + 1 + channel]
+            held += 1
             gram[b - 1, b - 1] += stop - begin
             used += stop - begin
         begin = stop
-    add_products(basis, collected, filled, products)
-    add_gram(basis, collected[3 * groups], filled, weighted, gram)
+    to_nodes(matrix, sums, lanes, collected)
+    add_products(basis, collected, held * m, products)
+    add_gram(basis, collected[0], held * m, weighted, gram)
     for j in range(b):
         for k in range(j):
             gram[k, j] = gram[j, k]

@@ -7,12 +7,11 @@ from functools import lru_cache
 import numpy as np
 
 from .arrays import Array
-from .jit import fast_kernel
+from .jit import fast_kernel, fast_part
 from .swing_chain import HEAD_DURATION, HEAD_SIDE, HEAD_START
 
 _POINTS = 3  # in a block
 _FINE_ENOUGH = 1e-4  # of the signal: what so few points and the coefficients left out may be wrong by
-_CHUNK = 512
 
 
 def to_coefficients(values: Array, to_nodes: Array, accuracy: float) -> Array:
@@ -54,59 +53,40 @@ def fill_model(  # type: ignore[no-untyped-def]
     direction. Returns the points added so far; `done` were before.
     """
     points = places.size
-    total = points * out.shape[1]
-    x = np.empty(_CHUNK)
-    even = np.empty(_CHUNK)
-    odd = np.empty(_CHUNK)
-    first = np.empty(_CHUNK)
-    second = np.empty(_CHUNK)
     here = np.empty((2, coefficients.shape[3]))
-    swing = 0
-    while swing < count:
+    k = done // points
+    j = done - k * points
+    for swing in range(count):
         side = heads[swing, HEAD_SIDE]
         table = coefficients[0 if mirrored or side > 0.0 else 1]
         for f in range(2):
-            for k in range(here.shape[1]):
-                here[f, k] = 0.0
+            sign = side if f == 0 or sign2 < 0.0 else 1.0
+            for i in range(here.shape[1]):
+                here[f, i] = 0.0
             for size in range(table.shape[0]):
-                for k in range(here.shape[1]):
-                    here[f, k] += weights[swing, size] * table[size, f, k]
-        n = 0
-        k = done // points
-        j = done - k * points
+                for i in range(here.shape[1]):
+                    here[f, i] += sign * weights[swing, size] * table[size, f, i]
         scale = 2.0 / heads[swing, HEAD_DURATION]
-        while n < _CHUNK and done + n < total:
-            x[n] = scale * (w * dt * (begin + k * block + places[j]) + theta - heads[swing, HEAD_START]) - 1.0
-            if x[n] >= 1.0:
+        while k < out.shape[1]:
+            x = scale * (w * dt * (begin + k * block + places[j]) + theta - heads[swing, HEAD_START]) - 1.0
+            if x >= 1.0:
                 break
-            n += 1
+            first, second = _sums_at(here, x)
+            out[0, k] += shares[j] * first
+            out[1, k] += shares[j] * second
             j += 1
             if j == points:
                 k += 1
                 j = 0
-        for i in range(n):
-            even[i] = 1.0
-            odd[i] = x[i]
-            first[i] = here[0, 0] + here[0, 1] * x[i]
-            second[i] = here[1, 0] + here[1, 1] * x[i]
-        for k in range(2, here.shape[1]):
-            for i in range(n):
-                following = 2.0 * x[i] * odd[i] - even[i]
-                even[i] = odd[i]
-                odd[i] = following
-                first[i] += here[0, k] * following
-                second[i] += here[1, k] * following
-        turned = side if sign2 < 0.0 else 1.0
-        k = done // points
-        j = done - k * points
-        for i in range(n):
-            out[0, k] += side * shares[j] * first[i]
-            out[1, k] += turned * shares[j] * second[i]
-            j += 1
-            if j == points:
-                k += 1
-                j = 0
-        done += n
-        if n < _CHUNK:
-            swing += 1
-    return done
+    return k * points + j
+
+
+@fast_part
+def _sums_at(coefficients, x):  # type: ignore[no-untyped-def]
+    """Two sums of Chebyshev polynomials, coefficients (2, k), at x, by Clenshaw's recurrence."""
+    first = second = first_before = second_before = 0.0
+    twice = 2.0 * x
+    for k in range(coefficients.shape[1] - 1, 0, -1):
+        first, first_before = twice * first + (coefficients[0, k] - first_before), first
+        second, second_before = twice * second + (coefficients[1, k] - second_before), second
+    return coefficients[0, 0] + x * first - first_before, coefficients[1, 0] + x * second - second_before

@@ -7,7 +7,7 @@ from .jit import fast_part
 _CHUNK = 384  # samples whose polynomials fit into the fastest cache
 _LANE = 8  # samples are handled in so many at once; the last few are filled up with zeros
 SCRATCH = 7 * _CHUNK
-LANES = 144  # nodes, of several half swings, that are summed over at once
+BATCH = 8  # half swings whose nodes are summed over at once
 
 # Parts of arrays are taken as slices here: an index that might be negative keeps a loop from running in lanes.
 
@@ -47,14 +47,14 @@ def _place(x, dx, n, numbers, twice, even, odd):  # type: ignore[no-untyped-def]
 
 
 @fast_part
-def spread(y, row, first, last, x, dx, buffer, sums, energy):  # type: ignore[no-untyped-def]
-    """Add samples first .. last-1 of channels row .. row+2 times T_k to the same rows of sums (.., m), y^2 to energy.
+def spread(y, row, first, last, x, dx, buffer, sums, ones, energy):  # type: ignore[no-untyped-def]
+    """Add samples first .. last-1 of channels row .. row+2 times T_k to three columns of sums (m, ..), y^2 to energy.
 
-    Ones instead of samples are added to the last row of sums, once (with row 0). A channel that does not exist is
-    replaced by the last. x: place of the first sample in [-1, 1], dx the step; buffer (SCRATCH,), counted up; m is
-    even.
+    Ones instead of samples are added to column `ones`, once (with row 0); behind it follow those of the channels. A
+    channel that does not exist is replaced by the last. x: place of the first sample in [-1, 1], dx the step; buffer
+    (SCRATCH,), counted up; m is even.
     """
-    ones = sums.shape[0] - 1
+    at = ones + 1 + row
     top = y.shape[0] - 1
     for begin in range(first, last, _CHUNK):
         n = min(_CHUNK, last - begin)
@@ -64,9 +64,8 @@ def spread(y, row, first, last, x, dx, buffer, sums, energy):  # type: ignore[no
             buffer[4 * _CHUNK : 4 * _CHUNK + padded], buffer[5 * _CHUNK : 5 * _CHUNK + padded],
         )  # fmt: skip
         for r in range(3):
-            at = r * _CHUNK
-            energy[row + r] += _load(y[min(row + r, top), begin : begin + n], buffer[at : at + padded])
-        for k in range(0, sums.shape[1], 2):
+            energy[row + r] += _load(y[min(row + r, top), begin : begin + n], buffer[r * _CHUNK : r * _CHUNK + padded])
+        for k in range(0, sums.shape[0], 2):
             a = b = a0 = b0 = a1 = b1 = a2 = b2 = 0.0
             for i in range(padded):
                 even = buffer[4 * _CHUNK + i]
@@ -83,44 +82,51 @@ def spread(y, row, first, last, x, dx, buffer, sums, energy):  # type: ignore[no
                 buffer[4 * _CHUNK + i] = following
                 buffer[5 * _CHUNK + i] = buffer[3 * _CHUNK + i] * following - odd
             if row == 0:
-                sums[ones, k] += a
-                sums[ones, k + 1] += b
-            sums[row, k] += a0
-            sums[row, k + 1] += b0
-            sums[row + 1, k] += a1
-            sums[row + 1, k + 1] += b1
-            sums[row + 2, k] += a2
-            sums[row + 2, k + 1] += b2
+                sums[k, ones] += a
+                sums[k + 1, ones] += b
+            sums[k, at] += a0
+            sums[k + 1, at] += b0
+            sums[k, at + 1] += a1
+            sums[k + 1, at + 1] += b1
+            sums[k, at + 2] += a2
+            sums[k + 1, at + 2] += b2
 
 
 @fast_part
-def to_nodes(matrix, sums, at, out):  # type: ignore[no-untyped-def]
-    """sums (rows, m) by T_k, turned into sums against the node polynomials, out[:, at : at + m]; matrix (k, node).
+def to_nodes(matrix, sums, lanes, out):  # type: ignore[no-untyped-def]
+    """Sums by T_k turned into sums against the node polynomials, out (rows, BATCH m), and set back to zero.
 
+    sums (m, BATCH rows): a half swing after the other; matrix (k, node); lanes (BATCH rows,) is scratch.
     m is a multiple of four.
     """
     m = matrix.shape[0]
-    for r in range(sums.shape[0]):
-        target = out[r, at : at + m]
-        for i in range(m):
-            target[i] = 0.0
+    rows = out.shape[0]
+    for node in range(m):
+        for i in range(lanes.size):
+            lanes[i] = 0.0
         for k in range(0, m, 4):
-            a = sums[r, k]
-            b = sums[r, k + 1]
-            c = sums[r, k + 2]
-            d = sums[r, k + 3]
-            for i in range(m):
-                target[i] += a * matrix[k, i] + b * matrix[k + 1, i] + c * matrix[k + 2, i] + d * matrix[k + 3, i]
+            a = matrix[k, node]
+            b = matrix[k + 1, node]
+            c = matrix[k + 2, node]
+            d = matrix[k + 3, node]
+            for i in range(lanes.size):
+                lanes[i] += a * sums[k, i] + b * sums[k + 1, i] + c * sums[k + 2, i] + d * sums[k + 3, i]
+        for swing in range(BATCH):
+            for r in range(rows):
+                out[r, swing * m + node] = lanes[swing * rows + r]
+    for k in range(m):
+        for i in range(lanes.size):
+            sums[k, i] = 0.0
 
 
 @fast_part
 def add_products(basis, collected, n, products):  # type: ignore[no-untyped-def]
-    """products (channels, b - 1) += basis times collected data (channels, .) at the first n nodes."""
+    """products (channels, b - 1) += basis times collected data (1 + channels, .) at the first n nodes."""
     for channel in range(products.shape[0]):
         for j in range(basis.shape[0]):
             total = 0.0
             for i in range(n):
-                total += basis[j, i] * collected[channel, i]
+                total += basis[j, i] * collected[1 + channel, i]
             products[channel, j] += total
 
 

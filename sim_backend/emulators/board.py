@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim_backend.emulators.options import AXES, BoardOptions
-from sim_backend.emulators.registers import Registers
+from sim_backend.emulators.registers import PINS, Registers
 from sim_backend.emulators.sequence import Sequence, State
 from sim_backend.emulators.session import BASE_HZ, Cards, Shot
 from sim_backend.emulators.tape import RING
@@ -47,6 +47,7 @@ class Board:
         self.triggered, self.offset = False, 0
         self.pin_out: dict[str, bool] = {}
         self.pin_on: dict[str, bool] = {}
+        self.pin_bridge: dict[str, bool] = {}
         self.words = {"watchdog": "OFF", "instant_reset": "OFF", "source_type": "DIO", "source": "DIO7_P"}
         self.numbers = {"counter": 0, "presamples": 0, "reference": 0}
         self.counter_trigger = {"enabled": False, "armed": False, "reset": False}
@@ -168,8 +169,9 @@ class Board:
             self.mode = Mode.ACQUISITION
 
     def set_pins(self) -> None:
-        """The pins' levels from their directions and values."""
-        on = frozenset(p for p, value in self.pin_on.items() if value and self.pin_out.get(p, True))
+        """The pins' levels from directions and values; a pin that carries a waveform's pulses has none of its own."""
+        own = {p for p in PINS if self.pin_out.get(p, True) and not self.pin_bridge.get(p, False)}
+        on = frozenset(p for p, value in self.pin_on.items() if value and p in own)
         self.write(replace(self.registers, pins=on))
 
     def instant_reset(self, level: bool) -> None:
@@ -234,5 +236,5 @@ class Board:
             if axis:
                 u = volts[AXES.index(axis)].astype(np.float64)
                 u = (u - self.options.adc_offset_v[column]) / self.options.adc_scale_v[column]
-                codes[:, column] = np.clip(np.rint(u * self.adc_gain()), -HALF, HALF - 1)
+                codes[:, column] = np.rint(np.clip(u, -HALF, HALF - 1) * self.adc_gain())
         return codes

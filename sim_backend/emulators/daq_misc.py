@@ -59,13 +59,22 @@ def _set_level(side: str) -> Handler:
     return handle
 
 
+def _set_bridge(side: str) -> Handler:
+    def handle(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+        c.board.pin_bridge[_pin(side, n)] = word(a, "ON", "OFF") == "ON"
+        c.board.set_pins()
+        return "1"
+
+    return handle
+
+
 def _pin_commands(side: str) -> dict[str, Handler]:
     head = f"RP:DIO:Pin#:Side{side}"
     return {
         f"{head}:DIR": _set_direction(side),
         f"{head}:DIR?": lambda c, n, a: quoted("OUT" if c.board.pin_out.get(_pin(side, n), True) else "IN"),
-        f"{head}:HBridge": lambda c, n, a: "1" if _pin(side, n) and word(a, "ON", "OFF") else None,
-        f"{head}:HBridge?": lambda c, n, a: quoted("OFF") if _pin(side, n) else None,
+        f"{head}:HBridge": _set_bridge(side),
+        f"{head}:HBridge?": lambda c, n, a: on_off(c.board.pin_bridge.get(_pin(side, n), False)),
         head: _set_level(side),
         f"{head}?": lambda c, n, a: on_off(_pin(side, n) in c.board.registers.pins),
     }

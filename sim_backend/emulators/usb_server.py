@@ -83,6 +83,8 @@ class UsbServer:
             with self._lock:
                 self._check_owner(link)
                 answer = self._device.bulk_in(endpoint, room)
+            if answer == b"":  # a short packet, which ends a transfer
+                return 0, answer
             if answer and (answer := self._faults.outgoing(answer, asked=self._asked)):
                 return 0, answer
             time.sleep(POLL_S)

@@ -10,7 +10,7 @@ from typing import Protocol
 OUT_ENDPOINT, IN_ENDPOINT, PACKET = 0x01, 0x82, 512
 MESSAGE_OUT, REQUEST_IN = 1, 2
 HEADER = struct.Struct("<BBBBIB3x")
-DONE, FAILED = 0x01, 0x80
+DONE, NOT_IN_PROGRESS = 0x01, 0x81
 GET_STATUS, CLEAR_FEATURE, GET_DESCRIPTOR, GET_CONFIGURATION, SET_CONFIGURATION, SET_INTERFACE = 0, 1, 6, 8, 9, 11
 TYPE_MASK, CLASS = 0x60, 0x20
 LONGEST_MESSAGE = 1 << 20
@@ -58,10 +58,8 @@ class UsbTmcDevice:
         """Forget half messages and answers nobody fetched."""
         self._message, self._answer, self._in = b"", b"", b""
         self._expected = 0
-
-    def answer_waits(self) -> bool:
-        """True if a read would bring something now."""
-        return bool(self._in)
+        self._tag: int | None = None  # of a request that is not served to its end
+        self._cut = False  # an aborted transfer still has to end with a short packet
 
     # --- bulk
 
@@ -96,6 +94,7 @@ class UsbTmcDevice:
                     self._answer += answer.encode("ascii", "replace") + b"\n"
 
     def _offer(self, tag: int, room: int) -> None:
+        self._tag = tag
         if not self._answer:
             return  # the read that follows will time out
         part, self._answer = self._answer[:room], self._answer[room:]
@@ -106,9 +105,13 @@ class UsbTmcDevice:
         """What a read of the host gets, None if there is nothing (yet)."""
         if endpoint != IN_ENDPOINT:
             raise Stall(errno.ENOENT)
+        if self._cut:
+            self._cut = False
+            return b""
         if not self._in:
             return None
         part, self._in = self._in[:room], self._in[room:]
+        self._tag = self._tag if self._in else None
         return part
 
     # --- control
@@ -136,19 +139,26 @@ class UsbTmcDevice:
             self.clear()
             return bytes([DONE])
         if request in (1, 3):  # INITIATE_ABORT_BULK_OUT, _IN
-            self.clear()
-            return bytes([DONE, value & 0xFF])
+            return bytes([self._abort(request, value & 0xFF), value & 0xFF])
         if request in (2, 4):  # CHECK_ABORT_BULK_OUT_STATUS, _IN_STATUS
             return bytes([DONE]) + bytes(7)
         if request == 6:  # CHECK_CLEAR_STATUS
             return bytes([DONE, 0])
-        if request == 7:  # GET_CAPABILITIES: USBTMC 1.0, nothing special; USB488 1.0, SCPI
-            return bytes([DONE, 0, 0, 1, 0, 0]) + bytes(6) + bytes([0, 1, 4, 8]) + bytes(8)
+        if request == 7:  # GET_CAPABILITIES: USBTMC 1.0, nothing special; USB488 1.0, REN, SCPI
+            return bytes([DONE, 0, 0, 1, 0, 0]) + bytes(6) + bytes([0, 1, 6, 8]) + bytes(8)
         if request == 128:  # READ_STATUS_BYTE, bit 4: an answer waits
             return bytes([DONE, value & 0xFF, 0x10 if self._answer else 0])
         if request in (160, 161, 162):  # REN_CONTROL, GO_TO_LOCAL, LOCAL_LOCKOUT
             return bytes([DONE])
         raise Stall
+
+    def _abort(self, request: int, tag: int) -> int:
+        """The status; an IN transfer that is aborted ends with a short packet."""
+        under_way = self._expected > 0 if request == 1 else self._tag == tag
+        if under_way:
+            self.clear()
+            self._cut = request == 3
+        return DONE if under_way else NOT_IN_PROGRESS
 
     def _descriptor(self, kind: int, index: int) -> bytes:
         if kind == 1:

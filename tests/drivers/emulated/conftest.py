@@ -12,7 +12,9 @@ import pytest
 
 from drivers.platform import Platform
 from drivers.registry import build_platform
+from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.settings import PlatformFile, apply_override, load_platform, locate, read_toml
+from sequences.compiler import ShotPlan
 from sim_backend.emulators.emulator import LabEmulator
 
 
@@ -49,6 +51,15 @@ class Lab:
     def violations(self) -> tuple[Any, ...]:
         """Every time power met a connected receiver."""
         return self.emulator.world.violations()
+
+
+def watched_shot(platform: Platform, shot: ShotPlan) -> RawShot:
+    """A shot whose switch this machine could watch: a busy one is sometimes too late for that, and says so."""
+    for _ in range(10):
+        raw = run_shot(platform, shot)
+        if "the host was too late" not in (raw.reason or ""):
+            break
+    return raw
 
 
 @pytest.fixture(scope="session")

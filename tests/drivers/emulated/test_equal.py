@@ -13,10 +13,10 @@ import pytest
 from drivers.registry import build_platform
 from platform_daemon.analysis import fit_frame
 from platform_daemon.engine.acquisition import store_calibration
-from platform_daemon.engine.shot import run_shot
 from platform_daemon.fit_request import FitRequest, parse_window
 from platform_daemon.settings import load_platform, load_sequence, load_specimen
 from sequences.compiler import TransmitSide, compile_shot
+from tests.drivers.emulated.conftest import watched_shot
 
 STEADY = ("effects.temperature.enabled=false", "effects.friction_scatter.enabled=false", "effects.wear.enabled=false")
 RX_S = 0.6
@@ -26,7 +26,7 @@ def shot_of(platform, limits, name):
     """One shot of a resonator, and its fit."""
     side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
     plan = compile_shot(load_sequence(name).model_copy(update={"rx_s": RX_S}), side)
-    raw = run_shot(platform, plan)
+    raw = watched_shot(platform, plan)
     assert raw.reason is None
     rx = raw.volts[:, plan.timeline.rx_start :].astype(np.float64)
     ask = FitRequest(name, parse_window("0.5"))

@@ -52,6 +52,9 @@ def test_volts_are_the_counts_of_the_right_samples_by_calibration_and_filter_gai
     index = np.arange(timeline.total_samples) + round(delay)
     wanted = [code(index, 0) * 3.05e-5 / gain + 0.01, code(index, 1) * 6.1e-4 / gain - 0.2]
     assert np.allclose(volts_of(card, timeline), wanted, rtol=1e-6, atol=1e-7)
+    lowest, highest = card.capabilities().input_range_v(1)  # of the converter, before any filter
+    assert lowest == pytest.approx(-32768 * 6.1e-4 - 0.2)
+    assert highest == pytest.approx(32767 * 6.1e-4 - 0.2)
 
 
 def test_what_is_played_is_the_timeline_and_the_next_shot_is_armed_anew(opened):
@@ -117,6 +120,19 @@ def test_an_image_of_another_version_is_refused_unless_the_platform_file_names_i
         opened(server)
     _, card = opened(server, image_version=10)
     assert card.identity().model
+
+
+def test_whatever_survives_a_reconnect_is_set_and_the_outputs_are_off_before_anything_else(opened):
+    server, card = opened(lines={"pa_gate": {"pin": "DIO7_P"}})
+    pin = [line for line in server.log if "PIN7" in line]
+    assert pin[0] == "RP:DIO:PIN7:SIDEP OFF"
+    assert {"RP:DIO:PIN7:SIDEP:HBRIDGE OFF", "RP:DIO:PIN7:SIDEP:DIR OUT"} < set(pin)
+    off = [server.log.index(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0") for o in (0, 1) for c in range(3)]
+    assert max(off) < server.log.index("RP:MODE ACQUISITION")
+    kept = ("RP:ADC:FIRENABLED ON", "RP:ADC:DECIMATION 2048", "RP:TRIGGER:MODE INTERNAL", "RP:TRIGGER:ALIVE OFF")
+    kept += ("RP:COUNTERTRIGGER:ENABLE OFF", "RP:DAC:CHANNEL0:RAMPING:ENABLE OFF", "RP:COUNTER:SAMPLESPERSTEP 0")
+    assert set(kept) < set(server.log)
+    assert card.state() is CardState.IDLE
 
 
 def test_a_stop_in_every_state_leaves_the_server_quiet_and_the_next_shot_whole(opened):

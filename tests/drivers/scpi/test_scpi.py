@@ -19,7 +19,7 @@ from drivers.errors import (
     DeviceTimeout,
 )
 from drivers.exchange import Exchange
-from drivers.scpi import wires
+from drivers.scpi import usb_wire
 from drivers.scpi.amplifier import ScpiAmplifier
 from drivers.scpi.backend import ScpiBackend
 from drivers.scpi.options import AmplifierCommands, Words
@@ -132,6 +132,23 @@ def test_an_amplifier_that_stays_on_is_a_fault_not_a_success():
         made.disable()
 
 
+def test_a_device_that_tells_its_health_in_words_needs_only_the_words():
+    class Wordy(Standard):
+        health = "Ok"
+
+        def _answer(self, text):
+            return self.health if text == "STAT:FAULT?" else super()._answer(text)
+
+    device = Wordy()
+    driver = amplifier(device, words=Words(healthy=("OK", "READY")))
+    driver.enable()
+    assert driver.status().fault is None
+    device.health = "OVERTEMP"
+    assert driver.status().fault == "OVERTEMP"
+    with pytest.raises(DeviceFault, match="OVERTEMP"):
+        driver.enable()
+
+
 def test_a_reconnect_never_leaves_it_on():
     device, opener = Standard(), None
     opener = Opener(device)
@@ -224,6 +241,48 @@ def test_a_thermometer_needs_only_its_table():
     close()
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_lines_end_as_the_table_says(end):
+    listener = socket.create_server(("127.0.0.1", 0))
+    heard = []
+
+    def serve():
+        link = listener.accept()[0]
+        with link, link.makefile("rb") as stream:
+            for answer in ("ACME,PT100,1,1", "21.25", "21.5"):
+                line = b""
+                while not line.endswith(end.encode()):
+                    line += stream.read(1)
+                heard.append(line)
+                link.sendall(answer.encode() + end.encode())
+
+    threading.Thread(target=serve, daemon=True).start()
+    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": listener.getsockname()[1], "line_end": end}
+    thermometer = ScpiBackend({}).thermometer(table)
+    assert [thermometer.temperature_c() for _ in range(2)] == [21.25, 21.5]
+    assert heard == [f"{question}{end}".encode() for question in ("*IDN?", "MEAS:TEMP?", "MEAS:TEMP?")]
+    thermometer.close()
+    listener.close()
+
+
+def test_an_answer_that_breaks_off_is_none():
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def serve():
+        link = listener.accept()[0]
+        with link:
+            for answer in (b"ACME,PT100,1,1\n", b"2"):
+                link.recv(100)
+                link.sendall(answer)
+
+    threading.Thread(target=serve, daemon=True).start()
+    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": listener.getsockname()[1], "identity": "PT100"}
+    thermometer = ScpiBackend({}).thermometer(table)
+    with pytest.raises(DeviceLost, match="1 bytes"):
+        thermometer.temperature_c()
+    listener.close()
+
+
 def test_nobody_at_the_address_is_not_found():
     free = socket.create_server(("127.0.0.1", 0))
     port = free.getsockname()[1]
@@ -256,7 +315,7 @@ def test_what_keeps_a_usb_device_from_being_opened_is_named(monkeypatch, error, 
     def failing(*args, **keys):
         raise error
 
-    monkeypatch.setattr(wires, "USBTMC", failing)
+    monkeypatch.setattr(usb_wire, "Device", failing)
     with pytest.raises(kind, match=words):
         ScpiBackend({}).power_amplifier(USB)
 
@@ -265,6 +324,9 @@ def test_a_usb_device_that_is_pulled_out_is_lost_and_one_that_sleeps_timed_out(m
     class Pulled:
         def __init__(self, *args, **keys):
             self.usb_dev = type("Device", (), {})()
+
+        def clear(self):
+            pass
 
         def write(self, data):
             return len(data)
@@ -275,7 +337,7 @@ def test_a_usb_device_that_is_pulled_out_is_lost_and_one_that_sleeps_timed_out(m
         def close(self):
             pass
 
-    monkeypatch.setattr(wires, "USBTMC", Pulled)
+    monkeypatch.setattr(usb_wire, "Device", Pulled)
     for error, kind in (
         (usb.core.USBError("No such device", -4, 19), DeviceLost),
         (usb.core.USBTimeoutError("Operation timed out", -7, 110), DeviceTimeout),

@@ -1,5 +1,7 @@
 """Other people's clients of the card's server: how they speak, and that they get what they expect."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -19,19 +21,20 @@ SIMPLE = [
 ]
 
 
-def test_the_shipped_python_client_reads_780_samples(emulator):
-    """It passes bytes as the chunk, takes the first reads for the samples and drops 21 bytes at the end."""
+@pytest.mark.parametrize("samples", [780, 1024])
+def test_the_shipped_python_client_reads_780_samples(emulator, samples):
+    """It passes bytes as the chunk, trusts one read to bring all the samples and another the record."""
     client = connect(emulator)
     for command in SIMPLE:
         client.send(command)
         assert client.line() == "1"
-    samples = 780
     while int(client.ask("RP:ADC:WP?")) < samples:
         pass
-    assert client.ask(f"RP:ADC:DATA:PIPELINED? 0,{samples},4096") == "1"
-    raw = client.receive(4 * samples + 21)
-    u = np.frombuffer(raw[:-21], np.int16).reshape(2, samples, order="F")
+    assert client.ask(f"RP:ADC:DATA:PIPELINED? 0,{samples},{min(4096, 4 * samples)}") == "1"
+    time.sleep(0.05)
+    u = np.frombuffer(client.data.recv(4 * samples), np.int16).reshape(2, samples, order="F")
     assert u.shape == (2, samples)
+    assert len(client.data.recv(4096)) == 21
     client.data.settimeout(0.1)
     with pytest.raises(TimeoutError):
         client.data.recv(1)
@@ -47,6 +50,8 @@ def test_a_start_up_in_the_manner_of_the_julia_client(emulator):
                 float(client.ask(f"RP:CALib:{converter}:CHannel{channel}:{value}?"))
     for command in ("RP:CounterTrigger:ENable OFF", "RP:TRIGger:ALiVe?", "RP:MODe?"):
         assert client.ask(command)
+    for flag in ("RP:CounterTrigger:ARM?", "RP:STATus:LOSTSteps?", "RP:ADC:DATa:SToP?"):
+        assert client.ask(flag) in ("0", "1")  # it reads them as Bool, which knows no words
     batch = ["RP:ADC:DECimation 64", "RP:ADC:DECimation?", "RP:DAC:CH0:COMP1:FREQuency 1000.0", "RP:TRIGger:PROP?"]
     client.command.sendall("".join(c + "\n" for c in batch).encode())
     assert [client.line() for _ in batch] == ["1", "64", "1", '"OFF"']

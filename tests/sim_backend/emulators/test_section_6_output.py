@@ -7,7 +7,19 @@ shows what the outputs do, 24.25 samples late.
 import numpy as np
 import pytest
 
-from tests.sim_backend.emulators.client import RATE, configure, connect, control, program, start, tone, until
+from sim_backend.emulators.emulator import LabEmulator
+from tests.sim_backend.emulators.client import (
+    LAB,
+    RATE,
+    configure,
+    connect,
+    control,
+    program,
+    start,
+    tables,
+    tone,
+    until,
+)
 
 GATE = [0, 0, 1.8, 0]
 OFF = [0, 0, 0, 0]
@@ -57,6 +69,46 @@ def test_6_a_gated_burst_is_exact_to_the_sample(loop):
     assert np.abs(u[1 : 10 * step, 0] - want[1 : 10 * step]).max() < 1.5 / 32768
     assert np.all(u[10 * step + 1 :, 0] == 0)
     assert np.all(u[:, 1] == 0)
+
+
+MEASUREMENT = """RP:ADC:FIREnabled ON|RP:ADC:DECimation 2048|RP:TRIGger:MODe INTERNAL
+RP:DAC:CH0:COMP0:SIGnaltype SINE|RP:DAC:CH0:COMP0:FREQuency 212.0013|RP:DAC:CH0:COMP0:PHAse 0|RP:DAC:CH0:OFFset 0
+RP:DAC:SEQ:SAMPlesperstep 2879|RP:DAC:SEQ:CHan 2"""
+
+
+@pytest.fixture
+def gate_on_a_pin():
+    """As `loop`, but the amplifier's gate is a DIO pin, so that a sequence of two channels is heard."""
+    table = tables(switch__isolation_db=20.0, lna__overload_v=100.0, lna__output_limit_v=100.0)
+    table["io_cards"]["pa_gate"] = {"board": 0, "output": "DIO7_P"}
+    emulator = LabEmulator(table, LAB.parent)
+    emulator.world.lna_gain = 1.0
+    emulator.world.amplifier(enabled=True, muted=False)
+    client = connect(emulator)
+    configure(client)
+    client.do("RP:DIO:PIN7:SIDEP ON")
+    yield client
+    client.close()
+    emulator.close()
+
+
+def test_6_3_the_complete_measurement_of_the_reference_word_by_word_twice(gate_on_a_pin):
+    """Ten periods in one step of 2879 samples, then three steps of silence; the second shot without an upload."""
+    loop = gate_on_a_pin
+    for command in MEASUREMENT.replace("\n", "|").split("|"):
+        assert loop.ask(command) == "1", command
+    assert loop.upload("RP:DAC:SEQ:LUT 4,1", np.zeros((4, 2))) == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT:ENaBle", [[1, 1]] + [[0, 0]] * 3, "u1") == "1"
+    for _ in range(2):
+        for command in ("RP:DAC:SEQ:SET", "RP:DAC:CH0:COMP0:AMPlitude 0.3", "RP:MODe ACQUISITION", "RP:TRIGger ON"):
+            assert loop.ask(command) == "1"
+        codes, records = loop.pipelined(0, 4 * 2879 + 25, 610)
+        assert all(status & 15 == 8 for status, *_ in records)
+        until(lambda: int(loop.ask("RP:STATus?")) & 16 == 0)
+        assert [loop.ask(c) for c in ("RP:TRIGger OFF", "RP:MODe CONFIGURATION")] == ["1", "1"]
+        played_v = codes[DELAY:] / 32768
+        assert np.abs(played_v[1:2878, 0] - expected(2879, 212.0013, 0.3)[1:2878]).max() < 1e-4
+        assert np.all(played_v[2880:] == 0)
 
 
 def test_6_sequence_values_are_added_and_do_not_scale_the_sine(loop):

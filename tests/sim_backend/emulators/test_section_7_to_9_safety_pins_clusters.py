@@ -117,7 +117,11 @@ def test_8_a_pin_is_an_output_that_is_low_and_reads_its_pad(client, pin):
     assert client.ask(f"RP:DIO:{pin}?") == '"ON"'
     client.do(f"RP:DIO:{pin}:DIR IN")
     assert client.ask(f"RP:DIO:{pin}?") == '"OFF"'
+    client.do(f"RP:DIO:{pin}:DIR OUT", f"RP:DIO:{pin}:HBRIDGE ON")
+    assert client.ask(f"RP:DIO:{pin}:HBRIDGE?") == '"ON"'
+    assert client.ask(f"RP:DIO:{pin}?") == '"OFF"'  # pulses of a waveform instead of its level
     client.do(f"RP:DIO:{pin}:HBRIDGE OFF")
+    assert client.ask(f"RP:DIO:{pin}?") == '"ON"'
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,9 @@ import pytest
 import usb.core
 import usb.util
 
+from drivers.errors import DeviceTimeout
+from drivers.scpi.options import AmplifierTable
+from drivers.scpi.usb_wire import UsbWire
 from drivers.usb.socket_backend import SocketBackend
 from sim_backend.emulators.amplifier import AmplifierScpi
 from sim_backend.emulators.usb_server import UsbServer
@@ -25,8 +28,8 @@ def lab():
         faults = WireFaults(1, "amplifier", bench.backend.world)
 
     lab = Lab()
-    device = UsbTmcDevice(IDENTITY, AmplifierScpi(lab.bench.backend.world, IDENTITY.serial))
-    lab.server = UsbServer(device, "127.0.0.1", 0, lab.faults)
+    lab.device = UsbTmcDevice(IDENTITY, AmplifierScpi(lab.bench.backend.world, IDENTITY.serial))
+    lab.server = UsbServer(lab.device, "127.0.0.1", 0, lab.faults)
     lab.backend = SocketBackend("127.0.0.1", lab.server.port)
     yield lab
     lab.server.close()
@@ -132,6 +135,45 @@ def test_a_message_that_is_no_usbtmc_stalls_and_clear_recovers(lab):
     assert device.ctrl_transfer(0xA1, 6, 0, 0, 2) == array("B", [1, 0])
     assert device.ctrl_transfer(0xA1, 7, 0, 0, 24)[0] == 1
     assert ask(device, "OUTP?") == "0"
+
+
+def test_an_aborted_read_ends_with_a_short_packet_and_one_that_is_not_under_way_is_refused(lab):
+    device = opened(lab)
+    say(device, "FROBNICATE?")
+    device.write(1, struct.pack("<BBBBIB3x", 2, 9, 9 ^ 0xFF, 0, 1000, 0))
+    assert list(device.ctrl_transfer(0xA2, 3, 8, 0x82, 2)) == [0x81, 8]  # another tag
+    assert list(device.ctrl_transfer(0xA2, 3, 9, 0x82, 2)) == [1, 9]
+    assert len(device.read(0x82, 512, 500)) == 0
+    assert device.ctrl_transfer(0xA2, 4, 0, 0x82, 8)[0] == 1
+    assert list(device.ctrl_transfer(0xA2, 3, 9, 0x82, 2)) == [0x81, 9]
+    assert ask(device, "OUTP?") == "0"
+
+
+def test_an_aborted_message_is_forgotten(lab):
+    device = opened(lab)
+    device.write(1, struct.pack("<BBBBIB3x", 1, 5, 5 ^ 0xFF, 0, 100, 1) + b"OUTP ON")
+    assert list(device.ctrl_transfer(0xA2, 1, 5, 0x01, 2)) == [1, 5]
+    assert device.ctrl_transfer(0xA2, 2, 0, 0x01, 8)[0] == 1
+    assert ask(device, "OUTP?") == "0"
+
+
+def test_the_drivers_wire_gives_up_without_aborting_and_clears_the_device_when_it_opens(lab):
+    asked = []
+    control = lab.device.control
+    lab.device.control = lambda kind, request, *rest: asked.append((kind, request)) or control(kind, request, *rest)
+    address = {"host": "127.0.0.1", "port": lab.server.port}
+    table = AmplifierTable(transport="usb", vendor_id=0x1209, product_id=0x0D0D, socket=address, timeout_s=0.1)
+    wire = UsbWire(table)
+    assert (0xA1, 5) in asked
+    wire.send("FROBNICATE?")
+    with pytest.raises(DeviceTimeout):
+        wire.receive()
+    wire.close()
+    assert not [request for kind, request in asked if kind == 0xA2]  # nothing to an endpoint
+    wire = UsbWire(table)
+    wire.send("OUTP?")
+    assert wire.receive() == "0"
+    wire.close()
 
 
 def test_two_programs_cannot_hold_the_device_at_once(lab):

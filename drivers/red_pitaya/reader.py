@@ -1,0 +1,62 @@
+"""The boards' streams as one recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.io_card import Chunk, ChunkFlags
+from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.sequence import BoardProgram
+from drivers.red_pitaya.stream import Continuity
+
+
+class Reader:
+    """Puts the boards' chunks together; each board's chunk i is taken before any board's chunk i + 1."""
+
+    def __init__(
+        self,
+        boards: Sequence[Board],
+        programs: Sequence[BoardProgram],
+        start: int,
+        total: int,
+        chunk: int,
+    ) -> None:
+        self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
+        self._accounts = [Continuity(b.where, p.samples) for b, p in zip(boards, programs, strict=False)]
+        self._received = self._given = 0
+        self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None
+
+    @property
+    def left(self) -> int:
+        """Samples not yet given out."""
+        return self._total - self._given
+
+    def read(self, most: int, arrived: Callable[[int], None]) -> Chunk:
+        """The next min(most, left) samples; `arrived(n)` is told after each hardware chunk."""
+        wanted = min(most, self.left)
+        first, pieces, got, flags = self._given, [], 0, ChunkFlags()
+        while got < wanted:
+            if self._rest is None:
+                self._rest = self._receive()
+                arrived(self._received)
+            volts, verdict = self._rest
+            piece, rest = volts[:, : wanted - got], volts[:, wanted - got :]
+            self._rest = (rest, verdict) if rest.shape[1] else None
+            pieces.append(piece)
+            got += piece.shape[1]
+            flags = flags | verdict
+        self._given += got
+        return Chunk(first, np.concatenate(pieces, axis=1), flags)
+
+    def _receive(self) -> tuple[NDArray[np.float32], ChunkFlags]:
+        count = min(self._chunk, self._total - self._received)
+        rows, flags = [], ChunkFlags()
+        for board, account in zip(self._boards, self._accounts, strict=True):
+            volts, verdict = board.next_chunk(self._start + self._received, count, account)
+            rows.append(volts)
+            flags = flags | verdict
+        self._received += count
+        return np.concatenate(rows), flags
