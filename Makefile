@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo test check bench campaign fault-campaign accuracy diagnose-study clean
+.PHONY: install demo test check bench campaign fault-campaign emulated-series accuracy diagnose-study clean
 
 install: $(STAMP)
 
@@ -40,6 +40,11 @@ diagnose-study: install
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install
 	$(BIN)/python -m tests.faults.campaign --page docs/fault-campaign.md $(FAULTS)
+
+# Needs a quiet computer: it measures milliseconds between shots.
+emulated-series: install
+	$(BIN)/python -m tests.emulated_series --page docs/emulated-series.md
+	$(BIN)/python -m tests.reading_cpu
 
 accuracy: install
 	$(BIN)/python -m tests.paper.accuracy

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Iterator
 from typing import Protocol
 
-from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError
+from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.identity import Identity
 
 
@@ -86,12 +86,20 @@ class Exchange:
             self._wire = self._open_wire()
             try:
                 self._wire.send(self._identify)
-                self._check(self._wire.receive())
+                self._check(self._first_answer(self._wire))
                 self.on_open(self)
             except Exception:
                 self._drop()
                 raise
         return self._wire
+
+    def _first_answer(self, wire: Wire) -> str:
+        """Who is there.  What a slow device had still to say from before the wire was reopened is passed over."""
+        answer = wire.receive()
+        if self._known is not None and answer != self._known:
+            with contextlib.suppress(DeviceTimeout):
+                answer = wire.receive()
+        return answer
 
     def _check(self, text: str) -> None:
         if self._wanted not in text or (self._known is not None and text != self._known):

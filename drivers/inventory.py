@@ -43,10 +43,12 @@ def report(kind: str, device: Any) -> DeviceReport:
         return DeviceReport(kind, error=error)
 
 
-def report_platform(platform: Platform) -> list[DeviceReport]:
-    """All devices of a platform that is open.  For the thread that owns the hardware."""
+def report_platform(platform: Platform, *, busy: bool = False) -> list[DeviceReport]:
+    """All devices of a platform that is open; busy: without the card, which is in the middle of a shot.  For the thread
+    that owns the hardware."""
     parts = (platform.card, platform.switch, platform.amplifier, platform.lna, platform.thermometer)
-    return [report(kind, part) for kind, part in zip(KINDS, parts, strict=True) if part is not None]
+    found = [(kind, part) for kind, part in zip(KINDS, parts, strict=True) if part is not None]
+    return [report(kind, part) for kind, part in (found[1:] if busy else found)]
 
 
 def find_devices(section: PlatformSection) -> list[DeviceReport]:

@@ -53,7 +53,7 @@ def ready(context: Shared) -> JSONResponse:
 
 @router.get("/platform", summary="State of every device, and the job that runs")
 def platform(context: Shared) -> dict[str, Any]:
-    """As last read back, at `read_at`: every second while idle, after each shot while an acquisition runs."""
+    """As last read back, at `read_at`: every second while idle, in the RX window of each shot of an acquisition."""
     return context.engine.status()
 
 

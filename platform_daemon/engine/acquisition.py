@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -54,7 +54,7 @@ class Acquisition:
         live: LiveHarmonics,
         *,
         overwrite: bool,
-        after_shot: Callable[[], None] = lambda: None,
+        in_shot: Callable[[], None] = lambda: None,
         self_test: SelfTest | None = None,
     ) -> None:
         self._platform, self._plan, self._target = platform, plan, target
@@ -65,7 +65,7 @@ class Acquisition:
         self._live = live
         self._fits: list[Future[FitResult] | str] = []
         self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
-        self._after_shot, self._self_test = after_shot, self_test
+        self._in_shot, self._self_test = in_shot, self_test
         self._refused_in_a_row = 0
 
     def __call__(self, job: Job) -> None:
@@ -79,15 +79,22 @@ class Acquisition:
         self._prove_wiring(job)
         with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
             try:
-                for shot in self._plan.shots:
-                    self._pause(job, first=series.shots == 0)
-                    raw = self._shoot(job, shot, series.shots)
-                    stored = series.add_shot(shot_record(shot, raw))
-                    self._stored(job, stored)
-                    self._follow_up(job, shot, raw)
-                    self._after_shot()
+                with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
+                    self._shoot_all(job, series, disk)
             finally:
                 self._finish(job, series)
+
+    def _shoot_all(self, job: Job, series: SeriesWriter, disk: Executor) -> None:
+        """Shot after shot; each goes to disk while the next one is played, and counts from then on."""
+        storing: Future[None] | None = None
+        for done, shot in enumerate(self._plan.shots):
+            self._pause(job, first=done == 0)
+            raw = self._shoot(job, shot, done + 1, series)
+            _raise_failure(storing)
+            storing = disk.submit(self._store, job, series, shot_record(shot, raw))
+            storing.add_done_callback(_complain)
+            self._follow_up(job, shot, raw)
+        _raise_failure(storing)
 
     def _prove_wiring(self, job: Job) -> None:
         if self._self_test is None or not self._self_test.enabled:
@@ -95,20 +102,24 @@ class Acquisition:
         job.at(0, "self-test")
         log.info("self_test_passed", **(self._self_test(job.cancel_requested.is_set) or {}))
 
-    def _stored(self, job: Job, stored: int) -> None:
-        """From here on the job's record says where the shots are, whatever happens to the process."""
+    def _store(self, job: Job, series: SeriesWriter, shot: ShotRecord) -> None:
+        """Once this is done the job's record says where the shots are, whatever happens to the process."""
+        stored = series.add_shot(shot)
         job.result = {"recording": self._target.stem, "file": self._target.name, "shots": stored}
-        job.at(stored, "stored")
         job.on_change(job)
 
-    def _shoot(self, job: Job, shot: ShotPlan, stored: int) -> RawShot:
-        total = shot.timeline.total_samples
+    def _shoot(self, job: Job, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
+        total, looked = shot.timeline.total_samples, False
 
         def tell(samples: int) -> None:
+            nonlocal looked
             phase = "excite" if samples < shot.timeline.rx_start else "listen"
-            job.at(stored + 0.98 * samples / total, f"shot {stored + 1}: {phase}")
+            job.at(series.shots + 0.98 * samples / total, f"shot {number}: {phase}")
+            if shot.timeline.rx_start < samples < total and not looked:  # costs no time between shots
+                looked = True
+                self._in_shot()
 
-        job.at(stored, f"shot {stored + 1}: prepare")
+        job.at(series.shots, f"shot {number}: prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
 
     def _pause(self, job: Job, *, first: bool) -> None:
@@ -161,7 +172,7 @@ class Acquisition:
         job.at(stored, "fit")
         started = time.monotonic()
         window = self._plan.request.window
-        fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits]
+        fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits[:stored]]
         tables = [] if window is None else [fit_table(str(window), label_of(self._plan.model), fits)]
         job.at(stored, "write")
         path = series.finish(tables)
@@ -205,6 +216,12 @@ class Acquisition:
             channel_names=tuple(c.axis for c in self._platform.transmit),
             devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
         )
+
+
+def _raise_failure(storing: Future[None] | None) -> None:
+    """Wait until the shot before is on disk.  Raises why it is not."""
+    if storing is not None:
+        storing.result()
 
 
 def _complain(side_work: Future[None]) -> None:

@@ -89,7 +89,7 @@ class Engine:
             self._online,
             self.live,
             overwrite=overwrite,
-            after_shot=self._refresh,
+            in_shot=partial(self._refresh, busy=True),
             self_test=self._self_test,
         )
         return self._submit(job, partial(self._behind_interlock, work))
@@ -126,7 +126,7 @@ class Engine:
         return [j for j in list(self._jobs.values()) if j.kind == kind]
 
     def status(self) -> dict[str, Any]:
-        """Devices as last read back (a second ago while idle, after the last shot in a series), and the job."""
+        """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
         moving = self._moving()
         running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
         waiting = [j.identifier for j in moving if j.state is JobState.QUEUED]
@@ -234,8 +234,8 @@ class Engine:
         except Exception as error:  # the first job will meet the same error and report it
             log.error("platform_warm_up_failed", error=str(error))
 
-    def _refresh(self) -> None:
+    def _refresh(self, *, busy: bool = False) -> None:
         try:
-            self._readback.refresh()
+            self._readback.refresh(busy=busy)
         except Exception as error:  # the thread that owns the hardware must outlive any device
             log.error("status_failed", error=str(error), exc_info=not isinstance(error, PlatformError))

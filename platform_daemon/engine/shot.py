@@ -100,7 +100,8 @@ def run_shot(
 
 def _prepare(platform: Platform, plan: Playable) -> None:
     """Receiver off and read back, timeline loaded, then the amplifier (its gate is still low)."""
-    platform.switch.to_transmit()
+    if platform.switch.position() is not SwitchPosition.TRANSMIT:
+        platform.switch.to_transmit()
     if platform.switch.position() is not SwitchPosition.TRANSMIT:
         raise InterlockError(
             "the receiver is not confirmed disconnected, so the amplifier stays off",

@@ -16,22 +16,26 @@ class Readback:
     def __init__(self, platform: Platform) -> None:
         self._platform = platform
         self._last_errors: dict[str, dict[str, str]] = {}
+        self._rows: dict[str, dict[str, Any]] = {}
         self.devices: list[dict[str, Any]] = []
         self.status: dict[str, Any] = {}
 
-    def refresh(self) -> None:
-        """Ask all devices.  Raises the first device's error after all have been asked."""
+    def refresh(self, *, busy: bool = False) -> None:
+        """Ask all devices, of a busy platform all but its card.  Raises the first device's error after all have been
+        asked."""
         now = self._platform.clock.utc().isoformat()
-        reports = report_platform(self._platform)
+        reports = report_platform(self._platform, busy=busy)
         for each in reports:
             if each.error is not None:
                 self.note(each.device, each.error)
-        self.devices = [{**r.as_dict(), "last_error": self._last_errors.get(r.device), "read_at": now} for r in reports]
+        rows = {r.device: {**r.as_dict(), "read_at": now} for r in reports}
+        self._rows = {**self._rows, **rows}
+        self.devices = [{**row, "last_error": self._last_errors.get(name)} for name, row in self._rows.items()]
         failed = next((r.error for r in reports if r.error is not None), None)
         if failed is not None:
             self.status = {**self.status, "error": str(failed)}
             raise failed
-        self.status = {**_status(self._platform, {r.device: r for r in reports}), "read_at": now}
+        self.status = {**self.status, **_status(self._platform, {r.device: r for r in reports}), "read_at": now}
 
     def note(self, device: str, error: PlatformError) -> None:
         """Keep an error as the last one of a device."""

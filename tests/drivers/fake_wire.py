@@ -12,8 +12,8 @@ Device = Callable[[str], str | None]
 class FakeWire:
     """Carries lines to a device that answers or says nothing; counts how often it was opened."""
 
-    def __init__(self, device: Device) -> None:
-        self._device, self._answers = device, []
+    def __init__(self, device: Device, late: list[str] | None = None) -> None:
+        self._device, self._answers = device, late or []
         self.closed = False
 
     def send(self, text: str) -> None:
@@ -31,12 +31,14 @@ class FakeWire:
 
 
 class Opener:
-    """Opens a new wire to the same device each time."""
+    """Opens a new wire to the same device each time; on the next one, `late` answers from before arrive first."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
         self.wires: list[FakeWire] = []
+        self.late: list[str] = []
 
     def __call__(self) -> FakeWire:
-        self.wires.append(FakeWire(self.device))
+        self.wires.append(FakeWire(self.device, self.late))
+        self.late = []
         return self.wires[-1]

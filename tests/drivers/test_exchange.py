@@ -71,6 +71,15 @@ def test_another_device_after_a_reconnect_is_refused_until_the_right_one_is_back
     assert exchange.ask("LIT?") == "lit?"
 
 
+def test_an_answer_that_comes_after_the_wire_was_reopened_is_nobodys(opener, lamp):
+    exchange = Exchange("lamp", opener)
+    lamp.deaf = {"LIT?"}
+    with pytest.raises(DeviceTimeout):
+        exchange.ask("LIT?")
+    lamp.deaf, opener.late = set(), ["lit? of old"]
+    assert exchange.ask("LIT?") == "lit?"
+
+
 def test_the_safe_state_is_restored_at_every_opening_before_anything_else(opener, lamp):
     exchange = Exchange("lamp", opener, on_open=lambda e: e.tell("OFF"))
     lamp.deaf = {"LIT?"}

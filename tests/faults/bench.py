@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,16 +26,30 @@ SAMPLES_LATE = 24  # of the recording, see docs/wire-protocols.md
 CHUNK = 1216
 QUICK = (  # impatient, so that a campaign does not only wait
     f"io_card.chunk_samples={CHUNK}",
-    "io_card.reply_timeout_s=1.0",
-    "io_card.sample_timeout_s=1.0",
-    "power_amplifier.timeout_s=0.8",
-    "tx_rx_switch.timeout_s=0.8",
-    "lna.timeout_s=0.8",
+    "io_card.reply_timeout_s=1.5",
+    "io_card.sample_timeout_s=1.5",
+    "power_amplifier.timeout_s=1.6",
+    "tx_rx_switch.timeout_s=1.6",
+    "lna.timeout_s=1.6",
     "self_test.enabled=true",
     "self_test.tone_s=0.03",
 )
 PATIENCE_S = 180.0
 NEVER_S = 3600.0
+
+
+class WatchedAcquisition(Acquisition):
+    """Tells before which shot it is."""
+
+    def __init__(self, before_shot: Callable[[int], None], *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._before_shot, self._number = before_shot, 0
+
+    def _pause(self, job: Job, *, first: bool) -> None:
+        self._number += 1
+        if not first:
+            self._before_shot(self._number)
+        super()._pause(job, first=first)
 
 
 class Bench:
@@ -83,23 +98,17 @@ class Bench:
         *,
         self_test: bool = False,
         before: Callable[[], None] = lambda: None,
-        after_shot: Callable[[int], None] | None = None,
+        before_shot: Callable[[int], None] = lambda number: None,
     ) -> tuple[Job, Path]:
-        """A series to its end; `before` runs in the hardware's thread at its start, `after_shot(stored)` likewise."""
+        """A series to its end; `before` runs in the hardware's thread at its start, `before_shot` before each shot but
+        the first, with its number."""
         engine = self.start()
         self.made += 1
-        target, stored = self.folder / f"{self.made}.h5", 0
-
-        def shot_done() -> None:
-            nonlocal stored
-            stored += 1
-            if after_shot is None:
-                engine._refresh()
-            else:
-                after_shot(stored)
+        target = self.folder / f"{self.made}.h5"
 
         engine._self_test.enabled = self_test
-        work = Acquisition(
+        work = WatchedAcquisition(
+            before_shot,
             engine.platform,
             self._plan(shots),
             target,
@@ -107,7 +116,7 @@ class Bench:
             engine._online,
             engine.live,
             overwrite=True,
-            after_shot=shot_done,
+            in_shot=partial(engine._refresh, busy=True),
             self_test=engine._self_test,
         )
 

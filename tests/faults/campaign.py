@@ -13,10 +13,11 @@ import logging
 import multiprocessing
 import shutil
 import tempfile
+import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import structlog
 
@@ -25,34 +26,63 @@ from tests.faults.bench import Bench
 from tests.faults.catalogue import cells
 from tests.faults.trial import Seen, as_record, draw, run
 
-TOO_LATE = "the host was too late"
+STILL_S, TOO_LATE = 0.25, "the host was too late"
 REPEATS = 5
 
 
+class Watch:
+    """How long this process stood still at most, s."""
+
+    def __init__(self) -> None:
+        self.longest_s, self._over = 0.0, threading.Event()
+        self._thread = threading.Thread(target=self._look, daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def _look(self) -> None:
+        last = time.monotonic()
+        while not self._over.wait(0.01):
+            now = time.monotonic()
+            self.longest_s, last = max(self.longest_s, now - last), now
+
+
 def done_before(journal: Path, seed: int) -> dict[int, dict[str, Any]]:
-    """Records of an earlier run, by number of the fault; those of another seed or catalogue do not count."""
+    """Records by number of the fault; those of another seed or catalogue, and unexpected ones, do not count."""
+    return {r["index"]: r for r in last_records(journal, seed) if not r["complaints"]}
+
+
+def last_records(journal: Path, seed: int) -> list[dict[str, Any]]:
+    """The last record of every fault."""
     found = {}
     for line in journal.read_text().splitlines() if journal.exists() else ():
         record = json.loads(line)
         if record["seed"] == seed and draw(seed, record["index"]).cell.name == record["cell"]:
             found[record["index"]] = record
-    return found
+    return list(found.values())
 
 
 def trial(bench: Bench, seed: int, index: int) -> dict[str, Any]:
     """One fault on a lab; what broke the trial itself is a complaint, too.
 
-    A computer that is too busy to see the receiver connected refuses shots by itself, which proves nothing about the
-    fault: such a trial is repeated, and it is counted how often (`late`).
+    A computer so busy that this process stands still, or does not come to see the receiver connected in time, makes
+    faults of its own: an unexpected outcome is then repeated, and it is counted how often (`late`).
     """
     fault, began = draw(seed, index), time.monotonic()
     seen, late = Seen(), 0
     for late in range(REPEATS + 1):  # noqa: B007, its last value is what counts
-        try:
-            seen = run(bench, fault)
-        except Exception as error:
-            seen = Seen(complaints=[f"the trial broke: {type(error).__name__}: {error}"])
-        if not any(TOO_LATE in complaint for complaint in seen.complaints):
+        with Watch() as watch:
+            try:
+                seen = run(bench, fault)
+            except Exception as error:
+                seen = Seen(complaints=[f"the trial broke: {type(error).__name__}: {error}"])
+        busy = watch.longest_s > STILL_S or any(TOO_LATE in complaint for complaint in seen.complaints)
+        if not seen.complaints or not busy:
             break
     return {"seed": seed, "late": late, **as_record(fault, seen, time.monotonic() - began)}
 
@@ -129,10 +159,10 @@ def main() -> None:
     wanted = [k for k in numbers if k not in known and options.only in draw(options.seed, k).cell.name]
     print(f"{len(wanted)} faults to do, {len(known)} known", flush=True)
     campaign(options.seed, wanted, options.processes, options.journal)
-    records = done_before(options.journal, options.seed)
+    records = last_records(options.journal, options.seed)
     if options.page:
-        options.page.write_text(page.text(list(records.values()), options.seed))
-    bad = sum(bool(r["complaints"]) for r in records.values())
+        options.page.write_text(page.text(records, options.seed))
+    bad = sum(bool(r["complaints"]) for r in records)
     print(f"{len(records)} faults, {bad} unexpected")
     raise SystemExit(1 if bad else 0)
 

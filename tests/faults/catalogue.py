@@ -31,8 +31,7 @@ class Outcome(StrEnum):
 class Site:
     """Where a fault of a wire strikes: which answers count (see `sim_backend.emulators.wire_faults.WireFault`).
 
-    asked: one of these texts; chunk: of the data stream, 0: the first, -1: the last; early: before there is an engine;
-    first: also in the first shot of a series (else only in the second).
+    asked: one of these texts; chunk: of the data stream, 0: the first, -1: the last; early: before there is an engine.
     """
 
     phase: str
@@ -40,8 +39,6 @@ class Site:
     when: str = "any"
     chunks: tuple[int, ...] = ()
     early: bool = False
-    first: bool = True
-    before_refresh: bool = False
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ CARD_SITES = (
     Site("TX", ("RP:TRIGGER?", "PIPELINED")),
     Site("readout", ("RP:STATUS?", "INSTANTRESET:TRIGGERED?", "MODE CONFIGURATION", "TRIGGER:ALIVE ON")),
     Site("off", ("CHANNEL0:OFFSET?", "COMPONENT1:AMPLITUDE 0"), when="after_shot"),
-    Site("idle", ("RP:MODE?",), when="idle", first=False, before_refresh=True),
+    Site("idle", ("RP:MODE?",), when="idle"),
 )
 STREAM_SITES = (
     Site("TX", chunks=(0, 1)),
@@ -99,29 +96,32 @@ STREAM_SITES = (
     Site("self-test", chunks=(0, 1, 2)),
 )
 SWITCH_SITES = (
+    Site("status in RX", ("*IDN?",), when="shot"),
     Site("connect", ("*IDN?",), early=True),
     Site("identify", ("TIM?", "FOLLOW", "POS?"), early=True),
-    Site("arm", ("POS?", "POS TX"), when="idle"),
+    Site("arm", ("POS?",), when="idle"),
     Site("RX", ("POS?",), when="shot"),
     Site("readout", ("MOVE?", "POS?"), when="after_shot"),
-    Site("idle", ("*IDN?", "POS?"), when="idle", first=False, before_refresh=True),
+    Site("idle", ("*IDN?", "POS?"), when="idle"),
     Site("self-test", ("POS?",), when="shot"),
 )
 LNA_SITES = (
+    Site("status in RX", ("*IDN?", "GAIN?"), when="shot"),
     Site("connect", ("*IDN?",), early=True),
     Site("identify", ("GAINS?", "GAIN 40", "GAIN?"), early=True),
     Site("arm", ("OVL:CLR",), when="idle"),
     Site("readout", ("OVL?",), when="after_shot"),
-    Site("idle", ("*IDN?", "GAIN?", "OVL?"), when="idle", first=False, before_refresh=True),
+    Site("idle", ("*IDN?", "GAIN?", "OVL?"), when="idle"),
     Site("self-test", ("OVL?",), when="after_shot"),
 )
 AMPLIFIER_SITES = (
+    Site("status in RX", ("*IDN?",), when="shot"),
     Site("connect", ("*IDN?",), early=True),
     Site("identify", ("OUTP?",), early=True),
     Site("arm", ("SYST:ERR?", "STAT:FAULT?", "OUTP?"), when="idle"),
     Site("switch-over", ("STAT:CLIP?", "SYST:TEMP?", "OUTP:MUTE?", "OUTP?"), when="shot"),
     Site("readout", ("OUTP?",), when="after_shot"),
-    Site("idle", ("*IDN?", "SYST:TEMP?", "STAT:CLIP?"), when="idle", first=False, before_refresh=True),
+    Site("idle", ("*IDN?", "SYST:TEMP?", "STAT:CLIP?"), when="idle"),
     Site("self-test", ("STAT:CLIP?", "OUTP?"), when="shot"),
 )
 
@@ -146,7 +146,7 @@ def _card_cells() -> list[Cell]:
         "TX": (Outcome.STOPPED, Outcome.STOPPED),
         "readout": (Outcome.STOPPED, Outcome.STOPPED),
         "off": (Outcome.VALID, Outcome.STOPPED),
-        "idle": (Outcome.BEFORE_POWER, Outcome.BEFORE_POWER),
+        "idle": (Outcome.VALID, Outcome.BEFORE_POWER),
     }
     found = []
     for device in CARDS:
@@ -190,6 +190,7 @@ def _controller_cells() -> list[Cell]:
         "identify": Outcome.NO_START,
         "arm": Outcome.BEFORE_POWER,
         "idle": Outcome.VALID,
+        "status in RX": Outcome.VALID,
         "self-test": Outcome.SELF_TEST,
     }
     sites = {SWITCH: SWITCH_SITES, LNA: LNA_SITES, AMPLIFIER: AMPLIFIER_SITES}
@@ -198,7 +199,7 @@ def _controller_cells() -> list[Cell]:
         for site in places:
             outcome = once.get(site.phase, Outcome.STOPPED)
             found += [_wire(device, kind, site, outcome) for kind in LOST]
-            dead = Outcome.BEFORE_POWER if site.phase == "idle" else outcome
+            dead = {"idle": Outcome.BEFORE_POWER, "status in RX": Outcome.STOPPED}.get(site.phase, outcome)
             found += [_wire(device, kind, site, dead) for kind in DEAD]
             found.append(_wire(device, SLOW, site, Outcome.VALID))
     return found

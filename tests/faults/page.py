@@ -15,7 +15,7 @@ What a fault of the devices or of their wires comes to, on the emulated lab: two
 amplifier over USBTMC, and the daemon's engine and store above the real drivers. Written by `make fault-campaign`
 (seed {seed}); the outcomes were written down in `tests/faults/catalogue.py` before the run. A fault strikes the answer
 to one command, one write of the data stream, or one shot, drawn at random within its phase; then the lab is repaired
-and a clean shot with self-test is asked for.
+and a clean shot is asked for, after a fault of a device with a self-test before it.
 
 After each fault it is checked, by the world's own record and not by that of the drivers, that power could reach the
 coils for no longer than {off_within:g} s after it; that DACs, gate and amplifier are off; that power never met a
@@ -25,7 +25,8 @@ the world's converters recorded; that the daemon lives and that the clean shot i
 **{faults} faults, {expected} ended as expected, {bad} did not.** Longest time from a fault until power could no longer
 reach the coils: {off:.3f} s. From asking until the daemon had reported: {median:.1f} s (median), {longest:.0f} s
 (longest: a link that stays dead is tried again before the outputs are called unconfirmed). {late} trials were repeated
-because this computer was too busy to see the receiver connected in time, which refuses a shot by itself.
+because the computer had let the process stand still for 0.25 s or more, or had not come to see the receiver connected
+within the RX window of 0.6 s, which refuses a shot by itself.
 """
 
 LEGEND = """## Outcomes

@@ -54,8 +54,8 @@ def draw(seed: int, index: int) -> Fault:
     """Fault number `index` of a campaign: the cells in turn, their numbers at random."""
     catalogue = cells()
     cell, rng = catalogue[index % len(catalogue)], np.random.default_rng([seed, index])
-    site, first_only = cell.site, cell.site.early or cell.site.phase == "self-test"
-    shot = 1 if first_only else (2 if not site.first else int(rng.integers(1, SHOTS + 1)))
+    site, first_only = cell.site, cell.site.early or cell.site.phase in ("self-test", "idle")
+    shot = 1 if first_only else int(rng.integers(1, SHOTS + 1))
     if cell.world:
         return Fault(index, cell, shot)
     wire = {"kind": cell.kind, "device": cell.device, "when": site.when}
@@ -81,7 +81,7 @@ def run(bench: Bench, fault: Fault) -> Seen:
     seen.told_s = time.monotonic() - began
     _judge(fault, seen)
     _look_at_outputs(bench, fault, seen)
-    _put_right(bench, seen)
+    _put_right(bench, fault, seen)
     if len(bench.world.violations()) > violations:
         seen.complaints.append(f"power met the receiver: {bench.world.violations()[-1].cause}")
     return seen
@@ -111,16 +111,17 @@ def _series_under_fault(bench: Bench, fault: Fault, seen: Seen) -> None:
     def arm() -> None:
         strikes.append(_arm(bench, fault, struck_shot=shots + fault.shot))
 
-    def after_shot(stored: int) -> None:
-        now = stored == fault.shot - 1
-        if now and fault.cell.site.before_refresh:
+    def before() -> None:
+        if fault.shot == 1:
             arm()
-        engine._refresh()
-        if now and not fault.cell.site.before_refresh:
+        if fault.cell.site.phase == "idle":
+            engine._refresh()
+
+    def before_shot(number: int) -> None:
+        if number == fault.shot:
             arm()
 
-    before = arm if fault.shot == 1 else lambda: None
-    job, target = bench.series(SHOTS, self_test=tested, before=before, after_shot=after_shot)
+    job, target = bench.series(SHOTS, self_test=tested, before=before, before_shot=before_shot)
     struck = strikes[0]() if strikes else []
     if not struck:
         seen.complaints.append("the fault did not strike")
@@ -164,7 +165,7 @@ def _read_series(bench: Bench, job: Job, target: Path, shots: int, seen: Seen) -
         seen.outcome = Outcome.SHOT_REFUSED if refused else Outcome.VALID
         seen.text = "; ".join(refused)
         if len(frames) != SHOTS or len(refused) > 1:
-            seen.complaints.append(f"{len(frames)} shots, {len(refused)} of them refused")
+            seen.complaints.append(f"{len(frames)} shots, {len(refused)} of them refused: {refused}")
         return
     seen.text = f"{type(job.error).__name__}: {job.error}"
     seen.outcome = Outcome.STOPPED if triggered > stored else Outcome.BEFORE_POWER
@@ -195,8 +196,9 @@ def _look_at_outputs(bench: Bench, fault: Fault, seen: Seen) -> None:
         seen.complaints.append(f"afterwards the outputs are not off: {outputs}")
 
 
-def _put_right(bench: Bench, seen: Seen) -> None:
-    """Mend the lab, let the operator prove outputs off, and ask for a clean shot."""
+def _put_right(bench: Bench, fault: Fault, seen: Seen) -> None:
+    """Mend the lab, let the operator prove outputs off, and ask for a clean shot, after a device's fault with a
+    self-test."""
     bench.lab.control("repair")
     engine = bench.start()
     if not engine._thread.is_alive():
@@ -208,7 +210,7 @@ def _put_right(bench: Bench, seen: Seen) -> None:
     except DeviceError as error:
         seen.complaints.append(f"after the repair outputs cannot be proved off: {error}")
         return
-    job, target = bench.series(1, self_test=True)
+    job, target = bench.series(1, self_test=fault.cell.world)
     frames = open_recording(target).frame_info if target.exists() else ()
     seen.complaints += bench.wrong_samples(target, bench.world.shots - 1) if frames else []
     if job.state is not JobState.DONE or [f.verdict for f in frames] != ["good"]:
