@@ -253,7 +253,7 @@ def _local(at: Refit, k: int, residual: Array) -> tuple[Array, tuple[str, ...], 
 
 def sliding_windows(at: Refit, k: int) -> SlidingFit | None:
     """Fits along shot k with the effects held; None if it is too short for windows."""
-    record, fixed = clean_record(at, k), held_strengths(at)
+    record, fixed = clean_record(at, k), held_strengths(at, k)
     # An angle tells its frequency in few periods, and pendulums swing few of them.
     period_s = 2.0 * math.pi / at.states[k].dynamics.w
     window_s = _ANGLE_PERIODS * period_s if record.quantity == "angle" else None

@@ -13,6 +13,8 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student
 
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.gauss_newton import FitState
@@ -36,6 +38,7 @@ _FRACTIONS = (1.0, 0.3, 0.1, 0.03)
 class Score:
     """Sums over all samples of the scored parts: chi^2, its expectation, squares of the residual and of the data.
 
+    chi2: counts the errors of the prediction too, so that it is dof if nothing but noise is left.
     whole: chi^2 of the whole window with the start fitted to all of it, and everything else as held out: what the
         choice between effects rests on, because the noise of a start from 30 % would drown small ones.
     """
@@ -102,7 +105,7 @@ def _guarded(work, at: Refit, k: int) -> Score | None:  # type: ignore[no-untype
 def _leave_out(at: Refit, k: int) -> Score:
     """Predict shot k from the others."""
     others = [j for j in range(len(at.started)) if j != k]
-    strengths = _strengths_without(at, k)
+    strengths, sure = _strengths_without(at, k)
     mean, sd = _known(at, others, k)
     keep = _rows(at.started[k], _OWN)
     # Own parameters follow the change of the strengths at once: a stiffness moves the phase of the end by turns.
@@ -112,7 +115,11 @@ def _leave_out(at: Refit, k: int) -> Score:
     every, args = np.ones_like(keep), (at.started[k], at.hypothesis, start, strengths)
     _, whole = _fitted(*args, every, mean, sd)
     state, _ = _fitted(*args, keep, mean, sd)
-    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN, whole)
+    own = at.linear[k].free.size
+    known = np.zeros((mean.size + len(sure), own + len(sure)))
+    known[np.arange(mean.size), _places(at)] = 1.0 / sd
+    known[mean.size :, own:] = sure
+    return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN, whole, known)
 
 
 def _split_in_time(at: Refit, k: int) -> Score:
@@ -130,7 +137,8 @@ def _split_in_time(at: Refit, k: int) -> Score:
             break
     size = len(_places(at))
     _, whole = _fitted(started, hypothesis, state, strengths, np.ones_like(keep), np.zeros(size), np.full(size, np.inf))
-    return _scored(started, hypothesis, state, strengths, keep, _SPLIT, whole)
+    nothing = np.zeros((0, own + hypothesis.size))
+    return _scored(started, hypothesis, state, strengths, keep, _SPLIT, whole, nothing)
 
 
 def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
@@ -147,18 +155,21 @@ def _rows(started: Started, end: float) -> np.ndarray:
     return np.tile(time - time[0] < end * (time[-1] - time[0]), started.shot.record.channels)
 
 
-def _strengths_without(at: Refit, k: int) -> Array:
-    """Common strengths from all shots but k, by one linear step."""
+def _strengths_without(at: Refit, k: int) -> tuple[Array, Array]:
+    """Common strengths (q,) from all shots but k, by one linear step, and the root of their information, (q, q)."""
     size = at.hypothesis.size
     if size == 0:
-        return at.strengths
+        return at.strengths, np.zeros((0, 0))
     matrix, gradient = np.zeros((size, size)), np.zeros(size)
     for j, linear in enumerate(at.linear):
         if j != k:
             rest = linear.columns - linear.q @ (linear.q.T @ linear.columns)
             matrix += rest.T @ rest
             gradient += rest.T @ linear.residual
-    return np.asarray(at.strengths + solved(matrix, gradient))
+    scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
+    root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale
+    return np.asarray(at.strengths + solved(matrix, gradient)), root
 
 
 def _places(at: Refit) -> list[int]:
@@ -182,17 +193,26 @@ def _values(at: Refit, state: FitState) -> Array:
 
 
 def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
-    """(places' expected change from shot k's own fit, its standard deviation), from the other shots."""
+    """(places' expected change from shot k's own fit, its standard deviation), from the other shots.
+
+    How much the shots scatter is told by all of them: two that agree by chance would promise too much for a third.
+    """
     places = _places(at)
-    values = np.stack([_values(at, at.states[j]) for j in others])
-    spreads = np.stack([np.diag(at.linear[j].own_covariance())[places] for j in others])
-    scatter = values.var(axis=0, ddof=1) if len(others) > 1 else np.zeros(len(places))
-    excess = np.maximum(scatter - spreads.mean(axis=0), 0.0) * (1.0 + 1.0 / len(others))
+    values = np.stack([_values(at, state) for state in at.states])
+    spreads = np.stack([np.diag(a.own_covariance())[places] for a in at.linear])
+    error, freedom = spreads.mean(axis=0), len(values) - 1
+    scatter = values.var(axis=0, ddof=1)
+    excess = np.maximum(scatter - error, 0.0) * (1.0 + 1.0 / len(others)) * _wide(freedom)
     # What scatters no more than its errors allow is common to all shots.
-    sure = scatter > spreads.mean(axis=0) * (1.0 + 4.0 / np.sqrt(max(2.0 * (len(others) - 1), 1.0)))
-    variance = np.where(sure, excess, 0.0) + spreads.mean(axis=0) / len(others)
+    sure = scatter > error * (1.0 + 4.0 / np.sqrt(2.0 * freedom))
+    variance = np.where(sure, excess, 0.0) + error / len(others)
     # What is held has neither scatter nor error.
-    return values.mean(axis=0) - _values(at, at.states[k]), np.sqrt(np.where(variance > 0.0, variance, 1.0))
+    return values[others].mean(axis=0) - values[k], np.sqrt(np.where(variance > 0.0, variance, 1.0))
+
+
+def _wide(freedom: int) -> float:
+    """By how much a variance known from few values is to be widened, so that a normal law holds 95 % all the same."""
+    return float((student.ppf(0.975, freedom) / norm.ppf(0.975)) ** 2)
 
 
 def _fitted(
@@ -236,6 +256,20 @@ def _fitted(
     return state, chi2
 
 
+def _uncertain(linear: Linear, keep: np.ndarray, known: Array) -> float:
+    """Part of the rest's chi^2 that lies within the errors of the prediction, which is made from the kept rows.
+
+    With e the errors of what is predicted, chi^2 = r (1 + e e^T)^-1 r has an expectation of one per sample.
+    """
+    columns = np.concatenate([linear.base(), linear.columns], axis=1)
+    norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    before = np.linalg.qr(np.concatenate([columns[keep], known]) / norm, mode="r")
+    wide = np.concatenate([columns[~keep] / norm, before])
+    target = np.concatenate([linear.residual[~keep], np.zeros(len(before))])
+    step = np.linalg.lstsq(wide, target, rcond=1e-12)[0]
+    return float(target @ (wide @ step))
+
+
 def _penalised(linear: Linear, keep: np.ndarray, miss: Array) -> float:
     """chi^2 of the kept rows and of what is known."""
     rows = linear.residual[keep]
@@ -250,8 +284,12 @@ def _scored(
     keep: np.ndarray,
     begin: float,
     whole: float,
+    known: Array,
 ) -> Score:
-    """Of all samples from the share `begin` of the window on; the shot's own additive effects are fitted to `keep`."""
+    """Of all samples from the share `begin` of the window on; the shot's own additive effects are fitted to `keep`.
+
+    known: (..., parameters of the shot and strengths) what is known of these besides, in standard deviations.
+    """
     linear = linearise(started, hypothesis, state, strengths)
     own = own_sizes(hypothesis, linear, strengths, keep)
     first, last = window_of(started)
@@ -261,7 +299,8 @@ def _scored(
     weights = np.asarray(started.shot.noise.sd)[:, None] ** -2.0
     rest = slice(round(begin * (last - first)), None)
     squares = weights[:, 0] * np.sum(left[:, rest] ** 2, axis=1)
+    chi2 = float(squares.sum()) - _uncertain(linear, keep, known)
     return Score(
-        float(squares.sum()), float(left[:, rest].size), float(np.sum(left[:, rest] ** 2)),
+        chi2, float(left[:, rest].size), float(np.sum(left[:, rest] ** 2)),
         float(np.sum(data[:, rest] ** 2)), whole,
     )  # fmt: skip

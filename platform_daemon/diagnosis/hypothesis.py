@@ -99,6 +99,16 @@ class Hypothesis:
             place += len(c.term.coefficients)
         return places
 
+    def carriers(self) -> list[int | None]:
+        """Places among the declared coefficients that the strengths of torque effects are shares of, if any."""
+        names = [c.name for c in self.model.coefficients]
+        return [names.index(c.of) if c.of else None for c in self.torques]
+
+    def factors(self, state: FitState) -> Array:
+        """What a shot multiplies the strengths of torque effects by, (torques,): what they are shares of, or 1."""
+        values = state.dynamics.values
+        return np.array([1.0 if k is None or k in self.gone else values[k] for k in self.carriers()])
+
     def declared(self, size: int) -> np.ndarray:
         """Parameters of an augmented FitState of this size that each shot has for itself, bool (size,)."""
         mask = np.ones(size, dtype=bool)
@@ -121,14 +131,22 @@ class Hypothesis:
         """A state of the declared model as one of the augmented model."""
         own = state.dynamics.values[: len(self.model.coefficients)]
         values = [0.0 if k in self.gone else q for k, q in enumerate(own)]
-        for c, strength in zip(self.torques, strengths, strict=False):
-            values += [float(strength), *c.hidden]
+        for c, strength, factor in zip(self.torques, strengths, self.factors(state), strict=False):
+            values += [float(strength * factor), *c.hidden]
         return replace(state, dynamics=replace(state.dynamics, values=tuple(values)))
 
     def reduced(self, state: FitState) -> FitState:
         """A state of the augmented model as one of the declared model."""
         values = state.dynamics.values[: len(self.model.coefficients)]
         return replace(state, dynamics=replace(state.dynamics, values=values))
+
+    def torque_rows(self, state: FitState, strengths: Array, base: Array) -> tuple[Array, Array]:
+        """From rows for the parameters of the augmented state (p, n) to those of the declared ones and of strengths."""
+        places, own = self.strength_places(), base[self.declared(base.shape[0])]
+        for place, carrier, strength in zip(places, self.carriers(), strengths, strict=False):
+            if carrier is not None:
+                own[3 + carrier] += strength * base[place]
+        return own, np.asarray(self.factors(state)[:, None] * base[places])
 
     def through(self, seen: Look, strengths: Array) -> Look:
         """A look at the data through the receiver effects: residual and Jacobian of the channels as they change them.

@@ -14,7 +14,7 @@ from platform_daemon.estimation.trajectory import LostTrajectoryError, Trajector
 from platform_daemon.estimation.workspace import Workspace
 
 from .shots import Started
-from .stencil import derivative
+from .stencil import REACH, derivative
 
 _LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
@@ -56,14 +56,7 @@ class Look:
         """The model's channels after a small step of a parameter, to first order; not of an offset."""
         even = step * self.even_jacobian[parameter]
         odd = step * self.jacobian[parameter] - even
-        rate, slices = self.started.shot.rate_hz, self.started.white.slices
-        pieces = list(zip(slices, self.started.grids, strict=True))
-        slopes = np.stack(
-            [
-                np.concatenate([derivative(part[:, where], rate / g.factor) for where, g in pieces], axis=1)
-                for part in (odd, even)
-            ]
-        )
+        slopes = np.stack([self._derived(part) for part in (odd, even)])
         return replace(self, odd=self.odd + odd, even=self.even + even, slopes=self.slopes + slopes)
 
     @property
@@ -80,6 +73,39 @@ class Look:
     def slope(self) -> Array:
         """(channels, m) its time derivative."""
         return np.asarray(self.slopes.sum(axis=0))
+
+    @cached_property
+    def _derivatives(self) -> list[Array]:
+        return [np.asarray(self.started.shot.to_volts @ self.slope)]
+
+    def derivative_v(self, order: int) -> Array:
+        """(channels, m) time derivative of this order at the digitiser, found once."""
+        found = self._derivatives
+        while len(found) < order:
+            found.append(self._derived(found[-1]))
+        return found[order - 1]
+
+    def _derived(self, samples: Array) -> Array:
+        """Time derivative (channels, m), piece by piece."""
+        rate, grids = self.started.shot.rate_hz, self.started.grids
+        parts = []
+        for k, (g, where) in enumerate(zip(grids, self.started.white.slices, strict=True)):
+            before, after = self._beside(samples, k)
+            wide = derivative(np.concatenate([before, samples[:, where], after], axis=1), rate / g.factor)
+            parts.append(wide[:, before.shape[1] : wide.shape[1] - after.shape[1]])
+        return np.concatenate(parts, axis=1)
+
+    def _beside(self, samples: Array, k: int) -> tuple[Array, Array]:
+        """Samples before and after a decimated piece at its own step, from its neighbours that have every sample.
+
+        From a decimated piece alone, derivatives at its ends would be poor.
+        """
+        grids, slices = self.started.grids, self.started.white.slices
+        factor, nothing = grids[k].factor, samples[:, :0]
+        if factor == 1 or len(grids) == 1:
+            return nothing, nothing
+        before, after = samples[:, slices[k - 1]], samples[:, slices[k + 1]]
+        return before[:, ::-1][:, factor - 1 :: factor][:, :REACH][:, ::-1], after[:, ::factor][:, :REACH]
 
     @cached_property
     def whitened(self) -> Array:

@@ -49,14 +49,13 @@ def named_effects(found: Found, seen: Picture, after: HeldOut, passed: Passed, p
     """Accepted effects with their evidence."""
     named, final = [], seen.refit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
-    friction = _mean_friction(final)
     for c in final.hypothesis.effects:
         alike: tuple[Rival, ...] = ()
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
             std = max(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
-            value, std = c.public(value, std, f_nat, friction)
+            value, std = c.public(value, std, f_nat)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
             alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
             alike += tuple(r for r in passed.get(c.key, ()) if r.indistinguishable)
@@ -131,15 +130,6 @@ def _own_strength(c: Candidate, final: Refit, trials: float) -> tuple[float, flo
     value = float(np.sqrt(np.mean(sizes[:, 0] ** 2)))
     std = float(np.sqrt(np.mean(sizes[:, 1] ** 2) / len(rows)))
     return value, std, log_chance(gain / final.noise_factor, directions, trials * c.trials)
-
-
-def _mean_friction(final: Refit) -> float:
-    """Mean T_f/I of the declared model in rad/s^2; NaN without one."""
-    names = [c.name for c in final.hypothesis.model.coefficients]
-    if "tf_over_i_rad_per_s2" not in names:
-        return math.nan
-    place = names.index("tf_over_i_rad_per_s2")
-    return float(np.mean([s.dynamics.values[place] for s in final.states]))
 
 
 def gap_effects(gaps: Sequence[Flaw]) -> list[Named]:

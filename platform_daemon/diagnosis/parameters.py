@@ -43,15 +43,22 @@ def published(at: Refit, k: int, *, common: bool = True) -> Published:
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
     mask[np.flatnonzero(mask)[~linear.free]] = False
-    places = at.hypothesis.strength_places()
+    places, factors = at.hypothesis.strength_places(), at.hypothesis.factors(at.states[k])
+    carriers = zip(places, at.hypothesis.carriers(), at.strengths, strict=False)
+    shares = [(place, 3 + c, strength) for place, c, strength in carriers if c is not None]
     whole = np.zeros((state.size, state.size))
     whole[np.ix_(mask, mask)] = linear.own_covariance()[np.ix_(linear.free, linear.free)]
+    for place, carrier, strength in shares:
+        whole[place] += strength * whole[carrier]
+        whole[:, place] += strength * whole[:, carrier]
     if common and at.hypothesis.size:
         follow = np.zeros((state.size, at.hypothesis.size))
         within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
         follow[mask] = -within
         # A torque moves the start that is published directly too, not only through the state that follows it.
-        follow[places, np.arange(len(places))] = 1.0
+        follow[places, np.arange(len(places))] = factors
+        for place, carrier, strength in shares:
+            follow[place] += strength * follow[carrier]
         whole += follow @ at.covariance @ follow.T
         mask[places] = True
     matrix = np.zeros((state.size, state.size))
@@ -128,7 +135,7 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     started, hypothesis = at.started[k], at.hypothesis
     if started.shot.record.quantity == "angle":
         return None
-    record, fixed = clean_record(at, k), held_strengths(at)
+    record, fixed = clean_record(at, k), held_strengths(at, k)
     model, noise = hypothesis.augmented, started.shot.noise
     try:
         short = fit_ring_down(record, model, "n50", noise=noise, fixed=fixed)
@@ -138,12 +145,13 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     return (short, long) if short.verdict == long.verdict == "good" else None
 
 
-def held_strengths(at: Refit) -> dict[str, float]:
-    """Coefficients of the torque effects by name, to be held in fits of single shots."""
+def held_strengths(at: Refit, k: int) -> dict[str, float]:
+    """Coefficients of the torque effects by name, to be held in fits of shot k alone."""
     fixed: dict[str, float] = {}
-    for c, strength in zip(at.hypothesis.torques, at.strengths, strict=False):
+    factors = at.hypothesis.factors(at.states[k])
+    for c, strength, factor in zip(at.hypothesis.torques, at.strengths, factors, strict=False):
         assert c.term is not None
-        values = [float(strength), *c.hidden]
+        values = [float(strength * factor), *c.hidden]
         fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
     return fixed
 

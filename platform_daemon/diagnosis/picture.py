@@ -159,6 +159,7 @@ def _torque_columns(
             values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
         strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
         seen = wide.through(look(started, wide.augmented, wide.extended(at.states[k], values)), strengths)
-        for c, place in zip(wide.torques, wide.strength_places(), strict=True):
-            found[c.key] = seen.base[place][None]
+        _, rows = wide.torque_rows(at.states[k], values, seen.base)
+        for c, row in zip(wide.torques, rows, strict=True):
+            found[c.key] = row[None]
     return found

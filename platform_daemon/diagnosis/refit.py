@@ -182,9 +182,9 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
     full = hypothesis.extended(state, strengths)
     seen = hypothesis.through(look(started, hypothesis.augmented, full), strengths)
     shared = hypothesis.shared_columns(seen)
-    columns = np.concatenate([seen.base[hypothesis.strength_places()], shared]).T
+    base, torques = hypothesis.torque_rows(state, strengths, seen.base)
+    columns, base = np.concatenate([torques, shared]).T, base.T
     residual = seen.whitened - hypothesis.additive_part(strengths, shared)
-    base = seen.base[hypothesis.declared(full.size)].T
     free = hypothesis.free(base.shape[1])
     base = base[:, free]
     own = _orthonormal(hypothesis.own_columns(seen).T)
@@ -192,7 +192,7 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
     norm = np.linalg.norm(base, axis=0)
     scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
-    q, triangle = qr(base * scale, mode="economic")
+    q, triangle = (np.asarray(x, dtype=np.float64) for x in qr(base * scale, mode="economic"))
     return Linear(seen, own, q, triangle, scale, free, columns, residual)
 
 

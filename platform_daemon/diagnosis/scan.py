@@ -21,6 +21,7 @@ from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode,
 from .effects.base import Candidate
 from .predict import own_sizes, predicted, window_of
 from .refit import Refit
+from .significance import log_chance
 
 _SURE = 1e-6  # chance of a line anywhere in a residual without one
 _MOST_TONES = 12
@@ -206,8 +207,8 @@ def _peaks(
         for _ in range(_PEAKS):
             peak = int(np.argmax(row))
             place = _between(row, peak) / seconds
-            # |F|^2 with this norm is a sum of two squares: twice a gamma variable of one degree per channel.
-            chance = float(gamma.logsf(0.5 * row[peak], degrees)) + math.log(trials)
+            # |F|^2 with this norm is a sum of two squares of noise, per channel.
+            chance = log_chance(float(row[peak]), 2 * degrees, trials)
             candidate = side_mode(place, tau_s, offered, channels, shared=shared, trials=trials)
             found.append((chance, candidate))
             row[np.abs(bins - peak) <= width] = 0.0

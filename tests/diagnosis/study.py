@@ -30,7 +30,7 @@ from platform_daemon.diagnosis.start import start
 from platform_daemon.estimation.models import model_named
 
 from .simulated import shots_with
-from .study_page import document, limits, row
+from .study_page import RATE_HZ, SAMPLE_SD, document, limits, row
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "diagnosis-study.md"
 POSES: dict[str, tuple[float, float, float] | None] = {"as mounted": None, "tilted": (0.6, -0.3, -1.1)}
@@ -40,7 +40,6 @@ TORQUES = (
 )  # fmt: skip
 RECEIVERS = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression")
 _PLAUSIBLE = 0.3  # of a gain, or of anything that would be no small effect any more
-_SD = 0.02  # A m^2/s, of a sample
 _PAIRED_FROM = 15.0  # sigma from which effects are also drawn in pairs
 # What the declared parameters take up of an effect, whatever its size (the reports say so): not determined by data.
 _ABSORBED = {
@@ -141,7 +140,7 @@ def effects(variant: str, sd: Mapping[tuple[Any, ...], float], sigma: float, sho
         speed = 40.0
         yield {
             "id": "stribeck_friction",
-            "strength": size("stribeck_friction", None, None, speed) / 1190.0,
+            "strength": size("stribeck_friction", None, None, speed),
             "v_s_rad_per_s": speed,
         }
     for name in RECEIVERS:
@@ -153,8 +152,8 @@ def effects(variant: str, sd: Mapping[tuple[Any, ...], float], sigma: float, sho
         yield {"id": "receive_lowpass", "strength": math.sqrt(size("receive_lowpass"))}
     if size("crosstalk", None, "x") < _PLAUSIBLE:
         yield {"id": "crosstalk", "strength": size("crosstalk", None, "x"), "from": "x", "to": "y"}
-    window_s, rate = sd["window_s", None, None], 61035.0
-    tone = sigma * _SD * math.sqrt(2.0 / (window_s * rate * shots))
+    window_s, rate = sd["window_s", None, None], RATE_HZ
+    tone = sigma * SAMPLE_SD * math.sqrt(2.0 / (window_s * rate * shots))
     yield {"id": "mains_interference", "strength": tone, "frequency_hz": 50.0, "harmonics": [1.0, 0.0, 0.5]}
     yield {"id": "spectral_line", "strength": tone, "frequency_hz": 737.3}
     decaying = 2.5 * tone * math.sqrt(2.0 * window_s / 0.3)

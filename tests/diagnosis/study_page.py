@@ -7,12 +7,18 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
+
 if TYPE_CHECKING:
     from .study import Outcome
 
 Visible = Callable[[str, str, int], Mapping[tuple[Any, ...], float]]
 
 
+SAMPLE_SD = 0.02  # A m^2/s, of the noise of a sample, about the middle of the three channels
+RATE_HZ = 61035.0
+_CANDIDATES = 60.0  # chances are corrected for about so many
 _FOUND = 6.0  # standard deviations: 4.35 pass the corrected level of 1e-3, and 1.65 for a power of 95 %
 _LARGEST = {
     "channel_gain": 0.05,
@@ -21,9 +27,10 @@ _LARGEST = {
     "crosstalk": 0.05,
     "receiver_compression": 1.0,
 }
-_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction in rad/s^2 at the
-velocity scale named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the
-declared parameters, shots as in the study.
+_LIMITS = """Strength in the effect's unit (frequency drift relative, in 1/s; Stribeck friction at the velocity scale
+named) that is found in 95 of 100 cases: {sigma:g} standard deviations of the score test beside the declared parameters,
+shots as in the study. What stands beside the signal is looked for at any frequency or decay time: its limits allow for
+the number of these. A whole sample lost from one shot is always seen (its place is known to 0.04 samples).
 """
 
 
@@ -39,7 +46,34 @@ def limits(visible: Visible) -> str:
             sizes = [_FOUND * sd / math.sqrt(shots) for shots in (1, 10, 100)]
             sizes = [math.sqrt(s) for s in sizes] if (name, *where) == ("receive_lowpass", None, None) else sizes
             rows.append(f"| {variant} | {name} {place} | " + " | ".join(f"{s:.2g}" for s in sizes) + " |")
+        rows += _beside(variant, visible(variant, "as mounted", 1)["window_s", None, None])
     return "\n".join(rows) + "\n"
+
+
+def _beside(variant: str, window_s: float) -> list[str]:
+    """What stands beside the signal, in A m^2/s; `directions` of it are fitted in one shot, or in all together."""
+    samples = window_s * RATE_HZ
+    each = SAMPLE_SD * math.sqrt(2.0 / samples)  # of the amplitude of a tone over the whole window
+    found = (
+        ("mains_interference, spectral_line (one, on one channel)", each, 6, False, 0.5 * samples),
+        ("side_mode 0.3 s (one channel)", each * math.sqrt(2.0 * window_s / 0.3), 6, True, 4.0 * samples),
+        ("switch_transient 0.01 s (one channel)", each * math.sqrt(window_s / 0.01), 1, True, 14.0),
+    )
+    rows = []
+    for name, sd, directions, shared, places in found:
+        sizes = [
+            sd / math.sqrt(shots) * needed(directions * (1 if shared else shots), places * _CANDIDATES)
+            for shots in (1, 10, 100)
+        ]
+        rows.append(f"| {variant} | {name} | " + " | ".join(f"{s:.2g}" for s in sizes) + " |")
+    return [*rows, f"| {variant} | clock_gap | 1 sample | 1 sample | 1 sample |"]
+
+
+def needed(directions: int, trials: float) -> float:
+    """Standard deviations at which something in so many directions is found with 95 % power among so many trials."""
+    threshold = float(chi2.isf(1e-3 / trials, directions))
+    size = brentq(lambda power: float(ncx2.sf(threshold, directions, power)) - 0.95, 1e-3, 10.0 * threshold + 100.0)
+    return math.sqrt(float(size))
 
 
 def row(outcome: Outcome) -> str:

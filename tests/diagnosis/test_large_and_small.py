@@ -64,3 +64,32 @@ def test_weak_evidence_explains_only_in_part():
     report = as_json(diagnose(shots_with("thread", [weak])[0], THREAD))
     assert report["verdict"] == "partly_explained"
     assert any("evidence is weak" in note for note in report["notes"])
+
+
+@pytest.mark.parametrize(
+    ("variant", "effect"),
+    [
+        ("thread", {"id": "receive_lowpass", "strength": 8.5e-5}),
+        ("jewel", {"id": "side_mode", "strength": 0.07, "frequency_hz": 171.3, "tau_s": 0.3, "axis": "z"}),
+    ],
+)
+def test_strong_effects_of_the_receiver_and_beside_the_signal(variant, effect):
+    """A pole that reaches to the harmonics, a mode far above the noise, seen by all channels of a tilted resonator."""
+    shots, _ = shots_with(variant, [effect], seed=2030, pose=(0.6, -0.3, -1.1))
+    report = as_json(diagnose(shots, model_named(variant)))
+    assert (report["verdict"], [e["id"] for e in report["effects"]]) == ("explained", [effect["id"]])
+    strength = report["effects"][0]["strength"]
+    assert abs(strength["value"] - effect["strength"]) < 4.5 * strength["std"]
+    assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_stribeck_friction_is_a_share_of_the_friction_that_every_shot_has():
+    stribeck = {"id": "stribeck_friction", "strength": 0.5, "v_s_rad_per_s": 40.0}
+    shots, truths = shots_with("jewel", [stribeck], seed=2064)
+    friction = [t["tf_over_i_rad_per_s2"] for t in truths]
+    assert max(friction) > 1.2 * min(friction)
+    report = as_json(diagnose(shots, model_named("jewel")))
+    assert (report["verdict"], [e["id"] for e in report["effects"]]) == ("explained", ["stribeck_friction"])
+    assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
+    after = report["parameters_after"]["tf_over_i_rad_per_s2"]
+    assert abs(after["value"] - np.mean(friction)) < 4.5 * after["std"]

@@ -21,10 +21,10 @@ from ..look import Look
 
 Columns = Callable[[Look], Array]
 Change = Callable[[Look, float], Array]
-Public = Callable[[float, float, float, float], tuple[float, float]]
+Public = Callable[[float, float, float], tuple[float, float]]
 
 
-def as_it_is(strength: float, sd: float, f_nat_hz: float, friction: float) -> tuple[float, float]:
+def as_it_is(strength: float, sd: float, f_nat_hz: float) -> tuple[float, float]:
     """A strength that is published as it is fitted."""
     return strength, sd
 
@@ -75,7 +75,8 @@ class Candidate:
         columns: (q, channels, m) from a Look, for receiver (q = 1) and additive candidates.
         change: (look, strength) -> change of the model's channels, (channels, m), for receiver candidates.
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
-        public: (strength of the fit, its sd, mean natural frequency in Hz, mean friction) -> the same as published.
+        of: coefficient of the declared model that the strength is a share of, as every shot has it; "": of none.
+        public: (strength of the fit, its sd, mean natural frequency in Hz) -> the same as published.
         parts: the same effect on single channels, whose columns are these columns in order.
         near: (share of a grid step) -> the same effect at neighbouring places or hidden scales, itself among them.
         largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
@@ -87,6 +88,7 @@ class Candidate:
     detail: Detail = field(default_factory=Detail)
     term: TorqueTerm | None = None
     hidden: tuple[float, ...] = ()
+    of: str = ""
     columns: Columns | None = None
     change: Change | None = None
     shared: bool = True

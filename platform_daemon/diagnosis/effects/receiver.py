@@ -7,7 +7,7 @@ the model's signal, never from the data, whose noise would change with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -15,7 +15,6 @@ import numpy as np
 from platform_daemon.estimation.arrays import Array
 
 from ..look import Look
-from ..stencil import derivative
 from .base import Candidate, Change, Detail, Effect, Public, as_it_is
 
 AXES = "xyz"
@@ -52,6 +51,10 @@ CROSSTALK = Effect(
 )
 
 _LARGEST = {"1": 0.3, "s": 1e-3}
+_ORDERS = range(1, 9)  # of tau d/dt, for time constants up to a third of the second harmonic's
+_SHIFT = [(-1.0) ** n / math.factorial(n) for n in _ORDERS]
+_POLE = [(-1.0) ** n for n in _ORDERS]
+_POLE_WITHOUT_DELAY = [sum((-1.0) ** (n - k) / math.factorial(k) for k in range(n + 1)) for n in _ORDERS]
 
 
 def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candidate]:
@@ -106,41 +109,39 @@ def _on(look: Look, channel: int, row: Array) -> Array:
     return _in(look, changes)
 
 
-def _slopes(look: Look) -> Array:
-    """Time derivative at the digitiser, (channels, m)."""
-    return np.asarray(look.started.shot.to_volts @ look.slope)
-
-
-def _bends(look: Look) -> Array:
-    """Second time derivative at the digitiser, (channels, m)."""
-    slopes, rate = _slopes(look), look.started.shot.rate_hz
-    pieces = zip(look.started.white.slices, look.started.grids, strict=True)
-    return np.concatenate([derivative(slopes[:, where], rate / grid.factor) for where, grid in pieces], axis=1)
-
-
 def _gain(channel: int, look: Look, strength: float) -> Array:
     return _on(look, channel, strength * look.volts[channel])
 
 
 def _delay(channel: int, look: Look, strength: float) -> Array:
-    bend = 0.5 * strength**2 * _bends(look)[channel] if strength != _SMALL else 0.0
-    return _on(look, channel, bend - strength * _slopes(look)[channel])
+    return _on(look, channel, _series(look, _SHIFT, strength)[channel])
 
 
 def _low_pass(channel: int, look: Look, strength: float) -> Array:
-    bend = strength**2 * _bends(look)[channel] if strength != _SMALL else 0.0
-    return _on(look, channel, bend - strength * _slopes(look)[channel])
+    return _on(look, channel, _series(look, _POLE, strength)[channel])
 
 
 def _low_pass_all(look: Look, strength: float) -> Array:
-    """A delay common to all channels is a phase of the motion: the droop, of second order, is what is seen.
+    """A delay common to all channels is a phase of the motion: what is seen is the rest, of second order.
 
     The strength is tau^2 with the sign of tau.
     """
-    return _in(look, 0.5 * strength * _bends(look))
+    tau = math.copysign(math.sqrt(abs(strength)), strength)
+    return _in(look, _series(look, _POLE_WITHOUT_DELAY, tau))
 
 
-def _root(strength: float, sd: float, _: float, __: float) -> tuple[float, float]:
+def _series(look: Look, coefficients: Sequence[float], tau: float) -> Array:
+    """Change of the channels at the digitiser by sum over n of c_n (tau d/dt)^n, n = 1, 2 ...; (channels, m)."""
+    # The column of an effect is its first order.
+    most = len(coefficients) if abs(tau) > math.sqrt(_SMALL) else 2
+    out = np.zeros_like(look.volts)
+    for n, c in enumerate(coefficients[:most], start=1):
+        if c != 0.0:
+            out += c * tau**n * look.derivative_v(n)
+    return out
+
+
+def _root(strength: float, sd: float, _: float) -> tuple[float, float]:
     """A time constant from its square."""
     tau = math.sqrt(abs(strength))
     return math.copysign(tau, strength), sd / max(2.0 * tau, math.sqrt(sd))

@@ -64,7 +64,7 @@ def drift_candidate() -> Candidate:
     return Candidate(
         DRIFT,
         term=TERMS["frequency_drift"],
-        public=lambda q, sd, f_nat, _: (q * f_nat, sd * f_nat),
+        public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat),
     )
 
 
@@ -82,7 +82,4 @@ def _stribeck(term: TorqueTerm, speed: float) -> Candidate:
     def near(share: float) -> list[Candidate]:
         return [_stribeck(term, speed * 2.0 ** (share * step)) for step in (-0.6, -0.3, 0.0, 0.3, 0.6)]
 
-    def public(a: float, sd: float, _: float, friction: float) -> tuple[float, float]:
-        return a / friction, sd / friction
-
-    return Candidate(STRIBECK, term=term, hidden=(speed,), public=public, near=near)
+    return Candidate(STRIBECK, term=term, hidden=(speed,), of="tf_over_i_rad_per_s2", near=near)
