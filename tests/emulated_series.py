@@ -33,7 +33,9 @@ from platform_daemon.store import FitTable, Recording, open_recording, read_fits
 COMMAND = str(Path(sys.executable).with_name("platform-daemon"))
 STEADY = ("effects.temperature", "effects.friction_scatter", "effects.wear")
 SETTLED_S = 0.2  # after a shot has begun its truth can be asked for
-AT_START = ("phi_max_rad", "psi_start_rad")  # the emulated world does not know when the sequence's RX window begins
+AT_START = ("phi_max_rad", "psi_start_rad")
+"""Of the first shot only: later ones begin with what is left of the one before, at a phase that the pause decides; and
+without a truth over wires, because the world there does not know where the sequence's RX window begins."""
 DEAD_S = 0.05  # allowed between shots, beyond their windows
 
 
@@ -136,6 +138,7 @@ def compared(name: str, wires: Series, simulated: Series) -> list[str]:
         if not all(np.all(np.isfinite(s) & (s > 0)) for s in sigma):
             continue
         apart = wrapped(wires.fit.values[:, k] - simulated.fit.values[:, k], parameter) / np.hypot(*sigma)
+        apart = apart[:1] if parameter in AT_START else apart
         rms, largest = math.sqrt(float(np.mean(apart**2))), float(np.max(np.abs(apart)))
         errors = [error_of(s, k, parameter) for s in (wires, simulated)]
         pulls = [f"{np.max(np.abs(e / s)):.2f}" for e, s in zip(errors, sigma, strict=True)]
@@ -190,7 +193,9 @@ Lengths and gates are read from the world's own record, the time between shots f
 {timing}
 
 Difference of the two fits of a shot over the root of the sum of their variances, rms and largest of {shots} shots, and
-the largest |fit - truth| / std of either. Noise and friction are drawn anew, by shot and leg, in either world.
+the largest |fit - truth| / std of either. `phi_max_rad` and `psi_start_rad` are compared in the first shot only: later
+ones begin with what is left of the one before, at a phase that the real pause decides. The world behind the wires does
+not know where the sequence's RX window begins, so it has no truth for them.
 
 | resonator | parameter | rms | largest | wires, to truth | simulation, to truth |
 |---|---|---|---|---|---|
