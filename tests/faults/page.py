@@ -39,6 +39,23 @@ reached; the rest are faults of the devices (`sim_backend/faults.py`). `off` is 
 whole. TCP has a checksum for samples, the server's protocol none: garbage in the data stream strikes records.
 """
 
+FOUND = """## What it found
+
+Mended in driver or daemon, with a test each, not by another expectation:
+
+* A relay that bounced into the RX window, and samples at the end of the converter's range, made good shots. The switch
+  now says how long its contacts took (`MOVE?`), and such samples refuse the shot.
+* Whether the receiver was connected in time was judged by the host's clock; now by the card's.
+* Garbage as the first answer of a card kept the daemon from starting; it connects again.
+* A status record made of other bytes (some were missing before it) could be taken for one that flags the samples only.
+* An answer that came after a serial line had been reopened was taken for that of the next question.
+* A self-test that was itself no good shot ended the series; it is made once more.
+* After shots had been moved to disk beside the next shot, one was lost if that next one was refused in its first chunk.
+
+Left out: `dropped_samples` of the simulated card, a recording that skips 64 samples and says nothing. A latched trip is
+cleared by the amplifier's own means: the daemon refuses shots until then, but has no command for it.
+"""
+
 SHORT = {
     Outcome.NO_START: "no start",
     Outcome.BEFORE_POWER: "before power",
@@ -65,7 +82,7 @@ def text(records: Sequence[dict[str, Any]], seed: int) -> str:
         late=sum(bool(r["late"]) for r in records),
     )
     legend = LEGEND.format(rows="\n".join(f"* **{short}**: {outcome}" for outcome, short in SHORT.items()))
-    return "\n".join([head, legend, *_totals(records), "", *_table(records), "", *_unexpected(records)])
+    return "\n".join([head, legend, *_totals(records), "", *_table(records), "", FOUND, *_unexpected(records)])
 
 
 def _totals(records: Sequence[dict[str, Any]]) -> list[str]:

@@ -204,3 +204,10 @@ def test_closing_from_another_thread_wakes_a_reader(serve):
     threading.Timer(0.05, connection.close).start()
     with pytest.raises(DeviceLost):
         connection.receive_into(memoryview(bytearray(4)), 10.0)
+
+
+def test_garbage_in_place_of_the_first_answer_is_overcome_by_connecting_again(serve):
+    ports = serve(answering({"*IDN?": "\x01\x7fgarbage"}), answering({"RP:ADC:WP?": "7"}))
+    connection = opened(ports)
+    assert connection.ask("RP:ADC:WP?") == 7
+    connection.close()

@@ -62,3 +62,9 @@ def test_a_recording_that_began_anew_refuses_the_shot():
 def test_outputs_that_ended_early_refuse_the_shot():
     with pytest.raises(ShotRefused, match="ended early"):
         Continuity("card", 5000).check(record(TRIGGERED, first=1000))
+
+
+@pytest.mark.parametrize("which", ["lag", "meanwhile"])
+def test_bytes_that_are_no_record_refuse_the_shot_instead_of_flagging_it(which):
+    with pytest.raises(ShotRefused, match="makes no sense"):
+        Continuity("card", 5000).check(record(**{which: 2**50}))
