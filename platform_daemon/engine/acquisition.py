@@ -94,6 +94,7 @@ class Acquisition:
             for done, shot in enumerate(self._plan.shots):
                 self._pause(job, first=done == 0)
                 raw = self._shoot(job, shot, done + 1, series)
+                self._catch_up()  # a shot that was refused at its beginning has not come to it
                 self._left = partial(self._keep, job, series, disk, shot, raw)
                 self._count_refusals(job, raw, done + 1)
         finally:

@@ -4,7 +4,7 @@ import time
 import numpy as np
 import pytest
 
-from drivers.errors import DeviceError, InterlockError, SequenceRejected
+from drivers.errors import DeviceError, InterlockError, SequenceRejected, ShotRefused
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.analysis import fit_recording
 from platform_daemon.engine.jobs import JobState
@@ -231,3 +231,21 @@ def test_the_same_seed_gives_the_same_volts(engine_with, tmp_path):
         acquire(engine_with("backends.simulated.seed=7"), tmp_path / f"{name}.h5", shots=2)
     first, second = (open_recording(tmp_path / f"{n}.h5") for n in "ab")
     np.testing.assert_array_equal(first.frame_volts(1), second.frame_volts(1))
+
+
+def test_a_shot_that_is_refused_at_its_beginning_does_not_cost_the_one_before(engine_with, tmp_path, monkeypatch):
+    engine = engine_with()
+    card, read = engine.platform.card, engine.platform.card.read
+    begun = []
+
+    def refuse_the_second(most):
+        chunk = read(most)
+        begun.extend([chunk.first_sample] if chunk.first_sample == 0 else [])
+        if len(begun) == 2:
+            raise ShotRefused("bytes are missing")
+        return chunk
+
+    monkeypatch.setattr(card, "read", refuse_the_second)
+    job = acquire(engine, tmp_path / "a.h5", shots=2)
+    assert job.state is JobState.DONE, job.error
+    assert [i.verdict for i in open_recording(tmp_path / "a.h5").frame_info] == ["good", "refused"]
