@@ -1,5 +1,7 @@
 """The command line as a user meets it: processes, exit codes, files."""
 
+import contextlib
+import io
 import json
 import os
 import signal
@@ -13,6 +15,8 @@ import httpx2
 import numpy as np
 import pytest
 
+from platform_daemon.cli import main
+
 COMMAND = Path(sys.executable).with_name("platform-daemon")
 DATA = Path(__file__).parent / "data"
 QUICK = ("--resonator", "jewel", "--rx-s", "0.6")
@@ -21,6 +25,18 @@ QUICK = ("--resonator", "jewel", "--rx-s", "0.6")
 def run(*arguments, cwd=None, timeout=120):
     command = [COMMAND, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=timeout, check=False)
+
+
+def here(*arguments):
+    """Like `run`, in this process: for what ends before anything is done, where a new process would cost seconds."""
+    out, errors, before = io.StringIO(), io.StringIO(), sys.argv
+    sys.argv = ["platform-daemon", *map(str, arguments)]
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors), pytest.raises(SystemExit) as end:
+            main()
+    finally:
+        sys.argv = before
+    return subprocess.CompletedProcess(sys.argv, end.value.code, out.getvalue(), errors.getvalue())
 
 
 def assert_one_line_error(done, code, *words):
@@ -59,7 +75,7 @@ def test_measure_takes_a_sequence_file(tmp_path):
 
 def test_measure_never_overwrites_without_force(measured):
     before = (measured / "j.h5").read_bytes()
-    assert_one_line_error(run("measure", *QUICK, "--out", measured / "j.h5"), 2, "j.h5", "--force")
+    assert_one_line_error(here("measure", *QUICK, "--out", measured / "j.h5"), 2, "j.h5", "--force")
     assert (measured / "j.h5").read_bytes() == before
 
 
@@ -110,7 +126,7 @@ def test_a_calibration_that_cannot_be_inverted_is_bad_input(measured, tmp_path, 
         source.copy("calibration", target)
         del target["calibration/sensitivity"]
         target["calibration/sensitivity"] = sensitivity
-    done = run("fit", measured / "j.h5", "--calibration", tmp_path / "cal.h5", "--json", tmp_path / "f.json")
+    done = here("fit", measured / "j.h5", "--calibration", tmp_path / "cal.h5", "--json", tmp_path / "f.json")
     assert_one_line_error(done, 2, "sensitivity")
     assert not (tmp_path / "f.json").exists()
 
@@ -136,7 +152,7 @@ def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_say
     names = {"f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad"}
     assert set(report["frames"][0]["parameters"]) == names
     assert "voltage-domain" in report["notes"][0]
-    assert_one_line_error(run("fit", measured / "bare.mmr"), 2, "--variant")
+    assert_one_line_error(here("fit", measured / "bare.mmr"), 2, "--variant")
 
 
 def test_predict_gives_the_bound_for_each_window(tmp_path):
@@ -164,8 +180,8 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
     done = run("plot", measured / "j.h5", "--frame", 1)
     assert done.returncode == 0, done.stderr
     assert (measured / "j-frame1.png").read_bytes().startswith(b"\x89PNG")
-    assert_one_line_error(run("plot", measured / "j.h5", "--frame", 1), 2, "--force")
-    assert_one_line_error(run("plot", measured / "j.h5", "--frame", 7), 2, "frame 7")
+    assert_one_line_error(here("plot", measured / "j.h5", "--frame", 1), 2, "--force")
+    assert_one_line_error(here("plot", measured / "j.h5", "--frame", 7), 2, "frame 7")
     assert "jewel" in run("info", measured / "j.h5").stdout
 
 
@@ -174,8 +190,8 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
     [("rodrigues_x=3", "rodrigues_x"), ("lambda_per_s=nan", "nan"), ("f_nat_hz=0", "f_nat_hz"), ("x=1", "x")],
 )
 def test_what_cannot_be_held_fixed_is_said_in_one_line(measured, fixed, word):
-    assert_one_line_error(run("fit", measured / "j.h5", "--fix", fixed), 2, word)
-    assert_one_line_error(run("fit", measured / "j.h5", "--hint", fixed), 2, word)
+    assert_one_line_error(here("fit", measured / "j.h5", "--fix", fixed), 2, word)
+    assert_one_line_error(here("fit", measured / "j.h5", "--hint", fixed), 2, word)
 
 
 def test_a_file_whose_only_frame_holds_nan_is_bad_input_naming_the_sample(tmp_path, measured):
@@ -185,7 +201,7 @@ def test_a_file_whose_only_frame_holds_nan_is_bad_input_naming_the_sample(tmp_pa
         volts = source["data"][:1].copy()
         volts[0, 1, 5000] = np.nan
         target["data"] = volts
-    assert_one_line_error(run("fit", tmp_path / "nan.h5"), 2, "frame 0", "channel 1", "sample 5000")
+    assert_one_line_error(here("fit", tmp_path / "nan.h5"), 2, "frame 0", "channel 1", "sample 5000")
 
 
 def test_clipped_volts_are_refused_whatever_the_calibration_mixes(tmp_path, measured):
@@ -224,9 +240,14 @@ def test_clipped_volts_are_refused_whatever_the_calibration_mixes(tmp_path, meas
         (("measure", *QUICK, "--out", "x.h5", "--sequence", "missing.toml"), "missing.toml"),
     ],
 )
-def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_path, arguments, word):
-    assert_one_line_error(run(*arguments, cwd=tmp_path), 2, word)
+def test_bad_input_is_one_line_with_exit_code_2_and_leaves_nothing_behind(tmp_path, monkeypatch, arguments, word):
+    monkeypatch.chdir(tmp_path)
+    assert_one_line_error(here(*arguments), 2, word)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_process_itself_ends_with_exit_code_2(tmp_path):
+    assert_one_line_error(run("measure", "--resonator", "spring", "--out", "s.h5", cwd=tmp_path), 2, "spring")
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

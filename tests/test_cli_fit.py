@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 from tests.batch.files import copies, same
-from tests.test_cli import COMMAND, assert_one_line_error, run, wait_for
+from tests.test_cli import COMMAND, assert_one_line_error, here, run, wait_for
 
 SHORT = ("--window", "0.1")
 
@@ -69,9 +69,9 @@ def test_a_killed_batch_leaves_no_process_and_only_its_last_line_can_be_cut(tmp_
 def test_results_kept_before_are_not_overwritten_unasked(tmp_path):
     (path,) = copies(tmp_path, 1)
     (tmp_path / "r.jsonl").write_text("something\n")
-    assert_one_line_error(run("fit", path, "--jsonl", tmp_path / "r.jsonl"), 2, "r.jsonl", "--force")
-    assert_one_line_error(run("fit", path, "--jsonl", tmp_path / "r.jsonl", "--resume"), 2, "line 1")
-    assert_one_line_error(run("fit", path, "--resume"), 2, "--jsonl")
+    assert_one_line_error(here("fit", path, "--jsonl", tmp_path / "r.jsonl"), 2, "r.jsonl", "--force")
+    assert_one_line_error(here("fit", path, "--jsonl", tmp_path / "r.jsonl", "--resume"), 2, "line 1")
+    assert_one_line_error(here("fit", path, "--resume"), 2, "--jsonl")
     assert (tmp_path / "r.jsonl").read_text() == "something\n"
 
 
@@ -96,6 +96,6 @@ def test_slide_draws_flat_lines_and_says_how_flat(tmp_path):
     report = json.loads((tmp_path / "s.json").read_text())
     assert [w["verdict"] for w in report["windows"]] == ["good"] * 8
     assert report["flatness"]["m_r_am2"]["probability"] > 1e-4
-    assert_one_line_error(run("slide", path, "--window", "5"), 2, "--window")
-    assert_one_line_error(run("slide", path, "--lambda", "loose"), 2, "--lambda")
-    assert_one_line_error(run("slide", path, "--frame", "9"), 2, "frame 9")
+    assert_one_line_error(here("slide", path, "--window", "5"), 2, "--window")
+    assert_one_line_error(here("slide", path, "--lambda", "loose"), 2, "--lambda")
+    assert_one_line_error(here("slide", path, "--frame", "9"), 2, "frame 9")

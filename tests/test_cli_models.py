@@ -5,7 +5,7 @@ import json
 import pytest
 
 from tests.batch.files import copies
-from tests.test_cli import assert_one_line_error, run
+from tests.test_cli import assert_one_line_error, here, run
 
 
 @pytest.fixture
@@ -34,15 +34,15 @@ def test_a_variant_without_losses_is_refused_by_name_and_ends_with_3(path):
 
 @pytest.mark.parametrize("command", [("fit",), ("slide",), ("plot",)])
 def test_an_unknown_variant_is_answered_with_the_names_there_are(path, command):
-    assert_one_line_error(run(*command, path, "--variant", "spring"), 2, "spring", "jewel_constant_friction")
-    assert_one_line_error(run(*command, path, "--with-term", "wind"), 2, "wind", "quadratic_drag")
+    assert_one_line_error(here(*command, path, "--variant", "spring"), 2, "spring", "jewel_constant_friction")
+    assert_one_line_error(here(*command, path, "--with-term", "wind"), 2, "wind", "quadratic_drag")
 
 
 def test_slide_ends_as_fit_does_where_the_fit_is_refused_and_names_its_own_options(path):
     done = run("slide", path, "--variant", "undamped")
     assert_one_line_error(done, 3, "refused", "--window")
     assert "window_s" not in done.stderr
-    assert_one_line_error(run("slide", path, "--window", "5"), 2, "--window", "--step")
+    assert_one_line_error(here("slide", path, "--window", "5"), 2, "--window", "--step")
 
 
 def test_slide_shows_the_constants_of_further_terms(path):
@@ -53,7 +53,7 @@ def test_slide_shows_the_constants_of_further_terms(path):
 
 def test_predict_takes_any_model_whose_values_are_known():
     plan = ("predict", "--resonator", "thread", "--window", "n50", "--with-term", "quadratic_drag")
-    assert_one_line_error(run(*plan), 2, "quadratic_drag_per_rad=VALUE")
+    assert_one_line_error(here(*plan), 2, "quadratic_drag_per_rad=VALUE")
     done = run(*plan, "--expect", "quadratic_drag_per_rad=0.001")
     assert done.returncode == 0, done.stderr
     assert "thread+quadratic_drag" in done.stdout

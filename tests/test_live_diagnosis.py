@@ -9,7 +9,7 @@ import pytest
 from drivers.errors import InputError
 from platform_daemon.engine.request import AcquisitionRequest
 from platform_daemon.live_diagnosis import Budget, Callbacks, LiveDiagnosis, variations
-from tests.test_cli import COMMAND, assert_one_line_error, run, wait_for
+from tests.test_cli import COMMAND, assert_one_line_error, here, wait_for
 
 
 def loop(engine, folder, budget=6, seconds=600.0, callbacks=None, **keys):
@@ -119,5 +119,5 @@ def test_ctrl_c_leaves_outputs_off_and_keeps_what_was_measured(tmp_path):
 
 
 def test_options_that_make_no_sense_end_with_one_line(tmp_path):
-    assert_one_line_error(run("diagnose", "--live", "--out", tmp_path), 2, "--resonator")
-    assert_one_line_error(run("diagnose", "--live", "--resonator", "spring", "--out", tmp_path), 2, "spring")
+    assert_one_line_error(here("diagnose", "--live", "--out", tmp_path), 2, "--resonator")
+    assert_one_line_error(here("diagnose", "--live", "--resonator", "spring", "--out", tmp_path), 2, "spring")

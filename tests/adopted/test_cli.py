@@ -4,7 +4,7 @@ import pytest
 
 from tests.adopted.diagnoses import diagnosis, effect
 from tests.batch.files import copies
-from tests.test_cli import assert_one_line_error, run
+from tests.test_cli import assert_one_line_error, here, run
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def test_a_diagnosis_is_adopted_used_shown_and_retired(tmp_path, path):
     assert kept[0]["file"] == path.name
     assert len(kept[0]["sha256"]) == 64
     assert run("models", *models, "retire", "bent@1", "--reason", "was straight").returncode == 0
-    assert_one_line_error(run("fit", path, "--variant", "bent", *models), 2, "bent", "retired")
+    assert_one_line_error(here("fit", path, "--variant", "bent", *models), 2, "bent", "retired")
     again = run("fit", path, "--window", "0.4", "--variant", "bent@1", *models)
     assert again.returncode == 0, again.stderr
 
@@ -41,7 +41,7 @@ def test_a_diagnosis_is_adopted_used_shown_and_retired(tmp_path, path):
 def test_what_cannot_be_adopted_ends_with_2_and_one_line(tmp_path, path):
     models = ("--models", tmp_path / "models", "--recording", path)
     mains = written(tmp_path, diagnosis(effect("mains_interference", 1e-3)))
-    assert_one_line_error(run("adopt", mains, "--name", "hum", *models), 2, "mains_interference", "Remedy")
+    assert_one_line_error(here("adopt", mains, "--name", "hum", *models), 2, "mains_interference", "Remedy")
     file = written(tmp_path, diagnosis(effect("bias_torque", 1.0)))
-    assert_one_line_error(run("adopt", file, "--name", "bent", *models[:2]), 2, "--recording")
-    assert_one_line_error(run("adopt", path, "--name", "bent", *models), 2, "JSON")
+    assert_one_line_error(here("adopt", file, "--name", "bent", *models[:2]), 2, "--recording")
+    assert_one_line_error(here("adopt", path, "--name", "bent", *models), 2, "JSON")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.diagnosis.files import JEWEL, RUNS, THREAD, first_frames, pendulum, swing, without
-from tests.test_cli import COMMAND, assert_one_line_error, run
+from tests.test_cli import COMMAND, assert_one_line_error, here, run
 
 KEYS = {
     "verdict", "effects", "held_out", "parameters_before", "parameters_after", "n50_d30", "integrity",
@@ -72,11 +72,11 @@ def test_measured_pendulums_get_a_verdict_and_a_page(tmp_path):
 
 
 def test_bad_input_is_one_line_and_no_ranking(tmp_path):
-    assert_one_line_error(run("diagnose", tmp_path / "none.h5"), 2, "no such file")
-    assert_one_line_error(run("diagnose", THREAD, JEWEL), 2, "different resonators")
-    assert_one_line_error(run("diagnose", without(tmp_path, "calibration")), 2, "sensitivity", "--calibration")
-    assert_one_line_error(run("diagnose", THREAD, "--observable", "colour"), 2, "--observable")
-    assert_one_line_error(run("diagnose", THREAD, "--base", "nonsense"), 2, "nonsense")
+    assert_one_line_error(here("diagnose", tmp_path / "none.h5"), 2, "no such file")
+    assert_one_line_error(here("diagnose", THREAD, JEWEL), 2, "different resonators")
+    assert_one_line_error(here("diagnose", without(tmp_path, "calibration")), 2, "sensitivity", "--calibration")
+    assert_one_line_error(here("diagnose", THREAD, "--observable", "colour"), 2, "--observable")
+    assert_one_line_error(here("diagnose", THREAD, "--base", "nonsense"), 2, "nonsense")
 
 
 def test_shots_that_cannot_be_fitted_end_with_3(tmp_path):
@@ -87,7 +87,7 @@ def test_shots_that_cannot_be_fitted_end_with_3(tmp_path):
 
 def test_files_that_exist_are_kept_unless_forced(tmp_path):
     (tmp_path / "d.json").write_text("mine")
-    assert_one_line_error(run("diagnose", THREAD, "--json", tmp_path / "d.json"), 2, "--force")
+    assert_one_line_error(here("diagnose", THREAD, "--json", tmp_path / "d.json"), 2, "--force")
     assert (tmp_path / "d.json").read_text() == "mine"
 
 
