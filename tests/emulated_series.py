@@ -195,9 +195,9 @@ Lengths and gates are read from the world's own record, the time between shots f
 Difference of the two fits of a shot over the root of the sum of their variances, rms and largest of {shots} shots, and
 the largest |fit - truth| / std of either. `phi_max_rad` and `psi_start_rad` are compared in the first shot only: later
 ones begin with what is left of the one before, at a phase that the real pause decides. There a thread's `phi_max_rad`
-differs by as much as the drive: the cards' amplitude registers have steps of 1/32767 V, so that the thread's 0.09 V are
-off by up to 1.6e-4, and its deflection of 22.6 deg by up to 4 mdeg, which is some 40 standard deviations. The world
-behind the wires does not know where the sequence's RX window begins, so it has no truth for them.
+differs by as much as the drive: the cards' amplitude registers have steps of 1/32767 V, so that the thread's 0.0943 V
+are off by 1.6e-4, and its deflection of 22.6 deg by 3.6 mdeg, which is some 40 standard deviations. The world behind
+the wires does not know where the sequence's RX window begins, so it has no truth for them.
 
 | resonator | parameter | rms | largest | wires, to truth | simulation, to truth |
 |---|---|---|---|---|---|
