@@ -9,6 +9,9 @@ from typing import Literal
 from scipy.optimize import brentq
 from scipy.stats import ncx2
 
+from platform_daemon.estimation.harmonics import frequency_ratio
+
+from .effects.additive import SIDE_MODE
 from .effects.base import Candidate
 from .generic import Generic
 from .heldout import HeldOut
@@ -89,6 +92,8 @@ def _doubts(found: Found, final: Refit, named: Sequence[Named], after: HeldOut) 
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.alike):
         yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
+    if any(_on_harmonic(n.candidate, final) for n in named if n.candidate.effect is SIDE_MODE):
+        yield "a decaying oscillation at a harmonic of the motion may be the motion itself, changed by something else"
     share = _sure_share(found, final)
     if together and share < _SURELY:
         yield f"the evidence is weak: only {100.0 * share:.0f} % of what may be missing is surely explained"
@@ -99,6 +104,18 @@ def _kind(candidate: Candidate) -> str:
     if candidate.term is not None:
         return "motion"
     return "beside" if candidate.additive else "receiver"
+
+
+def _on_harmonic(mode: Candidate, final: Refit) -> bool:
+    """Within its line width of what a harmonic of the motion sweeps through, in any shot."""
+    f_hz, tau_s = mode.detail.frequency_hz or 0.0, mode.detail.tau_s or math.inf
+    for state in final.states:
+        natural = state.dynamics.w / (2.0 * math.pi)
+        slowest = natural * frequency_ratio(min(abs(state.dynamics.amplitude), 3.0))
+        n, width = max(round(f_hz / natural), 1), 1.0 / (math.pi * tau_s)
+        if n * slowest - width < f_hz < n * natural + width:
+            return True
+    return False
 
 
 def _sure_share(found: Found, final: Refit) -> float:

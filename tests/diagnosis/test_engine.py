@@ -102,14 +102,15 @@ def test_two_effects_that_hide_each_other_are_both_named():
 
 @pytest.mark.campaign
 @pytest.mark.parametrize(
-    "effect",
+    ("variant", "pose", "effect"),
     [
-        {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1},
-        {"id": "memory_relaxation", "strength": 3e-4, "tau_s": 0.02},
+        ("jewel", None, {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1}),
+        ("jewel", None, {"id": "memory_relaxation", "strength": 3e-4, "tau_s": 0.02}),
+        ("thread", (0.6, -0.3, -1.1), {"id": "memory_amplitude", "strength": 1e-3, "tau_s": 0.1}),
     ],
 )
-def test_what_has_no_name_is_never_explained(effect):
-    report, _ = found("jewel", effect)
+def test_what_has_no_name_is_never_explained(variant, pose, effect):
+    report, _ = found(variant, effect, pose=pose, seed=196)
     assert report["verdict"] in ("unexplained", "partly_explained")
     torque = report["missing_torque"]
     assert np.array(torque["value"], dtype=float).shape == (len(torque["phi"]), len(torque["phi_dot"]))
