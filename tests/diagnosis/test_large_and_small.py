@@ -70,7 +70,11 @@ def test_weak_evidence_explains_only_in_part():
     ("variant", "effect"),
     [
         ("thread", {"id": "receive_lowpass", "strength": 8.5e-5}),
-        ("jewel", {"id": "side_mode", "strength": 0.07, "frequency_hz": 171.3, "tau_s": 0.3, "axis": "z"}),
+        pytest.param(
+            "jewel",
+            {"id": "side_mode", "strength": 0.07, "frequency_hz": 171.3, "tau_s": 0.3, "axis": "z"},
+            marks=pytest.mark.campaign,
+        ),
     ],
 )
 def test_strong_effects_of_the_receiver_and_beside_the_signal(variant, effect):
@@ -83,6 +87,7 @@ def test_strong_effects_of_the_receiver_and_beside_the_signal(variant, effect):
     assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.campaign
 def test_stribeck_friction_is_a_share_of_the_friction_that_every_shot_has():
     stribeck = {"id": "stribeck_friction", "strength": 0.5, "v_s_rad_per_s": 40.0}
     shots, truths = shots_with("jewel", [stribeck], seed=2064)
