@@ -59,6 +59,7 @@ def test_a_steady_tone_does_not_pass_for_noise():
     assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.campaign
 def test_weak_evidence_explains_only_in_part():
     weak = {"id": "frequency_drift", "strength": 3.5e-4}
     report = as_json(diagnose(shots_with("thread", [weak])[0], THREAD))
@@ -69,7 +70,7 @@ def test_weak_evidence_explains_only_in_part():
 @pytest.mark.parametrize(
     ("variant", "effect"),
     [
-        ("thread", {"id": "receive_lowpass", "strength": 8.5e-5}),
+        pytest.param("thread", {"id": "receive_lowpass", "strength": 8.5e-5}, marks=pytest.mark.campaign),
         pytest.param(
             "jewel",
             {"id": "side_mode", "strength": 0.07, "frequency_hz": 171.3, "tau_s": 0.3, "axis": "z"},

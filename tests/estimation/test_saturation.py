@@ -31,7 +31,7 @@ def test_floating_point_and_constant_records_are_not():
     assert saturation(np.zeros((3, 100))) is None
 
 
-@pytest.mark.parametrize("levels", [20.0, 109.0])
+@pytest.mark.parametrize("levels", [pytest.param(20.0, marks=pytest.mark.campaign), 109.0])
 def test_a_coarsely_quantised_record_is_fitted(levels):
     u = 0.18 * np.exp(-0.5 * T) * np.sin(2 * np.pi * 424.0 * T)
     noise = np.random.default_rng(0).normal(0, 0.3, (3, T.size))

@@ -92,7 +92,7 @@ def draw(variant, disturb, draws, make=None):
     return np.array(pulls), results
 
 
-@pytest.mark.parametrize("variant", CASES)
+@pytest.mark.parametrize("variant", ["thread", pytest.param("jewel", marks=pytest.mark.campaign)])
 @pytest.mark.parametrize(
     "name", ["both", *(pytest.param(d, marks=pytest.mark.campaign) for d in DISTURBANCES if d != "both")]
 )

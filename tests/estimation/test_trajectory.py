@@ -187,7 +187,7 @@ def stribeck(phi, v, sigma, s):
         (DRIFTING, (0.3, 900.0, 0.01), drifting, [traced, tabulated]),
     ],
 )
-@pytest.mark.parametrize("amplitude", [0.9, -0.3])
+@pytest.mark.parametrize("amplitude", [0.9, pytest.param(-0.3, marks=pytest.mark.campaign)])
 def test_further_torque_terms_agree_with_dop853_too(model, values, torque, ways, amplitude):
     samples = some_of(6000)
     expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
