@@ -15,6 +15,7 @@ from scipy.stats import gamma
 
 from platform_daemon.estimation.arrays import Array
 from platform_daemon.estimation.colour import sd_at
+from platform_daemon.estimation.gauss_newton import FitState
 from platform_daemon.estimation.harmonics import frequency_ratio
 
 from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode, tone, transient
@@ -101,13 +102,18 @@ def _zones(at: Refit, grid: Array, bin_hz: float) -> np.ndarray:
     """True where a harmonic of any shot sweeps, bool (bins,)."""
     inside = np.zeros(grid.size, dtype=bool)
     for state in at.states:
-        natural = state.dynamics.w / (2.0 * math.pi)
-        slowest = natural * frequency_ratio(min(abs(state.dynamics.amplitude), 3.0))
+        slowest, natural = sweep_hz(state)
         k = np.maximum(np.round(grid / (0.5 * (natural + slowest))), 1.0)
         for n in (k - 1.0, k, k + 1.0):
             low, high = n * slowest - _MARGIN_BINS * bin_hz, n * natural + _MARGIN_BINS * bin_hz
             inside |= (n > 0) & (grid > low * 0.998) & (grid < high * 1.002)
     return inside
+
+
+def sweep_hz(state: FitState) -> tuple[float, float]:
+    """Frequencies between which the fundamental sweeps: at the first amplitude, and of an infinitely small swing."""
+    natural = state.dynamics.w / (2.0 * math.pi)
+    return natural * frequency_ratio(min(abs(state.dynamics.amplitude), 3.0)), natural
 
 
 def _between(power: Array, peak: int) -> float:

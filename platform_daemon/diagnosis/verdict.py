@@ -9,8 +9,6 @@ from typing import Literal
 from scipy.optimize import brentq
 from scipy.stats import ncx2
 
-from platform_daemon.estimation.harmonics import frequency_ratio
-
 from .effects.additive import SIDE_MODE
 from .effects.base import Candidate
 from .generic import Generic
@@ -19,12 +17,13 @@ from .integrity import Flaw
 from .lookalikes import gain_of
 from .naming import Named
 from .refit import Refit
+from .scan import sweep_hz
 from .search import Found
+from .significance import LEVEL
 
 Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
 
 _CONFIDENT = 0.5  # share of what could be gained that named effects must explain to be named at all
-_LEFT = math.log(1e-3)
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
 _NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
 _BELIEVED = 2  # common effects that may act together and be believed
@@ -65,7 +64,7 @@ def _noise_excess(final: Refit) -> float:
 def _significant(found: Found, final: Refit) -> bool:
     """Something is left that matters."""
     left = found.residues
-    visible = _chance_of_rest(found) < _LEFT and left.excess > _NEGLIGIBLE * _explained(found, final)
+    visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
     return visible or final.noise_factor > _NOISY
 
 
@@ -88,7 +87,7 @@ def _doubts(found: Found, final: Refit, named: Sequence[Named], after: HeldOut) 
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.
     replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.alike)
-    if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < _LEFT)):
+    if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.alike):
         yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
@@ -110,8 +109,7 @@ def _on_harmonic(mode: Candidate, final: Refit) -> bool:
     """Within its line width of what a harmonic of the motion sweeps through, in any shot."""
     f_hz, tau_s = mode.detail.frequency_hz or 0.0, mode.detail.tau_s or math.inf
     for state in final.states:
-        natural = state.dynamics.w / (2.0 * math.pi)
-        slowest = natural * frequency_ratio(min(abs(state.dynamics.amplitude), 3.0))
+        slowest, natural = sweep_hz(state)
         n, width = max(round(f_hz / natural), 1), 1.0 / (math.pi * tau_s)
         if n * slowest - width < f_hz < n * natural + width:
             return True
