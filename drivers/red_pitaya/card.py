@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TextIO
 
-from drivers.errors import DeviceError, DeviceFault, InputError
+from drivers.errors import DeviceError, DeviceFault, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
@@ -164,9 +164,9 @@ class RedPitayaCard:
         """See IoCard.  Waits until min(max_samples, samples left) have come."""
         if max_samples < 1:
             raise InputError(f"cannot read {max_samples} samples", where=WHERE, remedy="ask for one or more")
-        require(self._state, CardState.RUNNING, where=WHERE)
-        reader = self._reader
         with self._stoppable():
+            require(self._state, CardState.RUNNING, where=WHERE)
+            reader = self._reader
             chunk = reader.read(max_samples, self._pins.at)
             with self._guard:
                 require(self._state, CardState.RUNNING, where=WHERE)
@@ -257,11 +257,14 @@ class RedPitayaCard:
 
     @contextlib.contextmanager
     def _stoppable(self) -> Iterator[None]:
-        """A stop takes the connection away: what fails then, fails because of the stop."""
+        """A stop takes the connection away: what fails then, fails because of the stop.
+
+        Also a shot refused: the last status record before the eviction tells of a trigger that fell.
+        """
         before = self._stops
         try:
             yield
-        except (DeviceError, OSError):
+        except (PlatformError, OSError):
             if self._stops != before or self._stopping.locked():
                 raise was_stopped(WHERE) from None
             raise

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import threading
+
 import pytest
 
 from drivers.contract import WHOLE_PLATFORM, CardContract
+from drivers.contract.timelines import short_shot
+from drivers.errors import DeviceStateError, ShotRefused
+from drivers.red_pitaya.reader import Reader
 
 MASTER = (
     """{host="${io_cards.0.host}", command_port="${io_cards.0.command_port}", data_port="${io_cards.0.data_port}"}"""
@@ -32,6 +37,23 @@ class TestOneCard(CardContract):
         built = lab.platform(f"io_card.boards=[{MASTER}]")
         yield built.card
         built.close()
+
+    def test_a_last_record_without_trigger_is_the_stop_not_a_bad_shot(self, card, monkeypatch):
+        """The card drops the trigger before it drops the connection, and a record may be sent in between."""
+
+        def late(reader):
+            """Whole stop meanwhile."""
+            stopper.start()
+            stopper.join()
+            raise ShotRefused("the trigger fell during the shot", where="board")
+
+        monkeypatch.setattr(Reader, "_receive", late)
+        stopper = threading.Thread(target=card.stop)
+        card.program(short_shot(card.capabilities(), rx_s=0.5))
+        card.arm()
+        card.trigger()
+        with pytest.raises(DeviceStateError):
+            card.read(1000)
 
 
 class TestLinesOnPins(CardContract):
