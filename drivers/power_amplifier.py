@@ -48,7 +48,10 @@ class PowerAmplifier(Protocol):
         """Let the input through.  Raises DeviceStateError unless enabled."""
 
     def reset_fault(self) -> None:
-        """Clear a latched fault; the amplifier is disabled and muted afterwards."""
+        """Clear a latched fault; the amplifier is disabled and muted afterwards, whatever comes of it.
+
+        Raises DeviceFault if the fault stays: its cause persists, or the amplifier has no reset command.
+        """
 
     def close(self) -> None:
         """`disable()` and let go.  Idempotent."""

@@ -21,6 +21,7 @@ from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.cli_bench import bench_app
 from platform_daemon.cli_calibrate import calibrate_app
+from platform_daemon.cli_devices import devices, reset_amplifier
 from platform_daemon.cli_diagnose import diagnose
 from platform_daemon.cli_diagnose_live import FilesOrLive
 from platform_daemon.cli_emulate import emulate
@@ -45,7 +46,7 @@ from platform_daemon.cli_options import (
 )
 from platform_daemon.cli_planning import predict
 from platform_daemon.cli_slide import slide
-from platform_daemon.cli_tables import fit_table_text, print_devices, print_info
+from platform_daemon.cli_tables import fit_table_text, print_info
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 config_app = typer.Typer(help="Configuration files.")
@@ -54,6 +55,8 @@ app.add_typer(bench_app, name="bench")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(models_app, name="models")
 app.command()(adopt)
+app.command()(devices)
+app.command()(reset_amplifier)
 app.command()(emulate)
 app.command()(fit)
 app.command()(predict)
@@ -278,27 +281,6 @@ def plot(
     must_not_exist(target, force)
     save_png(picture(recording, frame, variant_named(variant, models), parse_window(window), term or ()), target)
     print(target)
-
-
-@app.command()
-def devices(
-    platform: PlatformOption = "simulated",
-    overrides: SetOption = None,
-    endpoints: EndpointsOption = None,
-    json_file: JsonOption = None,
-    force: ForceOption = False,
-) -> None:
-    """List what is there: identity, state and error of each device.  Exit code 1 if one is missing."""
-    from drivers.inventory import find_devices
-    from platform_daemon.settings import load_platform
-
-    file = load_platform(platform, overrides or (), endpoints)
-    must_not_exist(json_file, force)
-    reports = [report.as_dict() for report in find_devices(file.section)]
-    print_devices(reports)
-    write_json(json_file, {"platform": file.section.name, "devices": reports})
-    if any(report["error"] for report in reports):
-        raise typer.Exit(1)
 
 
 @config_app.command("check")

@@ -10,6 +10,7 @@ from sim_backend.drive import Interval
 from sim_backend.options import AmplifierOptions
 
 OVER_TEMPERATURE = "over-temperature"
+OVER_CURRENT = "over-current"
 
 
 class PowerStage:

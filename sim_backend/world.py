@@ -26,7 +26,7 @@ from sim_backend.faults import FaultPlan
 from sim_backend.hidden import NONE
 from sim_backend.inserted import Dipole
 from sim_backend.options import SimulatedOptions
-from sim_backend.power import OVER_TEMPERATURE, PowerStage
+from sim_backend.power import OVER_CURRENT, OVER_TEMPERATURE, PowerStage
 from sim_backend.rotor import Rotor, effective
 from sim_backend.shot import ShotResult, after, commanded, conductance, cut_short, simulate
 from sim_backend.shot_setup import ShotSetup
@@ -161,8 +161,7 @@ class World:
             now = self.clock.monotonic_s()
             self.shots += 1
             faults = self.faults.at(self.shots)
-            if self.options.amplifier.trip_temperature_c < self.amplifier_temperature_c():
-                self.power.trip(now, OVER_TEMPERATURE)
+            self._trip_if_too_hot(now)
             rotor, resting = self._rotor_for_shot(now), self._rest_until(now)
             dipole, where = self._instead or (None, rotor.position_m if rotor else np.zeros(3))
             self._setup = ShotSetup(
@@ -265,6 +264,22 @@ class World:
                 self._relive()
             self._check_idle()
 
+    def trip_amplifier(self) -> None:
+        """Latch a fault now whose cause is gone at once."""
+        with self.lock:
+            if self.power.trip(self.clock.monotonic_s(), OVER_CURRENT) and self._running:
+                self._relive()
+
+    def reset_amplifier(self) -> str | None:
+        """Disable, mute and clear the latched fault; the one that stays because its cause does, None: all is well."""
+        self.refresh()
+        with self.lock:
+            self.amplifier(enabled=False, muted=True)
+            now = self.clock.monotonic_s()
+            self.power.reset(now)
+            self._trip_if_too_hot(now)
+            return self.power.fault
+
     def idle_lines(self, *, pa_gate: bool, rx_connect: bool) -> None:
         """Levels of the digital lines while nothing is played; the contacts follow at once."""
         with self.lock:
@@ -347,6 +362,10 @@ class World:
 
     # --- inside the lock
 
+    def _trip_if_too_hot(self, now_s: float) -> None:
+        if self.options.amplifier.trip_temperature_c < self.amplifier_temperature_c():
+            self.power.trip(now_s, OVER_TEMPERATURE)
+
     def _at_rest(self, rotor: Rotor) -> Resting:
         return at_rest(self.clock.monotonic_s(), parameters(rotor, undeclared=self.options.undeclared))
 
@@ -386,7 +405,7 @@ class World:
             self.lna_overloaded |= new(result.heard.overload_s)
         self.power.clipped |= new(result.clipped_s)
         if "amplifier_trip" in setup.faults and new(setup.trip_s()):
-            self.power.trip(setup.start_s + elapsed_s, "over-current")
+            self.power.trip(setup.start_s + elapsed_s, OVER_CURRENT)
         for t, cause in result.violations:
             if new(t):
                 self._violations.append(Violation(setup.start_s + t, setup.number, cause))

@@ -302,3 +302,9 @@ def test_the_package_runs_from_any_folder(tmp_path):
     assert done.returncode == 0
     assert done.stdout.strip() == "0.1.0"
     assert os.listdir(tmp_path) == []
+
+
+def test_reset_amplifier_says_what_it_found():
+    done = run("reset-amplifier")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == "no fault was latched; the amplifier is disabled and muted\n"

@@ -9,6 +9,7 @@ from drivers.identity import Identity
 from drivers.power_amplifier import AmplifierStatus
 
 WHERE = "power_amplifier"
+BY_HAND = "remove the cause, then switch the amplifier's mains off and on"
 
 
 class CardPins(Protocol):
@@ -46,7 +47,7 @@ class PlainAmplifier:
         """See PowerAmplifier."""
         fault = self._fault_text()
         if fault is not None:
-            raise DeviceFault(f"fault latched: {fault}", where=WHERE, remedy="reset the amplifier by hand")
+            raise DeviceFault(f"fault latched: {fault}", where=WHERE, remedy=BY_HAND)
         self._wanted = True
 
     def disable(self) -> None:
@@ -65,11 +66,16 @@ class PlainAmplifier:
         self._card.set_pin(*self._enable, high=True)
 
     def reset_fault(self) -> None:
-        """See PowerAmplifier.  Raises DeviceFault if the pin still reports it: there is no wire to reset it."""
+        """See PowerAmplifier.  It has no wire for that: all there is is to take the enable pin away."""
         self.disable()
         fault = self._fault_text()
         if fault is not None:
-            raise DeviceFault(fault, where=WHERE, remedy="reset the amplifier by hand")
+            raise DeviceFault(
+                f"the fault stays: {fault}",
+                where=WHERE,
+                why=f"an amplifier on digital lines has no reset, and with {self._enable[1]} low it did not recover",
+                remedy=BY_HAND,
+            )
 
     def close(self) -> None:
         """See PowerAmplifier."""

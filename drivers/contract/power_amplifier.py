@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
-from drivers.errors import DeviceStateError
+from drivers.errors import DeviceFault, DeviceStateError
 from drivers.platform import Platform
 from drivers.power_amplifier import PowerAmplifier
 
 
 class AmplifierContract:
-    """Offer the fixture `amplifier` or `platform`."""
+    """Offer the fixture `amplifier` or `platform`, and `trip` if there is a way to make the amplifier latch a fault."""
 
     @pytest.fixture(scope="class")
     @classmethod
     def amplifier(cls, platform: Platform) -> PowerAmplifier:
         """The amplifier under test."""
         return platform.amplifier
+
+    @pytest.fixture
+    def trip(self) -> Callable[[], None]:
+        """Makes the amplifier latch a fault whose cause is gone at once."""
+        pytest.skip("nothing here can trip the amplifier")
 
     @pytest.fixture(autouse=True)
     def _off(self, amplifier: PowerAmplifier) -> Iterator[None]:
@@ -77,6 +82,28 @@ class AmplifierContract:
         amplifier.reset_fault()
         assert not amplifier.status().enabled
         assert amplifier.status().fault is None
+
+    def test_a_trip_takes_the_power_away_at_once(self, amplifier: PowerAmplifier, trip: Callable[[], None]) -> None:
+        """Enabled and unmuted as it was."""
+        amplifier.enable()
+        amplifier.unmute()
+        trip()
+        assert amplifier.status().fault
+        assert not amplifier.status().can_put_out_power
+        amplifier.reset_fault()
+
+    def test_a_fault_stays_latched_until_it_is_reset(self, amplifier: PowerAmplifier, trip: Callable[[], None]) -> None:
+        """Disabling does not clear it, enabling raises DeviceFault; after the reset the amplifier is as new."""
+        trip()
+        amplifier.disable()
+        with pytest.raises(DeviceFault):
+            amplifier.enable()
+        assert amplifier.status().fault
+        amplifier.reset_fault()
+        assert amplifier.status().fault is None
+        assert not amplifier.status().enabled
+        amplifier.enable()
+        assert amplifier.status().muted
 
     def test_any_thread_may_disable_it(self, amplifier: PowerAmplifier) -> None:
         """While another one talks to it."""

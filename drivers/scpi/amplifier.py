@@ -71,13 +71,14 @@ class ScpiAmplifier:
         self._confirm(on=True)
 
     def reset_fault(self) -> None:
-        """See PowerAmplifier.  Raises DeviceFault if the fault stays."""
+        """See PowerAmplifier.  Off comes first: an amplifier may go on where it was as soon as its fault is gone."""
+        self.disable()
         if self._do.reset_fault:
             self._command(self._do.reset_fault)
-        self.disable()
+            self.disable()
         fault = self._fault()
         if fault is not None:
-            raise DeviceFault(f"the fault stays: {fault}", where=self._exchange.where, remedy="remove its cause")
+            raise DeviceFault(f"the fault stays: {fault}", where=self._exchange.where, **self._what_to_do())
 
     def close(self) -> None:
         """See PowerAmplifier."""
@@ -85,6 +86,13 @@ class ScpiAmplifier:
             self.disable()
         finally:
             self._exchange.close()
+
+    def _what_to_do(self) -> dict[str, str]:
+        """Why a fault stays, and the remedy."""
+        if self._do.reset_fault:
+            return {"remedy": "remove its cause, let the amplifier cool down, then reset again"}
+        why = "power_amplifier.commands.reset_fault is empty: this model has no such command"
+        return {"why": why, "remedy": "switch its mains off and on"}
 
     def _make_safe(self, exchange: Exchange) -> None:
         """After every opening: no old errors, and off, whatever it was before."""

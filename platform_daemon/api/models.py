@@ -52,6 +52,40 @@ class CalibrationBody(CalibrationRequest):
     )
 
 
+class AmplifierModel(BaseModel):
+    """The power amplifier as read back; fault: null if healthy."""
+
+    enabled: bool
+    muted: bool
+    fault: str | None
+    temperature_c: float | None
+    clipped: bool
+
+
+class ResetModel(BaseModel):
+    """What the fault was (null: there was none), and the amplifier after the reset."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "fault": "over-current",
+                    "power_amplifier": {
+                        "enabled": False,
+                        "muted": True,
+                        "fault": None,
+                        "temperature_c": 31.5,
+                        "clipped": False,
+                    },
+                }
+            ]
+        }
+    )
+
+    fault: str | None
+    power_amplifier: AmplifierModel
+
+
 class FitBody(BaseModel):
     """A fit of a stored recording; window: "n50", "d30" or seconds; variant: thread, jewel or another declared model;
     default: what the recording says.  terms: further torque terms, as quadratic_drag.

@@ -10,6 +10,7 @@ from fastapi.responses import JSONResponse
 
 from platform_daemon import __version__
 from platform_daemon.api.context import Shared
+from platform_daemon.api.models import ProblemModel, ResetModel
 from platform_daemon.api.problems import problem_kinds
 from platform_daemon.engine.engine import UnknownId
 from platform_daemon.settings import load_sequence, load_specimen, shipped
@@ -77,6 +78,22 @@ async def stop(context: Shared) -> dict[str, str]:
     # Threads of its own: downloads and other long requests must not make it wait.
     await anyio.to_thread.run_sync(context.engine.outputs_off, limiter=anyio.CapacityLimiter(1))
     return {"status": "outputs are off, acquisitions are cancelled"}
+
+
+@router.post(
+    "/devices/power_amplifier/reset",
+    summary="Clear the amplifier's latched fault after a trip",
+    response_model=ResetModel,
+    responses={409: {"model": ProblemModel}, 502: {"model": ProblemModel}},
+)
+def reset_amplifier(context: Shared) -> dict[str, Any]:
+    """Find the cause of the trip first.
+
+    Puts no power out: the amplifier is disabled and muted afterwards, and the next series begins with its self-test.
+    409 while a series or a calibration runs; 502 if the fault stays, because its cause persists or the amplifier has
+    no reset command.  Without a fault there is nothing to clear: `fault` is null.
+    """
+    return context.engine.reset_fault()
 
 
 @router.get("/problems/{kind}", summary="What a kind of problem means")

@@ -8,14 +8,15 @@ from drivers.platform import Platform
 from platform_daemon.engine.calibration_bench import CalibrationBench, CalibrationRequest, CalibrationWork
 from platform_daemon.engine.calibration_receive import ReceiveCalibrationWork
 from platform_daemon.engine.calibration_transmit import TransmitCalibrationWork
+from platform_daemon.engine.self_test import SelfTest
 from sequences.compiler import TransmitSide
 
 __all__ = ["CalibrationRequest", "CalibrationWork", "calibration_work"]
 
 
 def calibration_work(
-    platform: Platform, request: CalibrationRequest, side: TransmitSide, folder: Path
+    platform: Platform, request: CalibrationRequest, side: TransmitSide, folder: Path, self_test: SelfTest
 ) -> CalibrationWork:
     """The checked work of a calibration; nothing moves.  Raises ConfigError, InputError."""
     bench = CalibrationBench(platform, request, side, folder)
-    return ReceiveCalibrationWork(bench) if request.kind == "receive" else TransmitCalibrationWork(bench)
+    return ReceiveCalibrationWork(bench) if request.kind == "receive" else TransmitCalibrationWork(bench, self_test)

@@ -14,6 +14,7 @@ from platform_daemon.calibration.phasors import combine, segment_phasors
 from platform_daemon.calibration.transmit import TransmitResult, transmit_result
 from platform_daemon.engine.calibration_bench import NO_PRODUCT, CalibrationBench
 from platform_daemon.engine.jobs import Job
+from platform_daemon.engine.self_test import SelfTest
 from platform_daemon.store import add_transmit_calibration
 from sequences.tones import ToneShot, coil_drive, coil_tones
 
@@ -23,11 +24,12 @@ LOOP_TIMES = 12  # L/R: the current of a coil is in its steady state after so ma
 
 
 class TransmitCalibrationWork:
-    """Coil after coil, every frequency one shot, the probe at the rotor's place: field per volt."""
+    """Coil after coil, every frequency one shot, the probe at the rotor's place: field per volt.  The self-test comes
+    first: these shots put power out."""
 
-    def __init__(self, bench: CalibrationBench) -> None:
+    def __init__(self, bench: CalibrationBench, self_test: SelfTest) -> None:
         """Raises ConfigError, InputError."""
-        self._bench, self._probe = bench, _field_probe(bench.platform)
+        self._bench, self._probe, self._self_test = bench, _field_probe(bench.platform), self_test
         for f in self._bench.frequencies_hz:
             for k in range(len(self._bench.side.channels)):
                 self._shot(k, f)
@@ -38,7 +40,10 @@ class TransmitCalibrationWork:
         return len(self._bench.side.channels) * self._bench.frequencies_hz.size * self._bench.request.repetitions
 
     def __call__(self, job: Job) -> None:
-        """See CalibrationWork."""
+        """See CalibrationWork.  Raises also SelfTestFailed."""
+        if self._self_test.enabled:
+            job.at(0, "self-test")
+            self._self_test(job.cancel_requested.is_set)
         try:
             self._bench.place(job, self._probe.put, "put the field probe at the resonator's place, along the axes")
             coils = range(len(self._bench.side.channels))

@@ -21,6 +21,7 @@ from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
+from platform_daemon.engine.reset import reset_amplifier
 from platform_daemon.engine.self_test import SelfTest, SelfTestOptions
 from platform_daemon.engine.status import Readback
 from sequences.compiler import TransmitSide
@@ -41,8 +42,8 @@ class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
-    before each series.  On-line fits and analysis jobs have a thread each, so that neither holds up a shot nor the
-    other.  Raises SequenceRejected if the self-test leaves the limits.
+    before each series and each transmit calibration.  On-line fits and analysis jobs have a thread each, so that
+    neither holds up a shot nor the other.  Raises SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class Engine:
         self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
+        self._hardware = threading.Lock()  # held while a job moves something
         self._closed = threading.Event()
         self._interlock: str | None = None
         self._warm = threading.Event()
@@ -96,7 +98,7 @@ class Engine:
 
     def calibrate(self, request: CalibrationRequest, folder: Path) -> Job:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
-        work = calibration_work(self.platform, request, self.side, folder)
+        work = calibration_work(self.platform, request, self.side, folder, self._self_test)
         job = Job("calibration", request.model_dump(mode="json"), work.shots, "shots")
         return self._submit(job, partial(self._behind_interlock, work))
 
@@ -150,6 +152,18 @@ class Engine:
         finally:
             for job in self._moving():
                 job.request_cancel()
+
+    def reset_fault(self) -> dict[str, Any]:
+        """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
+        if not self._hardware.acquire(blocking=False):
+            remedy = "wait until it has ended, or cancel it"
+            raise DeviceStateError("a series or a calibration is running", where="power_amplifier", remedy=remedy)
+        try:
+            self._prove_off()
+            return reset_amplifier(self.platform)
+        finally:
+            self._refresh()
+            self._hardware.release()
 
     def close(self) -> None:
         """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent."""
@@ -218,7 +232,8 @@ class Engine:
                 continue
             if item is None:
                 return
-            self._run(*item)
+            with self._hardware:
+                self._run(*item)
             self._refresh()
 
     def _keep(self, job: Job) -> None:

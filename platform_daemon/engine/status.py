@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import asdict
 from typing import Any
 
@@ -11,10 +12,11 @@ from drivers.platform import Platform
 
 
 class Readback:
-    """The devices as last read back.  The thread that owns the hardware writes it, anybody may read it."""
+    """The devices as last read back.  One thread at a time writes it, anybody may read it."""
 
     def __init__(self, platform: Platform) -> None:
         self._platform = platform
+        self._lock = threading.Lock()
         self._last_errors: dict[str, dict[str, str]] = {}
         self._rows: dict[str, dict[str, Any]] = {}
         self.devices: list[dict[str, Any]] = []
@@ -23,6 +25,10 @@ class Readback:
     def refresh(self, *, busy: bool = False) -> None:
         """Ask all devices, of a busy platform all but its card.  Raises the first device's error after all have been
         asked."""
+        with self._lock:
+            self._refresh(busy)
+
+    def _refresh(self, busy: bool) -> None:
         now = self._platform.clock.utc().isoformat()
         reports = report_platform(self._platform, busy=busy)
         for each in reports:

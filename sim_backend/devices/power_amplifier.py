@@ -56,10 +56,9 @@ class SimulatedPowerAmplifier:
 
     def reset_fault(self) -> None:
         """See PowerAmplifier."""
-        self._world.refresh()
-        with self._world.lock:
-            self._world.power.reset(self._world.clock.monotonic_s())
-        self.disable()
+        fault = self._world.reset_amplifier()
+        if fault is not None:
+            raise DeviceFault(f"the fault stays: {fault}", where=WHERE, remedy="remove its cause")
 
     def close(self) -> None:
         """See PowerAmplifier."""

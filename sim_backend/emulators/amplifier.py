@@ -6,10 +6,11 @@ from collections import deque
 from collections.abc import Callable
 
 from sim_backend.emulators.scpi import CommandTable, split
+from sim_backend.power import OVER_CURRENT, OVER_TEMPERATURE
 from sim_backend.world import World
 
 IDENTITY = "Simulated,class-D amplifier 3x,{serial},1.0"
-FAULT_NUMBERS = {"over-temperature": 1, "over-current": 2}
+FAULT_NUMBERS = {OVER_TEMPERATURE: 1, OVER_CURRENT: 2}
 QUEUE = 16
 
 Answer = str | None
@@ -89,9 +90,7 @@ class AmplifierScpi:
         return '0,"none"' if fault is None else f'{FAULT_NUMBERS.get(fault, 99)},"{fault}"'
 
     def _reset(self) -> None:
-        with self._world.lock:
-            self._world.power.reset(self._world.clock.monotonic_s())
-        self.off()
+        self._world.reset_amplifier()
 
 
 def _switch(arguments: list[str]) -> bool:

@@ -3,6 +3,7 @@
 truth, violations, outputs, clock, power_log  what only the world knows
 inject {kind, shot}                           a world fault (sim_backend/faults.py); shot absent: the next one
 wire_fault {kind, device, ...}                a fault of the wire (wire_faults.py), from now on
+trip_amplifier                                latches a fault of the amplifier now
 clear_faults, repair                          forget faults to come; replace what broke as well
 mount {specimen}, hold_still                  another resonator (its TOML tables); stop it with a finger
 turn_dipole {axis}                            the reference dipole along an axis in the resonator's place; null: out
@@ -46,6 +47,7 @@ class Control:
             "clock": lambda _: {"world_s": self._world.clock.monotonic_s(), "shots": self._world.shots},
             "inject": self._inject,
             "wire_fault": self._wire_fault,
+            "trip_amplifier": lambda _: self._world.trip_amplifier(),
             "clear_faults": lambda _: self._clear(),
             "repair": lambda _: self._repair(),
             "mount": self._mount,

@@ -76,6 +76,31 @@ def test_stop_cancels_everything_and_the_platform_says_outputs_are_off(client):
     assert state["tx_rx_switch"]["position"] == "transmit"
 
 
+def test_a_latched_trip_is_cleared_by_its_own_command(client):
+    world = client.app.state.context.engine.platform.backends["simulated"].world
+    world.trip_amplifier()
+    failed = finished(client, client.post("/acquisitions", json=SHORT_JEWEL).headers["location"])
+    assert failed["error"]["type"] == "/problems/device-fault"
+    assert "reset" in failed["error"]["remedy"]
+    answer = client.post("/devices/power_amplifier/reset")
+    assert answer.status_code == 200
+    assert answer.json()["fault"] == "over-current"
+    assert answer.json()["power_amplifier"]["fault"] is None
+    assert client.get("/platform").json()["power_amplifier"]["fault"] is None
+    assert finished(client, client.post("/acquisitions", json=SHORT_JEWEL).headers["location"])["state"] == "done"
+
+
+def test_a_fault_is_not_cleared_under_a_running_series(client):
+    location = client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 1000}).headers["location"]
+    while client.get(location).json()["state"] == "queued":
+        time.sleep(0.01)
+    answer = client.post("/devices/power_amplifier/reset")
+    assert answer.status_code == 409
+    assert answer.json()["where"] == "power_amplifier"
+    client.delete(location)
+    assert finished(client, location)["state"] == "cancelled"
+
+
 def test_a_dry_run_says_what_would_happen_and_moves_nothing(client):
     before = len(client.get("/acquisitions").json())
     plan = client.post("/acquisitions/dry-run", json={"resonator": "thread", "shots": 100}).json()

@@ -128,7 +128,12 @@ class TestInASeries:
         world: Any = engine.platform.backends["simulated"].world  # type: ignore[attr-defined]
         tripped = acquire(engine, tmp_path / "first.h5")
         assert "tripped" in str(tripped.error)
-        engine.platform.amplifier.reset_fault()
+        refused = acquire(engine, tmp_path / "refused.h5")
+        assert "fault latched: over-current" in str(refused.error)
+        assert "reset" in refused.error.remedy
+        before = world.shots
+        assert engine.reset_fault()["fault"] == "over-current"
+        assert world.shots == before
         shots = world.shots
         assert acquire(engine, tmp_path / "second.h5", shots=2).error is None
         assert world.shots == shots + 3

@@ -52,8 +52,8 @@ Mended in driver or daemon, with a test each, not by another expectation:
 * A self-test that was itself no good shot ended the series; it is made once more.
 * After shots had been moved to disk beside the next shot, one was lost if that next one was refused in its first chunk.
 
-Left out: `dropped_samples` of the simulated card, a recording that skips 64 samples and says nothing. A latched trip is
-cleared by the amplifier's own means: the daemon refuses shots until then, but has no command for it.
+Left out: `dropped_samples` of the simulated card, a recording that skips 64 samples and says nothing. A latched trip
+stays until somebody resets it, `POST /devices/power_amplifier/reset` ([rest.md](rest.md)).
 """
 
 SHORT = {

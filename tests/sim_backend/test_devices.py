@@ -115,13 +115,21 @@ def test_transmitting_heats_the_amplifier_by_its_share_of_the_energy():
     assert rise * 60.0 / 1000.0 == pytest.approx(0.5 * 0.4866**2 * 4.0 * TX / CLOCK.rate_hz, rel=0.01)
 
 
-def test_an_overheated_amplifier_trips_and_stays_down_until_reset():
-    bench = Bench("thread", amplifier__trip_temperature_c=20.0)
+def test_an_overheated_amplifier_trips_and_stays_down_until_it_is_cool_and_reset():
+    bench = Bench("thread", effects__temperature__enabled=False, amplifier__trip_temperature_c=25.0)
+    bench.amplifier.enable()
+    bench.clock.sleep(600.0)
     bench.shot(rx=610)
     assert bench.amplifier.status().fault == "over-temperature"
     assert bench.truth()["peak_current_a"][0] == 0.0
     with pytest.raises(DeviceFault, match="over-temperature"):
         bench.amplifier.enable()
+    with pytest.raises(DeviceFault, match="the fault stays: over-temperature"):
+        bench.amplifier.reset_fault()
+    assert bench.amplifier.status().fault == "over-temperature"
+    bench.amplifier.disable()
+    bench.clock.sleep(3600.0)
+    assert bench.amplifier.status().fault == "over-temperature"
     bench.amplifier.reset_fault()
     status = bench.amplifier.status()
     assert (status.enabled, status.muted, status.fault) == (False, True, None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.contract import WHOLE_PLATFORM
+from drivers.contract import WHOLE_PLATFORM, AmplifierContract
 from drivers.registry import build_platform
 from platform_daemon.settings import load_platform
 
@@ -22,4 +22,11 @@ def platform(request):
     built.close()
 
 
-TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
+TestCard, TestSwitch, _, TestLna, TestPlatform = WHOLE_PLATFORM
+
+
+class TestAmplifier(AmplifierContract):
+    @pytest.fixture
+    def trip(self, platform):
+        world = platform.backends["simulated"].world
+        return world.trip_amplifier

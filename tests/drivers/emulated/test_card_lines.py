@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from drivers.card_lines.amplifier import PlainAmplifier
 from drivers.contract import AmplifierContract, PlatformContract, SwitchContract
-from drivers.errors import ConfigError
+from drivers.errors import ConfigError, DeviceFault
 from platform_daemon.app import start_engine
 from tests.conftest import acquire
 
@@ -32,6 +33,33 @@ class TestAmplifier(AmplifierContract):
 
 class TestPlatform(PlatformContract):
     pass
+
+
+class Pins:
+    """Of a card; the amplifier's fault output is joined to one of them."""
+
+    def __init__(self, fault):
+        self.levels = {(0, "DIO7_N"): False, (0, "DIO6_N"): fault}
+
+    def pin(self, board, pin):
+        return self.levels[board, pin]
+
+    def set_pin(self, board, pin, high):
+        self.levels[board, pin] = high
+
+
+def test_an_amplifier_on_digital_lines_says_that_it_has_no_reset():
+    pins = Pins(fault=True)
+    amplifier = PlainAmplifier(pins, enable=(0, "DIO7_N"), fault=(0, "DIO6_N"))
+    with pytest.raises(DeviceFault, match="mains off and on"):
+        amplifier.enable()
+    with pytest.raises(DeviceFault, match=r"has no reset.*mains off and on"):
+        amplifier.reset_fault()
+    pins.levels[0, "DIO6_N"] = False  # somebody did
+    amplifier.reset_fault()
+    amplifier.enable()
+    amplifier.unmute()
+    assert pins.levels[0, "DIO7_N"]
 
 
 @pytest.mark.parametrize(

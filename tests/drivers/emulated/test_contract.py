@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from drivers.contract import WHOLE_PLATFORM, CardContract
+from drivers.contract import WHOLE_PLATFORM, AmplifierContract, CardContract
 from drivers.contract.timelines import short_shot
 from drivers.errors import DeviceStateError, ShotRefused
 from drivers.red_pitaya.reader import Reader
@@ -24,7 +24,13 @@ def platform(lab):
     assert lab.violations() == ()
 
 
-TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
+TestCard, TestSwitch, _, TestLna, TestPlatform = WHOLE_PLATFORM
+
+
+class TestAmplifier(AmplifierContract):
+    @pytest.fixture
+    def trip(self, lab):
+        return lambda: lab.control("trip_amplifier")
 
 
 class TestOneCard(CardContract):

@@ -94,6 +94,24 @@ class TestAmplifierContract(AmplifierContract):
         made.close()
 
 
+class TestATrip(AmplifierContract):
+    @pytest.fixture(scope="class")
+    @classmethod
+    def device(cls):
+        return Standard()
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def amplifier(cls, device):
+        made = amplifier(device)
+        yield made
+        made.close()
+
+    @pytest.fixture
+    def trip(self, device):
+        return lambda: setattr(device, "fault", "over-current")
+
+
 def test_an_amplifier_that_was_left_on_is_switched_off_at_the_start():
     for device, commands, words in MODELS.values():
         left_on = device()
@@ -112,6 +130,58 @@ def test_a_latched_fault_keeps_it_off_until_it_is_reset():
     made.reset_fault()
     made.enable()
     assert device.on
+
+
+def test_a_reset_whose_cause_persists_is_a_fault_and_leaves_it_off():
+    class Hot(Standard):
+        def __call__(self, text):
+            return None if text == "STAT:FAULT:RES" else super().__call__(text)
+
+    device = Hot()
+    made = amplifier(device)
+    made.enable()
+    made.unmute()
+    device.fault = "over-temperature"
+    with pytest.raises(DeviceFault, match=r"the fault stays: over-temperature.*cool down"):
+        made.reset_fault()
+    assert not device.on
+
+
+def test_a_reset_switches_off_before_the_fault_goes():
+    heard = []
+
+    class Heard(Standard):
+        def __call__(self, text):
+            heard.append((text, self.on))
+            return super().__call__(text)
+
+    device = Heard()
+    made = amplifier(device)
+    made.enable()
+    made.unmute()
+    device.fault = "over-current"
+    made.reset_fault()
+    assert ("STAT:FAULT:RES", False) in heard
+
+
+def test_a_model_without_a_reset_command_says_so():
+    device = Standard()
+    made = amplifier(device, AmplifierCommands(reset_fault=""))
+    device.fault = "over-current"
+    with pytest.raises(DeviceFault, match=r"reset_fault is empty.*mains off and on"):
+        made.reset_fault()
+
+
+def test_the_reset_command_is_that_of_the_table():
+    class Other(Standard):
+        def __call__(self, text):
+            return super().__call__({"CLEAR:PROT": "STAT:FAULT:RES", "STAT:FAULT:RES": "?"}.get(text, text))
+
+    device = Other()
+    made = amplifier(device, AmplifierCommands(reset_fault="CLEAR:PROT"))
+    device.fault = "over-current"
+    made.reset_fault()
+    assert made.status().fault is None
 
 
 def test_a_fault_between_the_question_and_the_command_is_seen_in_the_error_queue():
