@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import structlog
 import typer
+from rich.console import Console
 
 from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
@@ -208,6 +209,7 @@ def measure(
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     interrupted = False
     try:
+        _prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
         try:
             _watch(job)
@@ -234,6 +236,18 @@ def _report_series(job: Any, out: Path, json_file: Path | None) -> None:
     print(f"{job.result.get('shots', 0)} of {int(job.total)} shots" + (f" in {out}" if job.result else ""))
     if job.result:
         write_json(json_file, {"file": str(out), **job.result})
+
+
+def _prepare_fit() -> None:
+    """Before the first shot: kernels that are compiled or loaded meanwhile would lengthen the time between shots."""
+    from platform_daemon.estimation import warm_up
+
+    try:
+        with Console(stderr=True).status("preparing the fit (half a minute the first time)"):
+            warm_up()
+    except KeyboardInterrupt:
+        print("interrupted; outputs are off", file=sys.stderr)
+        raise typer.Exit(130) from None
 
 
 def _watch(job: Any) -> None:
