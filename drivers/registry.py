@@ -154,7 +154,7 @@ def build_platform(
             probe=_instrument(section, backends, "field_probe"),
             transmit_calibration=transmit_calibration,
         )
-        _check_gain(platform)
+        check_gain(platform.calibration, platform.lna.gain())
         return platform
     except Exception as error:
         if isinstance(error, PlatformError):
@@ -171,14 +171,14 @@ def _instrument(section: PlatformSection, backends: Mapping[str, Backend], kind:
     return None if table is None else getattr(backends[table.backend], kind)(table.options())
 
 
-def _check_gain(platform: Platform) -> None:
-    """A calibration made at another gain would scale every moment by the ratio, in silence."""
-    made_at, is_set = platform.calibration.lna_gain, platform.lna.gain()
+def check_gain(calibration: ReceiveCalibration, is_set: float) -> None:
+    """Raises ConfigError if it was made at another gain: it would scale every moment by the ratio, in silence."""
+    made_at = calibration.lna_gain
     if made_at is not None and made_at != is_set:
         raise ConfigError(
             f"the calibration holds for an LNA gain of {made_at:g}, set is {is_set:g}",
             where="lna.gain",
-            why=f"it is {platform.calibration.identifier!r}",
+            why=f"it is {calibration.identifier!r}",
             remedy="set the gain the calibration was made at, or name another calibration",
         )
 

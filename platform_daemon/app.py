@@ -10,53 +10,35 @@ from typing import TextIO
 
 import structlog
 
-from drivers.calibration import ReceiveCalibration
-from drivers.errors import ConfigError, InputError, RecordingError
+from drivers.errors import ConfigError, InputError
 from drivers.registry import build_platform
 from platform_daemon.adopted import Library
 from platform_daemon.api.context import Context
+from platform_daemon.engine.adoption import CalibrationFiles, read_receive
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.journal import Journal
 from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
-from platform_daemon.store import read_calibration, read_transmit_calibration, recover
+from platform_daemon.store import read_transmit_calibration, recover
 
 log = structlog.get_logger()
 
 
 def start_engine(file: PlatformFile, journal: Journal | None = None, models: Library | None = None) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
-    calibration = None if file.calibration_file is None else _calibration_from(file.calibration_file)
+    calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
+    named = CalibrationFiles(file.calibration_file, file.transmit_file)
     try:
         platform = build_platform(file.section, calibration, transmit)
     except ConfigError as error:
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     try:
-        return Engine(platform, file.limits, file.text, journal, models, file.self_test)
+        return Engine(platform, file.limits, file.text, journal, models, file.self_test, named)
     except Exception:
         platform.close()
         raise
-
-
-def _calibration_from(path: Path) -> ReceiveCalibration:
-    c = read_calibration(path)
-    if c.identifier is None or c.date is None:
-        remedy = "add /calibration/identifier and /calibration/date to the file"
-        raise RecordingError("the calibration has no name or date", where=str(path), remedy=remedy)
-    return ReceiveCalibration(
-        sensitivity=c.sensitivity,
-        identifier=c.identifier,
-        date=c.date,
-        lna_gain=c.lna_gain,
-        frequency_hz=c.frequency_hz,
-        frequency_response=c.frequency_response,
-        sensitivity_std=c.sensitivity_std,
-        valid_hz=c.valid_hz,
-        valid_c=c.valid_c,
-        temperature_c=c.temperature_c,
-    )
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Response
 
 from drivers.errors import DeviceStateError
 from platform_daemon.api.context import Shared, job_body
-from platform_daemon.api.models import CalibrationBody, JobModel, ProblemModel
+from platform_daemon.api.models import AdoptionBody, CalibrationBody, InUseModel, JobModel, ProblemModel
 from platform_daemon.engine.jobs import Job
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
@@ -39,12 +39,27 @@ class CalibrationJobModel(JobModel):
 def start_calibration(body: CalibrationBody, response: Response, context: Shared) -> dict[str, Any]:
     """Queue a calibration.
 
-    It waits its turn among the acquisitions and writes a new version of its file, which the platform file may name; the
-    running daemon goes on with the calibration it started with.
+    It waits its turn among the acquisitions and writes a new version of its file.  The daemon goes on with the
+    calibration it has until it is told to use this one: POST /calibrations/adopt.
     """
     job = context.engine.calibrate(body, context.calibrations)
     response.headers["Location"] = f"/calibrations/{job.identifier}"
     return _body(job)
+
+
+@router.post(
+    "/adopt",
+    summary="Use a calibration from the next series on",
+    response_model=InUseModel,
+    responses={409: {"model": ProblemModel}, 422: {"model": ProblemModel}},
+)
+def adopt_calibration(body: AdoptionBody, context: Shared) -> dict[str, Any]:
+    """Use a calibration that a job has written, or read the file that the platform file names anew.
+
+    It holds until the daemon ends: name it in the platform file to keep it.  409 while a series or a calibration runs
+    or waits.
+    """
+    return context.engine.adopt(body, context.calibrations)
 
 
 @router.get("", summary="All calibrations", response_model=list[CalibrationJobModel])

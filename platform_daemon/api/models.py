@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from platform_daemon.engine.adoption import AdoptionRequest
 from platform_daemon.engine.calibration import CalibrationRequest
 from platform_daemon.engine.request import AcquisitionRequest
 from platform_daemon.planning import PAPER_NOISE_AM2_PER_S
@@ -50,6 +51,39 @@ class CalibrationBody(CalibrationRequest):
             ]
         }
     )
+
+
+class AdoptionBody(AdoptionRequest):
+    """A calibration to use from the next series on."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"kind": "receive", "calibration": "lab@2_20261121"}, {"kind": "transmit"}]}
+    )
+
+
+class NamedCalibration(BaseModel):
+    """Name and date (ISO 8601) of a calibration."""
+
+    identifier: str
+    date: str
+
+
+class InUseModel(BaseModel):
+    """The calibrations in use; transmit null: coils as the platform file declares them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {
+                    "calibration": {"identifier": "lab@2_20261121", "date": "2026-11-21T10:15:00+00:00"},
+                    "transmit_calibration": None,
+                }
+            ]
+        }
+    )
+
+    calibration: NamedCalibration
+    transmit_calibration: NamedCalibration | None
 
 
 class AmplifierModel(BaseModel):

@@ -16,19 +16,21 @@ from drivers.errors import DeviceStateError, InputError, InterlockError, Platfor
 from drivers.platform import Platform
 from platform_daemon.adopted import Library
 from platform_daemon.engine.acquisition import Acquisition
+from platform_daemon.engine.adoption import AdoptionRequest, CalibrationFiles, Chain
 from platform_daemon.engine.calibration import CalibrationRequest, calibration_work
 from platform_daemon.engine.jobs import Job, JobState
 from platform_daemon.engine.journal import Journal
 from platform_daemon.engine.live import LiveHarmonics
 from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
 from platform_daemon.engine.reset import reset_amplifier
-from platform_daemon.engine.self_test import SelfTest, SelfTestOptions
+from platform_daemon.engine.self_test import SelfTestOptions
 from platform_daemon.engine.status import Readback
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
 log = structlog.get_logger()
 ON_HARDWARE = ("acquisition", "calibration")  # kinds of jobs that move something
+JUST_ENDED_S = 1.0  # how long after its end a job may still hold the hardware
 IDLE_S = 1.0  # how often the state is read back while nothing runs
 
 
@@ -42,8 +44,9 @@ class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
-    before each series and each transmit calibration.  On-line fits and analysis jobs have a thread each, so that
-    neither holds up a shot nor the other.  Raises SequenceRejected if the self-test leaves the limits.
+    before each series and each transmit calibration; files: of calibrations, as the platform file names them.  On-line
+    fits and analysis jobs have a thread each, so that neither holds up a shot nor the other.  Raises SequenceRejected
+    if the self-test leaves the limits.
     """
 
     def __init__(
@@ -54,18 +57,19 @@ class Engine:
         journal: Journal | None = None,
         models: Library | None = None,
         self_test: SelfTestOptions | None = None,
+        files: CalibrationFiles = CalibrationFiles(),  # noqa: B008 frozen
     ) -> None:
         self.platform = platform
         self.config_text = config_text
         self.live = LiveHarmonics()
-        self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
-        self._self_test = SelfTest(platform, self.side, self_test or SelfTestOptions())
+        self._chain = Chain(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
         self._journal = journal or Journal(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
         self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
+        self._planning = threading.RLock()  # held while a job is made from what the platform is now
         self._hardware = threading.Lock()  # held while a job moves something
         self._closed = threading.Event()
         self._interlock: str | None = None
@@ -75,12 +79,28 @@ class Engine:
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
         self._thread.start()
 
+    @property
+    def side(self) -> TransmitSide:
+        """What sequences are planned for now."""
+        return self._chain.side
+
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
         return plan_acquisition(request, self.side, self._models)
 
     def acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False) -> Job:
-        """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended."""
+        """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
+
+        Raises DeviceStateError if the transmit side is no longer the one it was planned for.
+        """
+        with self._planning:
+            if plan.side is not self.side:
+                raise DeviceStateError(
+                    "the transmit calibration has changed since the plan was made", remedy="plan anew"
+                )
+            return self._acquire(plan, target, folder, overwrite=overwrite)
+
+    def _acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool) -> Job:
         job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
         path = target or folder / f"{job.identifier}.h5"
         work = Acquisition(
@@ -92,15 +112,29 @@ class Engine:
             self.live,
             overwrite=overwrite,
             in_shot=partial(self._refresh, busy=True),
-            self_test=self._self_test,
+            self_test=self._chain.self_test,
         )
         return self._submit(job, partial(self._behind_interlock, work))
 
     def calibrate(self, request: CalibrationRequest, folder: Path) -> Job:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
-        work = calibration_work(self.platform, request, self.side, folder, self._self_test)
-        job = Job("calibration", request.model_dump(mode="json"), work.shots, "shots")
-        return self._submit(job, partial(self._behind_interlock, work))
+        with self._planning:
+            work = calibration_work(self.platform, request, self.side, folder, self._chain.self_test)
+            job = Job("calibration", request.model_dump(mode="json"), work.shots, "shots")
+            return self._submit(job, partial(self._behind_interlock, work))
+
+    def adopt(self, request: AdoptionRequest, folder: Path) -> dict[str, Any]:
+        """Use another calibration, of `folder`, from the next series on; what is in use then.
+
+        Raises InputError for a file that is none or not one of this platform, DeviceStateError while a series or a
+        calibration runs or waits: each ends with what it began with.
+        """
+        with self._planning:
+            if any(not job.state.final for job in self._moving()):
+                remedy = "wait until all have ended, or cancel them"
+                raise DeviceStateError("a series or a calibration runs or waits", where="calibration", remedy=remedy)
+            self._chain.adopt(request, folder)
+            return self._chain.in_use()
 
     def analyse(
         self,
@@ -132,7 +166,8 @@ class Engine:
         moving = self._moving()
         running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
         waiting = [j.identifier for j in moving if j.state is JobState.QUEUED]
-        return {**self._readback.status, "interlock": self._interlock, "running": running, "queued": waiting}
+        jobs = {"interlock": self._interlock, "running": running, "queued": waiting}
+        return {**self._readback.status, **self._chain.in_use(), **jobs}
 
     def devices(self) -> list[dict[str, Any]]:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
@@ -155,7 +190,7 @@ class Engine:
 
     def reset_fault(self) -> dict[str, Any]:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
-        if not self._hardware.acquire(blocking=False):
+        if not self._hardware.acquire(timeout=JUST_ENDED_S):
             remedy = "wait until it has ended, or cancel it"
             raise DeviceStateError("a series or a calibration is running", where="power_amplifier", remedy=remedy)
         try:

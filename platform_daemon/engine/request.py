@@ -44,7 +44,8 @@ class AcquisitionRequest(BaseModel):
 
 @dataclass(frozen=True)
 class AcquisitionPlan:
-    """Everything decided: specimen, the model of the fits, the checked shots (blank ones first), the settle check."""
+    """Everything decided: specimen, the model of the fits, the checked shots (blank ones first), the settle check, and
+    the transmit side that all this holds for."""
 
     request: AcquisitionRequest
     specimen: Specimen
@@ -54,6 +55,7 @@ class AcquisitionPlan:
     excited: ShotPlan
     blank: ShotPlan
     settle: Settling
+    side: TransmitSide
 
     @property
     def shots(self) -> list[ShotPlan]:
@@ -100,4 +102,4 @@ def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Li
     excited = compile_shot(sequence, side)
     blank = compile_shot(sequence, side, blank=True)
     check = settling(excited, specimen, side.limits.settle_warning)
-    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check)
+    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side)

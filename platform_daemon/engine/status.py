@@ -55,6 +55,5 @@ def _status(platform: Platform, found: dict[str, DeviceReport]) -> dict[str, Any
         "platform": platform.name,
         **{name: {"identity": asdict(r.identity) if r.identity else None, **r.state} for name, r in found.items()},
         "temperature_c": None if thermometer is None else thermometer.state["temperature_c"],
-        "calibration": {"identifier": platform.calibration.identifier, "date": platform.calibration.date},
         "error": None,
     }

@@ -90,3 +90,40 @@ def test_a_bad_request_is_a_422_problem_and_nothing_moves(client, body, place):
     assert answer.status_code == 422
     assert place in answer.json()["where"]
     assert len(client.get("/calibrations").json()) == jobs
+
+
+def test_a_calibration_is_in_use_from_the_moment_it_is_adopted(client):
+    job = until(client, client.post("/calibrations", json={**SHORT, "name": "new"}).headers["location"], ended)
+    name = job["result"]["calibration"]
+    assert client.get("/platform").json()["calibration"]["identifier"] != name
+    answer = client.post("/calibrations/adopt", json={"kind": "receive", "calibration": name})
+    assert answer.status_code == 200
+    assert answer.json()["calibration"]["identifier"] == name
+    assert answer.json()["transmit_calibration"] is None
+    assert client.get("/platform").json()["calibration"] == answer.json()["calibration"]
+
+
+def test_nothing_is_adopted_while_a_calibration_waits_for_its_operator(client, monkeypatch):
+    monkeypatch.setattr(client.engine.platform.reference, "turn", lambda axis: False)
+    location = client.post("/calibrations", json=SHORT).headers["location"]
+    until(client, location, lambda j: j["question"])
+    answer = client.post("/calibrations/adopt", json={"kind": "transmit"})
+    assert answer.status_code == 409
+    client.delete(location)
+    until(client, location, ended)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        {"kind": "both"},
+        {"kind": "receive", "calibration": "../secret"},
+        {"kind": "receive", "calibration": "a@9_20260101"},
+    ],
+)
+def test_what_cannot_be_adopted_is_a_422_problem(client, body):
+    before = client.get("/platform").json()["calibration"]
+    answer = client.post("/calibrations/adopt", json=body)
+    assert answer.status_code == 422
+    assert answer.json()["remedy"]
+    assert client.get("/platform").json()["calibration"] == before
