@@ -13,7 +13,7 @@ from .effects.base import Candidate
 from .hypothesis import Hypothesis
 from .normal import solved
 from .picture import Block, Picture
-from .refit import Refit, carried, refit
+from .refit import Refit, following, refit
 from .signs import signs_allowed
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
@@ -93,7 +93,10 @@ def _checked(at: Refit, effect: Candidate, rival: Rival, pool: Executor) -> Riva
         rival.candidate
     )
     try:
-        found = refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+        found = refit(at.started, hypothesis, pool, *following(at, hypothesis))
+        if found.chi2 - at.chi2 > max(rival.gain, TOLD_APART) * at.noise_factor:
+            # Nothing is worse than nothing in the effect's place: the way down leads from the shots' own fits.
+            found = refit(at.started, hypothesis, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     if not signs_allowed(found):

@@ -13,7 +13,7 @@ from .effects.base import Candidate
 from .heldout import HeldOut, held_out
 from .lookalikes import Rival, gain_of, rivals
 from .picture import Picture
-from .refit import Refit, carried, refit
+from .refit import Refit, following, refit
 from .search import Found
 
 _OPTIONS = 4  # look-alikes that held-out data choose from
@@ -71,7 +71,7 @@ def without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
     if not hypothesis.effects:
         return base
     try:
-        found = refit(at.started, hypothesis, pool, at.states, carried(at, hypothesis))
+        found = refit(at.started, hypothesis, pool, *following(at, hypothesis))
     except (LostTrajectoryError, np.linalg.LinAlgError):
         found = base
     # Far from what the shots do without it, the way down leads from their own fits.

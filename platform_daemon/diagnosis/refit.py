@@ -173,6 +173,23 @@ def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
     return out
 
 
+def following(at: Refit, hypothesis: Hypothesis) -> tuple[list[FitState], np.ndarray]:
+    """States and strengths of a refit as a beginning for another hypothesis.
+
+    What that one lacks, the shots' own parameters take up as well as they can, to first order: left where they were,
+    they would describe another motion.
+    """
+    kept = {c.key for c in hypothesis.common}
+    step = np.zeros(at.hypothesis.size)
+    for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True):
+        if c.key not in kept:
+            step[s] = -at.strengths[s]
+    states = list(at.states)
+    if step.any():
+        states = [s.moved(a.own_step(step)) for s, a in zip(states, at.linear, strict=True)]
+    return states, carried(at, hypothesis)
+
+
 def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linear:
     """One shot at a state of the declared model with the strengths put in.
 

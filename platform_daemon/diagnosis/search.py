@@ -20,7 +20,7 @@ from .effects.base import Candidate
 from .generic import Residues, residues
 from .hypothesis import Hypothesis
 from .picture import Block, Picture, Score, picture
-from .refit import Refit, carried, refit
+from .refit import Refit, following, refit
 from .scan import leftovers, side_modes, steady, tones, transients
 from .sets import pairs, singles, triples
 from .significance import LEVEL, log_chance
@@ -298,7 +298,7 @@ class _Search:
     def _refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
         """From another refit; what is new begins at 0, so that the shots' own parameters can follow it."""
         try:
-            return refit(self._base.started, hypothesis, self._pool, at.states, carried(at, hypothesis))
+            return refit(self._base.started, hypothesis, self._pool, *following(at, hypothesis))
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return None
 

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 
 from platform_daemon.diagnosis import as_json, diagnose
+from platform_daemon.diagnosis.diagnose import candidates_for
 from platform_daemon.diagnosis.hypothesis import Hypothesis
+from platform_daemon.diagnosis.lookalikes import rivals
 from platform_daemon.diagnosis.parameters import published
+from platform_daemon.diagnosis.picture import picture
 from platform_daemon.diagnosis.pool import shot_pool
 from platform_daemon.diagnosis.refit import refit
 from platform_daemon.diagnosis.start import start
@@ -50,6 +53,22 @@ def test_the_decimated_shots_say_what_all_samples_say():
             if value.std is not None:
                 assert value.value == pytest.approx(alone[name].value, abs=0.2 * value.std), name
                 assert value.std == pytest.approx(alone[name].std, rel=0.05), name
+
+
+def test_a_look_alike_is_found_though_the_declared_losses_take_up_most_of_either():
+    drag = {"id": "quadratic_drag", "strength": 4.95e-5}
+    shots, _ = shots_with("jewel", [drag], seed=278)
+    model = model_named("jewel")
+    with shot_pool() as pool:
+        started, _ = start(shots, model, pool)
+        base = refit(started, Hypothesis(model), pool)
+        known = {c.effect.id: c for c in candidates_for(base)}
+        friction, truth = known["coulomb_friction"], known["quadratic_drag"]
+        taken = refit(started, Hypothesis(model, (friction,)), pool)
+        (rival,) = rivals(picture(taken, [truth], pool), friction, pool)
+        direct = refit(started, Hypothesis(model, (truth,)), pool)
+    assert direct.chi2 < base.chi2 - 100.0
+    assert rival.refit.chi2 == pytest.approx(direct.chi2, abs=0.5)
 
 
 def test_a_steady_tone_does_not_pass_for_noise():
