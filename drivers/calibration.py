@@ -17,8 +17,9 @@ class ReceiveCalibration:
     sensitivity: (channel, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, all gains up to the ADC input included
     (at the LNA gain `lna_gain`, V/V); frequency_hz: (k,) and frequency_response: (channel, k) complex, multiplies the
     sensitivity, None: flat; identifier and date (ISO 8601) name this calibration in every recording made with it.
-    sensitivity_std: (channel, 3), T/A; valid_hz, valid_c: frequencies Hz and temperatures deg C between which it holds;
-    temperature_c: at which it was made.  None: not said.
+    sensitivity_std: (channel, 3), T/A; p_std: (channel, 3, k), T/A, of P at each frequency, noise alone; relative_std:
+    of all of P together, the reference's own; valid_hz, valid_c: frequencies Hz and temperatures deg C between which
+    it holds; temperature_c: at which it was made.  None: not said.
     """
 
     sensitivity: NDArray[np.float64]
@@ -28,6 +29,8 @@ class ReceiveCalibration:
     frequency_hz: NDArray[np.float64] | None = None
     frequency_response: NDArray[np.complex128] | None = None
     sensitivity_std: NDArray[np.float64] | None = None
+    p_std: NDArray[np.float64] | None = None
+    relative_std: float | None = None
     valid_hz: tuple[float, float] | None = None
     valid_c: tuple[float, float] | None = None
     temperature_c: float | None = None

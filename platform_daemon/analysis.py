@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from drivers.errors import PlatformError
 from platform_daemon import __version__
 from platform_daemon.adopted.names import Variant, notes_of
+from platform_daemon.calibration.propagation import systematic_std
 from platform_daemon.calibration.validity import Conditions, out_of_validity
 from platform_daemon.estimation import (
     FitResult,
@@ -44,12 +45,14 @@ def fit_frame(
     """Calibrate and fit one RX window, (c, n) V; refused if the volts are clipped, whatever the calibration mixes.
 
     noise: of the series that the frame belongs to; None: the frame's own.  taken: under which conditions, for the
-    warnings about a calibration that does not hold for them.
+    warnings about a calibration that does not hold for them.  What its uncertainty does is in `systematic_std`.
     """
     fit = _fit_record(rx_volts, ring_down(rx_volts, rate_hz, calibration), ask, noise)
     f_nat = fit.parameters.get("f_nat_hz")
     said = out_of_validity(calibration, None if f_nat is None else f_nat.value, taken or Conditions())
-    return replace(fit, warnings=(*fit.warnings, *said)) if fit.parameters else fit
+    if not fit.parameters:
+        return fit
+    return replace(fit, warnings=(*fit.warnings, *said), systematic_std=systematic_std(calibration, fit))
 
 
 def _fit_record(
@@ -77,6 +80,7 @@ def frame_report(frame: int, fit: FitResult) -> dict[str, Any]:
         "verdict": fit.verdict,
         "reason": fit.reason,
         "parameters": {n: {"value": e.value, "std": e.std} for n, e in fit.parameters.items()},
+        "systematic_std": dict(fit.systematic_std),
         "r2": fit.r2,
         "nrmse": fit.nrmse,
         "chi2_per_dof": fit.chi2_per_dof,
@@ -100,7 +104,14 @@ _QUALITY = (
 def refused_report(frame: int, reason: str) -> dict[str, Any]:
     """A frame that could not even be offered to the fit."""
     empty = dict.fromkeys(_QUALITY, None)
-    base = {"frame": frame, "verdict": "refused", "reason": reason, "parameters": {}, "samples": 0}
+    base = {
+        "frame": frame,
+        "verdict": "refused",
+        "reason": reason,
+        "parameters": {},
+        "systematic_std": {},
+        "samples": 0,
+    }
     noise = {"source": None, "seconds": 0.0}
     return {**base, **empty, "warnings": [], "notes": [], "seconds": 0.0, "noise": noise}
 
@@ -213,7 +224,14 @@ def file_report(
         "noise": _noise_report(frames),
         "frames": frames,
         "summary": summary(frames),
+        "systematic_std": _systematic_summary(frames),
     }
+
+
+def _systematic_summary(frames: list[dict[str, Any]]) -> dict[str, float]:
+    """The calibration's share in the error of each mean: the same in all frames, so that no mean makes it less."""
+    told = [f["systematic_std"] for f in frames if f["systematic_std"]]
+    return {name: fmean(f[name] for f in told) for name in (told[0] if told else ())}
 
 
 def _noise_report(frames: list[dict[str, Any]]) -> dict[str, Any]:

@@ -9,9 +9,10 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+MOMENT = "m_r_am2"
 COLUMNS = (  # parameter, heading, factor from SI to the unit shown
     ("f_nat_hz", "f_nat / Hz", 1.0),
-    ("m_r_am2", "m_r / mAm²", 1e3),
+    (MOMENT, "m_r / mAm²", 1e3),
     ("lambda_per_s", "λ / s⁻¹", 1.0),
     ("tf_over_i_rad_per_s2", "T_f/I / rad s⁻²", 1.0),
     ("phi_max_rad", "φ_max / °", math.degrees(1)),
@@ -80,6 +81,9 @@ def _notes(report: Mapping[str, Any]) -> list[str]:
             said.setdefault(text, []).append(frame["frame"])
     noise = report["noise"]
     lines = [f"note: {n}" for n in report["notes"]]
+    if MOMENT in report["systematic_std"]:
+        std = 1e3 * report["systematic_std"][MOMENT]
+        lines.append(f"m_r has a systematic standard uncertainty of {std:.2g} mAm² besides, from the calibration")
     if noise["source"] is not None:
         lines.append(f"noise from {noise['source']}, found in {noise['seconds']:.3f} s beside the fits")
     for text, frames in said.items():

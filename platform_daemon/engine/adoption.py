@@ -70,6 +70,8 @@ def read_receive(path: Path) -> ReceiveCalibration:
         frequency_hz=c.frequency_hz,
         frequency_response=c.frequency_response,
         sensitivity_std=c.sensitivity_std,
+        p_std=c.p_std,
+        relative_std=c.relative_std,
         valid_hz=c.valid_hz,
         valid_c=c.valid_c,
         temperature_c=c.temperature_c,

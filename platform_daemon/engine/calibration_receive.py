@@ -95,14 +95,14 @@ class ReceiveCalibrationWork:
                 frequency_hz=found.frequency_hz,
                 frequency_response=found.response,
                 sensitivity_std=found.sensitivity_std,
+                p_std=found.std,
+                relative_std=found.relative_std,
                 valid_hz=self._bench.extent_hz,
                 valid_c=valid_c,
                 temperature_c=celsius,
             )
 
-        path = add_receive_calibration(
-            self._bench.folder, self._bench.request.file_name, made, calibration, found.p, found.std
-        )
+        path = add_receive_calibration(self._bench.folder, self._bench.request.file_name, made, calibration, found.p)
         job.warnings += unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
         if found.chi2_per_dof > NO_PRODUCT:
             job.warnings.append(

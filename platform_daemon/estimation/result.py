@@ -61,6 +61,8 @@ class FitResult:
         inseparable: the two losses of which the window determines the sum only, if there are such.
         window_s: fitted time span from t = 0; samples: per channel; seconds: computing time; iterations: passes
             over samples.
+        systematic_std: by public name, the standard uncertainty that comes from the calibration alone: the same error
+            in all frames, not in std and covariance; empty where the calibration does not say how true it is.
         noise_source: where the noise was measured; noise_seconds: what that took, not in `seconds`.
     """
 
@@ -86,6 +88,7 @@ class FitResult:
     noise_source: str | None = None
     noise_seconds: float = 0.0
     fitted: FittedModel | None = None
+    systematic_std: dict[str, float] = field(default_factory=dict)
 
     def is_fixed(self, name: str) -> bool:
         """True for a parameter of a good result that was held, not estimated."""

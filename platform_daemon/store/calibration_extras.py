@@ -27,10 +27,16 @@ def read_extent(source: Source, where: str) -> dict[str, Any]:
     }
 
 
-def read_std(source: Source, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
-    """Standard deviation of the sensitivity, of its shape."""
-    found = _numbers(source, f"{CALIBRATION}/sensitivity_std")
+def read_std(source: Source, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+    """A table of standard deviations of that shape."""
+    found = _numbers(source, f"{CALIBRATION}/{name}")
     return found if found is not None and found.shape == shape and np.all(found >= 0) else None
+
+
+def read_relative_std(source: Source) -> float | None:
+    """Relative standard deviation of all of P together."""
+    found = read_std(source, "relative_std", ())
+    return None if found is None else float(found)
 
 
 def read_transmit(source: Source) -> TransmitCalibration | None:

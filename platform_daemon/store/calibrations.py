@@ -37,9 +37,8 @@ def add_receive_calibration(
     made: datetime,
     calibration: Callable[[str], Calibration],
     p: NDArray[np.complex128],
-    p_std: NDArray[np.float64],
 ) -> Path:
-    """A new version of a receive calibration, with what was measured: `p` and its standard deviation, (channel, 3, k).
+    """A new version of a receive calibration, with what was measured: `p`, (channel, 3, k).
 
     `calibration` makes it from the identifier it gets.  Raises StorageError, RecordingError if it is not usable.
     """
@@ -49,7 +48,6 @@ def add_receive_calibration(
         check_calibration(found, None, name)
         write_calibration_group(h5, found)
         put(h5, f"{CALIBRATION}/p", p, units="T/A", long_name="measured P, complex, (channel, axis, frequency)")
-        put(h5, f"{CALIBRATION}/p_std", p_std, units="T/A", long_name="of the real and of the imaginary part")
 
     return _add(folder, name, made, fill)
 

@@ -82,6 +82,7 @@ def _calibration(calibration: Calibration | None) -> dict[str, Any] | None:
         "lna_gain": calibration.lna_gain,
         "sensitivity": calibration.sensitivity.tolist(),
         "sensitivity_std": None if calibration.sensitivity_std is None else calibration.sensitivity_std.tolist(),
+        "relative_std": calibration.relative_std,
         "valid_hz": None if calibration.valid_hz is None else list(calibration.valid_hz),
         "valid_c": None if calibration.valid_c is None else list(calibration.valid_c),
         "temperature_c": calibration.temperature_c,

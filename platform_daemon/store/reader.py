@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from drivers.errors import RecordingError
-from platform_daemon.store.calibration_extras import read_extent, read_std, read_transmit
+from platform_daemon.store.calibration_extras import read_extent, read_relative_std, read_std, read_transmit
 from platform_daemon.store.checks import check_calibration
 from platform_daemon.store.hdf5 import Source, open_hdf5
 from platform_daemon.store.layout import (
@@ -172,7 +172,9 @@ def _calibration(source: Source, channels: int | None) -> Calibration | None:
         date=_extra_text(source, "date"),
         lna_gain=_extra_gain(source),
         **read_extent(source, CALIBRATION),
-        sensitivity_std=read_std(source, p.shape),
+        sensitivity_std=read_std(source, "sensitivity_std", p.shape),
+        p_std=None if f is None else read_std(source, "p_std", (*p.shape, f.size)),
+        relative_std=read_relative_std(source),
         transmit=read_transmit(source),
     )
     check_calibration(found, channels, str(source.path))

@@ -68,8 +68,9 @@ class Calibration:
 
     sensitivity: (c, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, at the LNA gain `lna_gain` (V/V, None: not
     said); frequency_hz: (k,) rising, and frequency_response: (c, k) complex128 that multiplies the sensitivity; both
-    None: flat. sensitivity_std: (c, 3) T/A; valid_hz, valid_c: between which frequencies and temperatures it holds;
-    temperature_c: at which it was made; transmit: the measured transmit side. None: not said.
+    None: flat. sensitivity_std: (c, 3) T/A; p_std: (c, 3, k) T/A, of P at each frequency, from noise alone;
+    relative_std: of all of P together, the reference's own; valid_hz, valid_c: between which frequencies and
+    temperatures it holds; temperature_c: at which it was made; transmit: the measured transmit side. None: not said.
     receiver: what an adopted model undoes besides; never part of a file.
     """
 
@@ -80,6 +81,8 @@ class Calibration:
     frequency_hz: NDArray[np.float64] | None = None
     frequency_response: NDArray[np.complex128] | None = None
     sensitivity_std: NDArray[np.float64] | None = None
+    p_std: NDArray[np.float64] | None = None
+    relative_std: float | None = None
     valid_hz: tuple[float, float] | None = None
     valid_c: tuple[float, float] | None = None
     temperature_c: float | None = None

@@ -123,6 +123,11 @@ def write_calibration_group(h5: h5py.File, calibration: Calibration) -> None:
             put(h5, f"{CALIBRATION}/{name}", value, units=units)
     if calibration.sensitivity_std is not None:
         put(h5, f"{CALIBRATION}/sensitivity_std", np.asarray(calibration.sensitivity_std, np.float64), units="T/A")
+    if calibration.p_std is not None:
+        said = "of the real and of the imaginary part of P, (channel, axis, frequency)"
+        put(h5, f"{CALIBRATION}/p_std", np.asarray(calibration.p_std, np.float64), units="T/A", long_name=said)
+    if calibration.relative_std is not None:
+        put(h5, f"{CALIBRATION}/relative_std", calibration.relative_std, units="1")
     _write_extent(h5, CALIBRATION, calibration)
     if calibration.transmit is not None:
         write_transmit_group(h5, calibration.transmit)

@@ -161,6 +161,11 @@ class TestFitsWithIt:
         assert stored is not None
         assert (stored.identifier, stored.valid_hz) == (made["calibration"], tuple(made["valid_hz"]))
         np.testing.assert_array_equal(stored.sensitivity, np.array(made["sensitivity_t_per_a"]))
+        np.testing.assert_array_equal(stored.p_std, np.array(made["p_t_per_a"]["std"]))
+        assert stored.relative_std == made["relative_std"] > 0
+        told = frame["systematic_std"]["m_r_am2"] / truth
+        assert made["relative_std"] <= told < 3 * worst
+        assert job.result["fit"]["systematic_std"]["m_r_am2"] == pytest.approx(frame["systematic_std"]["m_r_am2"])
 
     def test_use_outside_its_frequencies_and_temperatures_is_a_typed_warning(
         self, engine_with: Callable[..., Engine], tmp_path: Path
