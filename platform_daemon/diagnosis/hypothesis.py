@@ -48,8 +48,8 @@ class Hypothesis:
         return replace(self, effects=(*self.effects, *effects))
 
     def without(self, effect: Candidate) -> Hypothesis:
-        """With all but one."""
-        return replace(self, effects=tuple(e for e in self.effects if e is not effect))
+        """With all but one; losses are free again: they may have been negative because of it only."""
+        return replace(self, effects=tuple(e for e in self.effects if e is not effect), gone=())
 
     @cached_property
     def torques(self) -> tuple[Candidate, ...]:

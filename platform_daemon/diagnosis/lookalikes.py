@@ -14,7 +14,7 @@ from .hypothesis import Hypothesis
 from .normal import solved
 from .picture import Block, Picture
 from .refit import Refit, following, refit
-from .signs import signs_allowed
+from .signs import signs_allowed, without_gain_of_energy
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
 _WORTH_A_REFIT = 60.0  # rise by the linear picture that a refit may still bring down
@@ -97,6 +97,7 @@ def _checked(at: Refit, effect: Candidate, rival: Rival, pool: Executor) -> Riva
         if found.chi2 - at.chi2 > max(rival.gain, TOLD_APART) * at.noise_factor:
             # Nothing is worse than nothing in the effect's place: the way down leads from the shots' own fits.
             found = refit(at.started, hypothesis, pool)
+        found = without_gain_of_energy(found, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     if not signs_allowed(found):

@@ -15,6 +15,7 @@ from .lookalikes import Rival, gain_of, rivals
 from .picture import Picture
 from .refit import Refit, following, refit
 from .search import Found
+from .signs import without_gain_of_energy
 
 _OPTIONS = 4  # look-alikes that held-out data choose from
 _BETTER = 2.0  # fall of the held-out chi^2 for which a look-alike takes the place of what is fitted best
@@ -75,7 +76,8 @@ def without(at: Refit, effect: Candidate, base: Refit, pool: Executor) -> Refit:
     except (LostTrajectoryError, np.linalg.LinAlgError):
         found = base
     # Far from what the shots do without it, the way down leads from their own fits.
-    return found if found.chi2 < base.chi2 else refit(at.started, hypothesis, pool)
+    found = found if found.chi2 < base.chi2 else refit(at.started, hypothesis, pool)
+    return without_gain_of_energy(found, pool)
 
 
 def help_of(at: Refit, effect: Candidate, with_it: HeldOut, base: Refit, pool: Executor) -> float:

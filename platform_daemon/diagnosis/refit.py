@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import qr, solve_triangular
@@ -176,18 +176,40 @@ def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
 def following(at: Refit, hypothesis: Hypothesis) -> tuple[list[FitState], np.ndarray]:
     """States and strengths of a refit as a beginning for another hypothesis.
 
-    What that one lacks, the shots' own parameters take up as well as they can, to first order: left where they were,
-    they would describe another motion.
+    Effects that it lacks, and losses that it holds at 0, are taken up by everything else as well as that can, to first
+    order: left where it was, the rest would describe another motion.
     """
-    kept = {c.key for c in hypothesis.common}
-    step = np.zeros(at.hypothesis.size)
+    keys, held = {c.key for c in hypothesis.common}, [3 + k for k in hypothesis.gone if k not in at.hypothesis.gone]
+    kept = np.zeros(at.hypothesis.size, dtype=bool)
     for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True):
-        if c.key not in kept:
-            step[s] = -at.strengths[s]
-    states = list(at.states)
-    if step.any():
-        states = [s.moved(a.own_step(step)) for s, a in zip(states, at.linear, strict=True)]
-    return states, carried(at, hypothesis)
+        kept[s] = c.key in keys
+    if kept.all() and not held:
+        return list(at.states), carried(at, hypothesis)
+    pairs = list(zip(at.states, at.linear, strict=True))
+    rest = [_lacking(a, s, held, np.where(kept, 0.0, at.strengths), kept) for s, a in pairs]
+    common, _ = _common_step(rest, int(kept.sum()))
+    strengths = at.strengths.copy()
+    strengths[kept] += common
+    states = [_at_zero(s.moved(a.own_step(common)), hypothesis.gone) for s, a in zip(at.states, rest, strict=True)]
+    return states, carried(replace(at, strengths=strengths), hypothesis)
+
+
+def _at_zero(state: FitState, gone: Sequence[int]) -> FitState:
+    """The state with these losses at 0."""
+    values = tuple(0.0 if k in gone else q for k, q in enumerate(state.dynamics.values))
+    return replace(state, dynamics=replace(state.dynamics, values=values))
+
+
+def _lacking(a: Linear, state: FitState, held: Sequence[int], gone: Array, kept: np.ndarray) -> Linear:
+    """One shot without some declared parameters (their places `held`) and common strengths, as if these were 0.
+
+    gone (common,): the strengths that are to become 0; kept bool (common,): those that stay in play.
+    """
+    base, free = a.base(), a.free.copy()
+    free[held] = False
+    values = np.array([state.dynamics.values[k - 3] for k in held])
+    residual = a.residual + base[:, held] @ values + a.columns @ gone
+    return Linear(a.seen, a.own, *_factors(base[:, free]), free, a.columns[:, kept], residual)
 
 
 def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linear:
@@ -207,10 +229,15 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
     own = _orthonormal(hypothesis.own_columns(seen).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
+    return Linear(seen, own, *_factors(base), free, columns, residual)
+
+
+def _factors(base: Array) -> tuple[Array, Array, Array]:
+    """Orthonormal columns, triangle and scale of the columns of parameters."""
     norm = np.linalg.norm(base, axis=0)
     scale = 1.0 / np.where(norm > 0.0, norm, 1.0)
     q, triangle = (np.asarray(x, dtype=np.float64) for x in qr(base * scale, mode="economic"))
-    return Linear(seen, own, q, triangle, scale, free, columns, residual)
+    return q, triangle, scale
 
 
 def _orthonormal(columns: Array) -> Array:

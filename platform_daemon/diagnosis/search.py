@@ -24,7 +24,7 @@ from .refit import Refit, following, refit
 from .scan import leftovers, side_modes, steady, tones, transients
 from .sets import pairs, singles, triples
 from .significance import LEVEL, log_chance
-from .signs import negative_losses, signs_allowed, step_allowed
+from .signs import signs_allowed, step_allowed, without_gain_of_energy
 
 _LARGEST_SET = 3
 _LEADERS = 6
@@ -251,7 +251,7 @@ class _Search:
         if not scores:
             return at
         sharp = max(scores, key=lambda pair: pair[0])[1]
-        trial = self._refit(beside.hypothesis.plus(sharp), beside)
+        trial = self._allowed_refit(beside.hypothesis.plus(sharp), beside)
         return at if trial is None or trial.chi2 >= at.chi2 else trial
 
     def _sharpened_own(self, at: Refit, c: Candidate) -> Candidate:
@@ -289,15 +289,15 @@ class _Search:
     def _allowed_refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
         """A refit without losses that would feed energy into the motion: these are held at 0."""
         found = self._refit(hypothesis, at)
-        negative = () if found is None else negative_losses(found)
-        if not negative:
-            return found
-        held = replace(hypothesis, gone=tuple(sorted({*hypothesis.gone, *negative})))
-        return self._refit(held, at)
+        try:
+            return None if found is None else without_gain_of_energy(found, self._pool)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return None
 
     def _refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
-        """From another refit; what is new begins at 0, so that the shots' own parameters can follow it."""
+        """From another refit; None if the motion is lost."""
         try:
+            # What is new begins at 0, so that the shots' own parameters can follow it.
             return refit(self._base.started, hypothesis, self._pool, *following(at, hypothesis))
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return None

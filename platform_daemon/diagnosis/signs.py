@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import replace
 
 from .picture import Block, Score
-from .refit import Refit
+from .refit import Refit, following, refit
 
 _SURELY = 3.0  # standard deviations below 0
 
@@ -22,6 +24,18 @@ def negative_losses(at: Refit) -> tuple[int, ...]:
             if mean < -_SURELY * math.sqrt(variance):
                 found.append(k)
     return tuple(found)
+
+
+def without_gain_of_energy(found: Refit, pool: Executor) -> Refit:
+    """The refit, or another one with the losses that would feed energy into the motion held at 0.
+
+    Raises LostTrajectoryError, LinAlgError.
+    """
+    negative = negative_losses(found)
+    if not negative:
+        return found
+    held = replace(found.hypothesis, gone=tuple(sorted({*found.hypothesis.gone, *negative})))
+    return refit(found.started, held, pool, *following(found, held))
 
 
 def signs_allowed(at: Refit) -> bool:

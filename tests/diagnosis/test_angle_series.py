@@ -5,6 +5,8 @@ import pytest
 
 from drivers.errors import RecordingError
 from platform_daemon.angle_series import is_time_series, read_angles
+from platform_daemon.diagnosis import as_json
+from platform_daemon.diagnosis_shots import diagnose_specimen, load_specimen
 from tests.diagnosis.files import PENDULUM, THREAD, copied, pendulum, swing
 
 
@@ -67,3 +69,13 @@ def test_values_that_are_not_finite_are_said_to_be_so(tmp_path):
     angle[100] = np.nan
     assert not read_angles(pendulum(tmp_path, t, angle)).finite
     assert read_angles(copied(tmp_path, PENDULUM)).finite
+
+
+def test_a_loss_that_the_best_fit_wants_negative_is_held_at_zero_and_the_rest_follows():
+    found = diagnose_specimen(load_specimen([PENDULUM], "thread", "angle"), lambda *_: None)
+    report = as_json(found)
+    assert "lambda_per_s" in report["parameters_before"]
+    assert "lambda_per_s" not in report["parameters_after"]
+    assert any("held at 0" in note for note in report["notes"])
+    assert report["held_out"]["nrmse_after"] < 0.3 * report["held_out"]["nrmse_before"]
+    assert report["verdict"] == "partly_explained"
