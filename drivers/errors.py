@@ -12,7 +12,8 @@ PlatformError                     what, where, why and the remedy; one line on t
 │   ├── DeviceTimeout             no answer in time
 │   ├── DeviceProtocolError       an answer that makes no sense
 │   ├── DeviceFault               the device reports a fault (trip, over-temperature, overload)
-│   └── DeviceStateError          the command does not fit the state the device is in
+│   ├── DeviceStateError          the command does not fit the state the device is in
+│   └── OutputsUnconfirmed        outputs could not be read back as off: power may be on
 ├── InterlockError                the command would connect the receiver to a live amplifier
 └── ShotRefused                   samples are missing, overwritten or corrupted: the shot is not data
 """
@@ -117,6 +118,12 @@ class DeviceStateError(DeviceError):
     """The command does not fit the state the device is in."""
 
     title = "Wrong device state"
+
+
+class OutputsUnconfirmed(DeviceError):
+    """Outputs were told to go off, and could not be read back as off: power may be on."""
+
+    title = "Outputs not confirmed off"
 
 
 class InterlockError(PlatformError):

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration, TransmitChannel
 from drivers.clock import Clock
-from drivers.errors import DeviceError
+from drivers.errors import DeviceError, OutputsUnconfirmed
 from drivers.io_card import IoCard
 from drivers.lna import Lna
 from drivers.power_amplifier import PowerAmplifier
@@ -101,18 +101,19 @@ class Platform:
 
     def outputs_off(self) -> None:
         """Card stopped, amplifier disabled, receiver disconnected, in this order; every step is tried even if another
-        fails, then one DeviceError lists all that failed.  Any thread, any time."""
+        fails, then one OutputsUnconfirmed lists all that failed.  Any thread, any time."""
         steps = (self.card.stop, self.amplifier.disable, self.switch.to_transmit)
-        self._try_all("outputs could not be confirmed off", steps)
+        self._try_all("outputs could not be confirmed off", steps, OutputsUnconfirmed)
 
     def close(self) -> None:
-        """Outputs off and every device let go, the card last: others may hang on its lines; errors as `outputs_off`."""
+        """Outputs off and every device let go, the card last: others may hang on its lines; one DeviceError lists
+        all that failed."""
         devices = (self.amplifier, self.switch, self.lna, self.thermometer, self.card)
         steps = [self.outputs_off, *(d.close for d in devices if d is not None)]
-        self._try_all("the platform did not close cleanly", steps)
+        self._try_all("the platform did not close cleanly", steps, DeviceError)
 
     @staticmethod
-    def _try_all(what: str, steps: Any) -> None:
+    def _try_all(what: str, steps: Any, kind: type[DeviceError]) -> None:
         failures = []
         for step in steps:
             try:
@@ -120,4 +121,4 @@ class Platform:
             except Exception as error:  # every later step must still be tried
                 failures.append(f"{getattr(step, '__qualname__', step)}: {error}")
         if failures:
-            raise DeviceError(what, why="; ".join(failures), remedy="switch the amplifier's mains off by hand")
+            raise kind(what, why="; ".join(failures), remedy="switch the amplifier's mains off by hand")

@@ -10,6 +10,7 @@ from which on replies are ours, so nothing else here ever asks it.
 from __future__ import annotations
 
 import contextlib
+import math
 import socket
 import threading
 import time
@@ -22,6 +23,7 @@ from drivers.red_pitaya.ports import Unanswered, closed_within, connect, use_up_
 HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time
 MARK_S = 1.5  # time for the answer to the first *IDN?
 ATTEMPTS = 4
+TAKE_OVER_S = 3.0  # no new attempt after that: somebody waits to hear that the card is gone, and will try again
 UPLOAD_BYTES_PER_S = 200e3  # slower than any network the card is on
 
 Value = str | int | float
@@ -41,15 +43,19 @@ class Connection:
             each.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     @classmethod
-    def open(cls, host: str, command_port: int, data_port: int, timeout_s: float) -> Connection:
-        """Connect to a server in whatever state it is.
+    def open(
+        cls, host: str, command_port: int, data_port: int, timeout_s: float, until_s: float = math.inf
+    ) -> Connection:
+        """Connect to a server in whatever state it is; no new attempt from `until_s` (monotonic) on, but one at least.
 
         Raises DeviceNotFound if nothing listens, DeviceTimeout if it does not answer, DeviceProtocolError if it is
         something else.
         """
         where = f"{host}:{command_port}"
         error: DeviceError = DeviceTimeout("the card does not answer", where=where)
-        for _ in range(ATTEMPTS):
+        for attempt in range(ATTEMPTS):
+            if attempt and time.monotonic() >= until_s:
+                break
             try:
                 data = connect(host, data_port)
             except Unanswered as failure:
@@ -72,8 +78,9 @@ class Connection:
     def take_over(cls, host: str, command_port: int, data_port: int, timeout_s: float) -> Connection:
         """Connect where this client is connected already: the server evicts it and zeroes all outputs at once.
 
-        Falls back on `open`, with the same errors.
+        Falls back on `open`, with the same errors, but gives up after some TAKE_OVER_S.
         """
+        until_s = time.monotonic() + TAKE_OVER_S
         with contextlib.suppress(DeviceError):
             command = connect(host, command_port)
             connection = cls(command, connect(host, data_port, command), f"{host}:{command_port}", timeout_s)
@@ -82,7 +89,7 @@ class Connection:
                 return connection
             except DeviceError:
                 connection.close()
-        return cls.open(host, command_port, data_port, timeout_s)
+        return cls.open(host, command_port, data_port, timeout_s, until_s)
 
     def ask(self, command: str) -> Value:
         """Send one command and return its answer.  Raises DeviceTimeout, DeviceLost, DeviceProtocolError."""

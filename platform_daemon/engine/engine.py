@@ -12,7 +12,7 @@ from typing import Any
 
 import structlog
 
-from drivers.errors import DeviceStateError, InputError, InterlockError, PlatformError
+from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
 from platform_daemon.adopted import Library
 from platform_daemon.engine.acquisition import Acquisition
@@ -226,8 +226,13 @@ class Engine:
             raise InterlockError("outputs cannot be confirmed off", why=str(error), remedy=remedy) from None
         try:
             work(job)
-        finally:
+        except OutputsUnconfirmed as error:  # tried a moment ago: the user hears of it now, `_recover` goes on
+            self._interlock = str(error)
+            raise
+        except BaseException:
             self._prove_off()
+            raise
+        self._prove_off()
 
     def _prove_off(self) -> None:
         """Outputs off and confirmed, else the interlock says why.  Raises DeviceError."""
@@ -263,13 +268,25 @@ class Engine:
             try:
                 item = self._queue.get(timeout=IDLE_S)
             except queue.Empty:
+                self._recover()
                 self._refresh()
                 continue
             if item is None:
                 return
             with self._hardware:
                 self._run(*item)
+            self._recover()
             self._refresh()
+
+    def _recover(self) -> None:
+        """Outputs that could not be confirmed off are switched off again and again, until they are."""
+        if self._interlock is None:
+            return
+        try:
+            self._prove_off()
+            log.info("outputs_confirmed_off")
+        except Exception as error:  # said already, and tried again a moment later
+            log.warning("outputs_unconfirmed", error=str(error))
 
     def _keep(self, job: Job) -> None:
         try:

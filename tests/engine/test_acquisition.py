@@ -4,7 +4,7 @@ import time
 import numpy as np
 import pytest
 
-from drivers.errors import DeviceError, InterlockError, SequenceRejected, ShotRefused
+from drivers.errors import DeviceError, InterlockError, OutputsUnconfirmed, SequenceRejected, ShotRefused
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.analysis import fit_recording
 from platform_daemon.engine.jobs import JobState
@@ -154,6 +154,35 @@ def test_a_platform_that_cannot_be_switched_off_makes_no_further_shot_until_it_c
         assert "no answer" in engine.status()["interlock"]
     assert acquire(engine, tmp_path / "b.h5").state is JobState.DONE
     assert engine.status()["interlock"] is None
+
+
+def test_unconfirmed_outputs_are_told_after_one_attempt_and_tried_until_they_are_confirmed(
+    engine_with, tmp_path, monkeypatch
+):
+    engine, told = engine_with(), []
+    world, switch = engine.platform.backends["simulated"].world, engine.platform.switch
+    move = switch.to_transmit
+
+    def fails():
+        if world.shots:
+            told.append(job[0].ended.is_set())
+            raise DeviceError("no answer")
+        move()
+
+    plan = engine.plan(AcquisitionRequest(**SHORT_JEWEL))
+    job = []
+    with monkeypatch.context() as broken:
+        broken.setattr(switch, "to_transmit", fails)
+        job.append(engine.acquire(plan, tmp_path / "a.h5", tmp_path))
+        assert job[0].ended.wait(timeout=60)
+        assert isinstance(job[0].error, OutputsUnconfirmed)
+        while len(told) < 4:
+            assert "no answer" in engine.status()["interlock"]
+            time.sleep(0.01)
+    while engine.status()["interlock"] is not None:
+        time.sleep(0.01)
+    assert told[:4] == [False, True, True, True]
+    assert_everything_off(engine)
 
 
 def test_the_amplifier_is_off_before_the_receiver_is_connected(engine_with, tmp_path, monkeypatch):

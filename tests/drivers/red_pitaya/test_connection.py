@@ -211,3 +211,20 @@ def test_garbage_in_place_of_the_first_answer_is_overcome_by_connecting_again(se
     connection = opened(ports)
     assert connection.ask("RP:ADC:WP?") == 7
     connection.close()
+
+
+@pytest.mark.parametrize(("take_over_s", "connections"), [(0.0, 2), (60.0, 5)])
+def test_a_take_over_from_a_dead_card_tries_no_longer_than_somebody_can_wait(
+    serve, monkeypatch, take_over_s, connections
+):
+    tried = []
+
+    def silent(command, data):
+        tried.append(True)
+        command.recv(1)
+
+    monkeypatch.setattr(module, "ATTEMPTS", 4)
+    monkeypatch.setattr(module, "TAKE_OVER_S", take_over_s)
+    with pytest.raises(DeviceTimeout):
+        Connection.take_over("127.0.0.1", *serve(*[silent] * 10), 0.3)
+    assert len(tried) == connections
