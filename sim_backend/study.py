@@ -49,7 +49,7 @@ def play(
     for _ in range(shots):
         world.hold_still()
         world.start(timeline)
-        setup, result = world.result()
+        setup, result = world.player.result()
         truth = world.truth()
         assert truth is not None
         world.clock.sleep(setup.stop_s + between_s)

@@ -110,7 +110,7 @@ def _digest(settings: Settings) -> str:
     digest = hashlib.sha256(json.dumps(text).encode())
     if settings.calibration is not None:
         c = settings.calibration[0]
-        digest.update(json.dumps([c.identifier, c.date, c.lna_gain]).encode())
-        for array in (c.sensitivity, c.frequency_hz, c.frequency_response):
+        digest.update(json.dumps([c.identifier, c.date, c.lna_gain, c.relative_std]).encode())
+        for array in (c.sensitivity, c.frequency_hz, c.frequency_response, c.sensitivity_std, c.p_std):
             digest.update(b"-" if array is None else array.tobytes())
     return digest.hexdigest()

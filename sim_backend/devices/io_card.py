@@ -90,11 +90,11 @@ class SimulatedIoCard:
             require(self._state, CardState.RUNNING, where=WHERE)
             assert self._timeline is not None
             timeline, first, cancelled = self._timeline, self._next, self._cancelled
-        setup, _ = self._world.result()
+        setup, _ = self._world.player.result()
         first, stop = self._span(timeline, setup.faults, first, max_samples)
         if not self._world.clock.wait_until(self._start_s + stop / self._clock.rate_hz, cancelled):
             raise was_stopped(WHERE)
-        volts = self._world.result()[1].heard.volts[:, first:stop]
+        volts = self._world.player.result()[1].heard.volts[:, first:stop]
         with self._lock:
             if cancelled.is_set():
                 raise was_stopped(WHERE)

@@ -69,7 +69,7 @@ class SimulatedFieldProbe:
 
     def field_t(self) -> NDArray[np.float64]:
         """See FieldProbe: the true field with white noise."""
-        setup, result = self._world.result()
+        setup, result = self._world.player.result()
         times_s = sample_times(setup)
         true_t = field_t(setup.options.coils, result.cuts, times_s, np.array(self._table.position_m))
         noise = setup.rng(PROBE_NOISE).standard_normal(true_t.shape)

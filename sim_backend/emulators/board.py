@@ -203,7 +203,7 @@ class Board:
         """A client asks for samples: faults strike in the middle of them."""
         if self._shot is not None and self.triggered:
             self._shot.wanted = max(self._shot.wanted, start + count + self.offset)
-            self.cards.world.replan()
+            self.cards.world.player.replan()
             if math.isinf(self._fault_at):
                 self._fault_at = start + count // 2
 

@@ -48,16 +48,16 @@ class Shot:
     def volts(self, first: int, stop: int) -> NDArray[np.float32]:
         """Samples first..stop, which must have been taken already: (3, stop - first) float32, V."""
         world = self._cards.world
-        world.extend(stop)
+        world.player.extend(stop)
         while not self.over:
-            leg_first, result = world.leg()
+            leg_first, result = world.player.leg()
             out = self.tape.read(first, stop)
             heard = result.heard.volts
             a, b = max(first, leg_first), min(stop, leg_first + heard.shape[1])
             if a < b and not self.over:
                 out[:, a - first : b - first] = heard[:, a - leg_first : b - leg_first]
             with world.lock:
-                if not self.over and world.leg_first() == leg_first:
+                if not self.over and world.player.leg_first() == leg_first:
                     return out
         return self.tape.read(first, stop)
 
@@ -154,7 +154,7 @@ class Cards:
     def changed(self) -> None:
         """Something that is put out changed."""
         if self.shot is not None:
-            self.world.replan()
+            self.world.player.replan()
         lines = [self._idle_level(line) for line in (self.options.pa_gate, self.options.rx_connect)]
         receive = lines[1] if self.switch_override is None else self.switch_override
         self.world.idle_lines(pa_gate=lines[0], rx_connect=receive)

@@ -90,3 +90,15 @@ def test_without_resume_it_begins_anew(kept, recording):
     with Ledger(kept, SETTINGS, resume=False):
         pass
     assert kept.read_bytes() == b""
+
+
+@pytest.mark.parametrize(
+    "told", [{"relative_std": 0.01}, {"sensitivity_std": 0.01 * np.eye(3)}, {"p_std": np.full((3, 3, 1), 0.01)}]
+)
+def test_a_calibration_that_tells_another_uncertainty_makes_it_unknown(tmp_path, recording, told):
+    path = tmp_path / "r.jsonl"
+    plain, sure = (Settings(calibration=(Calibration(np.eye(3), **says), "c.h5")) for says in ({}, told))
+    with Ledger(path, plain, resume=False) as ledger:
+        ledger.add(recording, {"report": REPORT})
+    assert finished(path, recording, plain) is not None
+    assert finished(path, recording, sure) is None

@@ -94,7 +94,7 @@ def test_linear_interpolation_of_the_calibrated_response_is_good_to_2e_7_below_t
 
 def test_world_has_no_result_before_the_first_shot():
     with pytest.raises(DeviceFault, match="no shot"):
-        Bench("thread").backend.world.result()
+        Bench("thread").backend.world.player.result()
 
 
 def test_status_polling_from_other_threads_does_not_deadlock_a_series():

@@ -151,6 +151,6 @@ def test_remounting_the_same_specimen_changes_nothing_and_another_starts_at_rest
     bench = Bench("thread", **STEADY)
     bench.shot(rx=610)
     bench.backend.mount(specimen("thread"))
-    assert bench.backend.world._resting.phi_rad != 0.0
+    assert bench.backend.world.unit.resting.phi_rad != 0.0
     bench.backend.mount(specimen("jewel"))
-    assert bench.backend.world._resting.phi_rad == 0.0
+    assert bench.backend.world.unit.resting.phi_rad == 0.0
