@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from .cause import refuse_by_cause
+from .compile_beside import compile_beside
 from .disturbances import without_disturbances
 from .growing import Fitted, Problem
 from .hints import hint_notes, hinted, needed_hints
@@ -55,6 +56,7 @@ def fit_ring_down(
             caller, not of the data).
     """
     one_thread_for_products()
+    compile_beside()
     began = time.perf_counter()
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)

@@ -1,13 +1,16 @@
 """Kernels are compiled late, and never stale."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import numba
+import pytest
 
 from platform_daemon.estimation import jit, warm_up
-from platform_daemon.estimation.jit import part
+from platform_daemon.estimation.compile_beside import compile_beside
+from platform_daemon.estimation.jit import is_cached, part
 from platform_daemon.estimation.moments import collect_swings
 from platform_daemon.estimation.sampling import fill_basis
 from platform_daemon.estimation.swing_chain import walk_swings
@@ -48,3 +51,19 @@ def test_a_part_is_compiled_once_whatever_the_options_of_its_callers_and_is_plai
     fast = numba.njit(fastmath=True, nogil=True)(lambda x: doubled(x) - 1.0)
     assert (exact(3.0), fast(3.0), doubled(3.0)) == (7.0, 5.0, 6.0)
     assert len(doubled.compiled.overloads) == 1
+
+
+def test_no_other_process_compiles_what_the_cache_holds():
+    warm_up()
+    assert is_cached(collect_swings)
+    assert compile_beside.__wrapped__() is None
+
+
+@pytest.mark.campaign
+def test_where_nothing_is_compiled_another_process_begins_with_the_sums(tmp_path):
+    ours = f"from {compile_beside.__module__} import compile_beside; compile_beside().wait()"
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-c", ours], env=environment, check=True, timeout=300)
+    compiled = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbi")}
+    assert "moments.collect_swings" in compiled
+    assert not compiled & {"swing_table.build_table", "swing_chain.walk_swings", "swing_chain.remaining_sizes"}
