@@ -1,7 +1,9 @@
 import json
+from pathlib import Path
 
 import pytest
 
+import config
 from drivers.errors import ConfigError
 from platform_daemon.app import check_config
 from platform_daemon.settings import apply_override, load_platform, load_sequence, load_specimen, locate
@@ -100,3 +102,8 @@ def test_overrides_reach_nested_keys_and_are_kept_in_the_text():
 def test_an_override_that_is_no_key_and_value_is_refused(text):
     with pytest.raises(ConfigError):
         apply_override({"a": {"b": 1}}, text)
+
+
+def test_the_emulated_platform_is_one_file_under_both_its_names():
+    folder = Path(config.__file__).parent
+    assert (folder / "emulated.toml").samefile(folder / "platforms" / "emulated.toml")
