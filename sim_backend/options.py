@@ -278,13 +278,14 @@ class SimulatedOptions(Section):
 
 
 class IoCardTable(Section):
-    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples, grid of the edges in samples (a real
-    card's sequence has steps; 1: edges anywhere)."""
+    """`[io_card]`: converter clock Hz, decimation, longest timeline in samples; grid of the edges in samples and step
+    of the amplitudes in V (a real card's sequence and registers have steps; 1 and 0: any)."""
 
     base_frequency_hz: Positive
     decimation: Count
     max_samples: Count
     step_samples: Count = 1
+    output_step_v: NonNegative = 0.0
 
 
 class LnaTable(Section):

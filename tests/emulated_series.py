@@ -27,6 +27,7 @@ from typing import Any
 
 import numpy as np
 
+from drivers.red_pitaya.board import AMPLITUDE_STEP_V
 from platform_daemon.settings import locate
 from platform_daemon.store import FitTable, Recording, open_recording, read_fits, read_truth
 
@@ -116,10 +117,11 @@ def over_wires(folder: Path, resonator: str, shots: int) -> Series:
 
 
 def in_process(folder: Path, resonator: str, shots: int) -> Series:
-    """The series in simulated time, on the grid of the cards."""
+    """The series in simulated time, on the grid of the cards and with their steps of the amplitude."""
     out = folder / f"{resonator}-simulated.h5"
     steady = [f"--set=backends.simulated.{table}.enabled=false" for table in STEADY]
-    measured(out, resonator, shots, "--set=io_card.step_samples=16", *steady)
+    card = ("--set=io_card.step_samples=16", f"--set=io_card.output_step_v={AMPLITUDE_STEP_V!r}")
+    measured(out, resonator, shots, *card, *steady)
     found = read_truth(out)
     assert found is not None
     return Series(open_recording(out), fit_of(out), [next(iter(t.values())) for t in found], [])
@@ -194,10 +196,9 @@ Lengths and gates are read from the world's own record, the time between shots f
 
 Difference of the two fits of a shot over the root of the sum of their variances, rms and largest of {shots} shots, and
 the largest |fit - truth| / std of either. `phi_max_rad` and `psi_start_rad` are compared in the first shot only: later
-ones begin with what is left of the one before, at a phase that the real pause decides. There a thread's `phi_max_rad`
-differs by as much as the drive: the cards' amplitude registers have steps of 1/32767 V, so that the thread's 0.0943 V
-are off by 1.6e-4, and its deflection of 22.6 deg by 3.6 mdeg, which is some 40 standard deviations. The world behind
-the wires does not know where the sequence's RX window begins, so it has no truth for them.
+ones begin with what is left of the one before, at a phase that the real pause decides. The simulated card has the grid
+of edges and the steps of amplitude (1/32767 V) that the real one has. The world behind the wires does not know where
+the sequence's RX window begins, so it has no truth for them.
 
 | resonator | parameter | rms | largest | wires, to truth | simulation, to truth |
 |---|---|---|---|---|---|

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 
@@ -25,7 +26,7 @@ class SimulatedIoCard:
     def __init__(self, world: World, table: IoCardTable) -> None:
         self._world = world
         self._clock = SampleClock(table.base_frequency_hz, table.decimation)
-        self._max_samples, self._step = table.max_samples, table.step_samples
+        self._max_samples, self._step, self._step_v = table.max_samples, table.step_samples, table.output_step_v
         self._lock = threading.RLock()
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
@@ -47,6 +48,7 @@ class SimulatedIoCard:
             clock=self._clock,
             max_samples=self._max_samples,
             step_samples=self._step,
+            output_step_v=self._step_v,
         )
 
     def state(self) -> CardState:
@@ -79,8 +81,15 @@ class SimulatedIoCard:
             require(self._state, CardState.ARMED, where=WHERE)
             assert self._timeline is not None
             self._cancelled = threading.Event()
-            self._start_s, self._next = self._world.start(self._timeline), 0
+            self._start_s, self._next = self._world.start(self._played(self._timeline)), 0
             self._state = CardState.RUNNING
+
+    def _played(self, timeline: Timeline) -> Timeline:
+        """With the amplitudes that the card's registers can hold."""
+        if not self._step_v:
+            return timeline
+        nearest = [replace(b, amplitude_v=round(b.amplitude_v / self._step_v) * self._step_v) for b in timeline.bursts]
+        return replace(timeline, bursts=tuple(nearest))
 
     def read(self, max_samples: int) -> Chunk:
         """See IoCard.  Waits until min(max_samples, samples left) have been taken."""

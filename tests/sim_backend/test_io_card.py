@@ -8,7 +8,7 @@ import pytest
 from drivers.errors import DeviceStateError, InputError, SequenceRejected
 from drivers.io_card import CardState
 from drivers.timeline import Burst, SampleClock, Timeline
-from tests.sim_backend.bench import CLOCK, SWITCH, TX, Bench
+from tests.sim_backend.bench import CLOCK, QUIET, SWITCH, TX, Bench, table
 
 
 def test_life_cycle_goes_from_idle_through_running_to_idle():
@@ -141,3 +141,18 @@ def test_card_tells_its_abilities():
     assert (capabilities.inputs, capabilities.outputs) == (3, 3)
     assert capabilities.clock.rate_hz == 125e6 / 2048
     assert capabilities.input_full_scale_v == 1.0
+
+
+def test_a_card_with_steps_plays_the_nearest_amplitude_that_its_register_holds():
+    def recorded(volts, step_v):
+        bench = Bench("thread", **QUIET)
+        bench.card = bench.backend.io_card(
+            {k: v for k, v in table()["io_card"].items() if k != "backend"} | {"output_step_v": step_v}
+        )
+        assert bench.card.capabilities().output_step_v == step_v
+        plan = bench.line_up(rx=610)
+        bench.start(dataclasses.replace(plan, bursts=(dataclasses.replace(plan.bursts[0], amplitude_v=volts),)))
+        return bench.card.read(10**6).volts
+
+    assert np.array_equal(recorded(0.0547, 0.01), recorded(0.05, 0.0))
+    assert not np.array_equal(recorded(0.0547, 0.0), recorded(0.05, 0.0))

@@ -39,7 +39,10 @@ def test_timing_is_the_same_and_the_fits_agree_within_their_errors(lab_of_its_ow
     over_wires = lab.platform()
     found_timeline, found = shot_of(over_wires, lab.file().limits, name)
     over_wires.close()
-    file = load_platform("simulated", ["io_card.step_samples=16", *(f"backends.simulated.{s}" for s in STEADY)])
+    file = load_platform(
+        "simulated",
+        ["io_card.step_samples=16", f"io_card.output_step_v={1 / 32767}", *(f"backends.simulated.{s}" for s in STEADY)],
+    )
     in_process = build_platform(file.section)
     in_process.mount(load_specimen(name)[0])
     wanted_timeline, wanted = shot_of(in_process, file.limits, name)
