@@ -118,3 +118,11 @@ def test_stribeck_friction_is_a_share_of_the_friction_that_every_shot_has():
     assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
     after = report["parameters_after"]["tf_over_i_rad_per_s2"]
     assert abs(after["value"] - np.mean(friction)) < 4.5 * after["std"]
+
+
+def test_a_slow_pole_is_found_though_friction_leaves_kinks_whose_high_derivatives_grow():
+    pole = {"id": "receive_lowpass", "strength": 2.94e-5}
+    report = as_json(diagnose(shots_with("jewel", [pole], seed=437, pose=(0.6, -0.3, -1.1))[0], model_named("jewel")))
+    (effect,) = report["effects"]
+    assert (report["verdict"], effect["id"]) == ("explained", "receive_lowpass")
+    assert effect["strength"]["value"] == pytest.approx(2.94e-5, abs=4 * effect["strength"]["std"])

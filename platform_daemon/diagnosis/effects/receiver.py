@@ -131,13 +131,21 @@ def _low_pass_all(look: Look, strength: float) -> Array:
 
 
 def _series(look: Look, coefficients: Sequence[float], tau: float) -> Array:
-    """Change of the channels at the digitiser by sum over n of c_n (tau d/dt)^n, n = 1, 2 ...; (channels, m)."""
+    """Change of the channels at the digitiser by sum over n of c_n (tau d/dt)^n, n = 1, 2 ...; (channels, m).
+
+    Where friction changes sign the motion has a kink, whose high derivatives grow: the sum ends at its smallest term.
+    """
     # The column of an effect is its first order.
     most = len(coefficients) if abs(tau) > math.sqrt(_SMALL) else 2
-    out = np.zeros_like(look.volts)
+    out, smallest = np.zeros_like(look.volts), math.inf
     for n, c in enumerate(coefficients[:most], start=1):
         if c != 0.0:
-            out += c * tau**n * look.derivative_v(n)
+            term = c * tau**n * look.derivative_v(n)
+            size = float(np.vdot(term, term))
+            if size > smallest:
+                break
+            out += term
+            smallest = size
     return out
 
 
