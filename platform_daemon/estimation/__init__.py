@@ -24,8 +24,8 @@ The way of one shot through the room:
     verdict                      good or refused
     publish, judgement, losses   published parameters, covariance, doubts -> result (start_label), or refusal
 
-Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench* (speed), warm and jit
-(compilation), threads (one per fit), arrays (types).
+Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench* (speed), warm, jit and
+compile_beside (compilation), threads (one per fit), arrays (types).
 """
 
 from __future__ import annotations
