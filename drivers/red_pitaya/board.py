@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -68,7 +69,7 @@ class Board:
     def _pair_anew(self) -> None:
         """The data connection may be a stranger's, and so would be the next ones: off first, then get through."""
         a = self.address
-        self.quiet()
+        self.switch_off()
         self._connection.close()
         use_up_strangers(a.host, a.command_port)
         self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
@@ -79,7 +80,7 @@ class Board:
         The master first: a slave cannot leave its mode while the master's trigger is on.
         """
         self._loaded = None
-        self.quiet()
+        self.switch_off()
         self._identify()
         self._configure()
 
@@ -145,27 +146,34 @@ class Board:
                 )
 
     def quiet(self) -> None:
+        """Sines, offsets and DIO lines read back off, and switched off if they are not; errors as in `switch_off`.
+
+        A sequence that has ended has zeroed them, and that is how most shots end.
+        """
+        if not _all_off(self._connection.ask_all(self._levels(), OFF_S), 0.0):
+            self.switch_off()
+
+    def switch_off(self) -> None:
         """Sines, offsets and DIO lines off, and read back.  Raises DeviceError if they are not."""
-        lows = [f"{pin_header(pin)} OFF" for pin in self.output_pins]
-        levels = [f"{pin_header(pin)}?" for pin in self.output_pins]
-        answers = self._connection.ask_all([*OUTPUTS_OFF, *lows, *READ_BACK, *levels], OFF_S)
-        found = answers[len(OUTPUTS_OFF) + len(lows) :]
-        volts, pins = found[: len(READ_BACK)], found[len(READ_BACK) :]
-        if any(not abs(float(v)) <= QUIET_V for v in volts) or any(level != "OFF" for level in pins):
+        off = [*OUTPUTS_OFF, *(f"{pin_header(pin)} OFF" for pin in self.output_pins)]
+        found = self._connection.ask_all([*off, *self._levels()], OFF_S)[len(off) :]
+        if not _all_off(found, QUIET_V):
             raise DeviceError(
                 "outputs could not be confirmed off",
                 where=self.where,
-                why=f"read back: {volts} V, lines {pins}",
+                why=f"read back: {found[: len(READ_BACK)]} V, lines {found[len(READ_BACK) :]}",
                 remedy="switch the amplifier's mains off by hand",
             )
 
-    def emergency_stopped(self) -> bool:
-        """True if the emergency input has switched the outputs off since the trigger."""
-        return self.table.instant_reset and bool(self.ask("RP:INSTANTRESET:TRIGGERED?")[0])
+    def _levels(self) -> list[str]:
+        """Questions for what `_all_off` takes."""
+        return [*READ_BACK, *(f"{pin_header(pin)}?" for pin in self.output_pins)]
 
-    def playing(self) -> bool:
-        """True while the sequence runs."""
-        return bool(int(self.ask("RP:STATUS?")[0]) & 16)
+    def play(self) -> tuple[bool, bool]:
+        """Whether the sequence runs, and whether the emergency input has switched the outputs off since the trigger."""
+        asked = ["RP:STATUS?", "RP:INSTANTRESET:TRIGGERED?"] if self.table.instant_reset else ["RP:STATUS?"]
+        status, *emergency = self.ask(*asked)
+        return bool(int(status) & 16), any(emergency)
 
     # --- samples
 
@@ -189,12 +197,10 @@ class Board:
 
     def _is_loaded(self, program: BoardProgram) -> bool:
         old = self._loaded
-        return (
-            old is not None
-            and old.step_samples == program.step_samples
-            and np.array_equal(old.levels_v, program.levels_v)
-            and np.array_equal(old.enable, program.enable)
-        )
+        if old is None or old is program:
+            return old is program
+        same_steps = old.step_samples == program.step_samples and np.array_equal(old.levels_v, program.levels_v)
+        return same_steps and np.array_equal(old.enable, program.enable)
 
     def _identify(self) -> None:
         try:
@@ -240,6 +246,12 @@ class Board:
                 where=self.where,
                 remedy="make sure that nobody else uses the card",
             )
+
+
+def _all_off(found: Sequence[str | int | float], at_most_v: float) -> bool:
+    """Answers to READ_BACK, then levels of lines: voltages no larger than this, lines low."""
+    volts, levels = found[: len(READ_BACK)], found[len(READ_BACK) :]
+    return all(abs(float(v)) <= at_most_v for v in volts) and all(level == "OFF" for level in levels)
 
 
 def _component(sine: Sine) -> str:

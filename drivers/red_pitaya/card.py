@@ -58,6 +58,7 @@ class RedPitayaCard:
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
+        self._asked: tuple[Timeline, float] | None = None  # what they were compiled from
         self._reader = Reader(self.boards, (), 0, 0, 1)
         self._pins = PinLines(self.boards[0].where, {}, ())
         try:
@@ -132,10 +133,9 @@ class RedPitayaCard:
         """See IoCard."""
         with self._commanding():
             require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
-            programs = compile_timeline(timeline, self.layout, self._output_full_scale_v())
-            for board, program in zip(self.boards, programs, strict=True):
+            for board, program in zip(self.boards, self._compiled(timeline), strict=True):
                 board.load(program)
-            self._timeline, self._programs, self._state = timeline, programs, CardState.PROGRAMMED
+            self._timeline, self._state = timeline, CardState.PROGRAMMED
 
     def arm(self) -> None:
         """See IoCard."""
@@ -217,6 +217,13 @@ class RedPitayaCard:
             self._state = CardState.CLOSED
             self._let_go()
 
+    def _compiled(self, timeline: Timeline) -> tuple[BoardProgram, ...]:
+        """The boards' programs; those of the shot before if it was the same."""
+        asked = timeline, self._output_full_scale_v()
+        if asked != self._asked:
+            self._programs, self._asked = compile_timeline(timeline, self.layout, asked[1]), asked
+        return self._programs
+
     def _output_full_scale_v(self) -> float:
         """What every output can give: the server refuses more than full scale after its calibration."""
         return OUTPUT_FULL_SCALE_V / max(1.0, *self._output_scales())
@@ -230,8 +237,7 @@ class RedPitayaCard:
         """The last sample is here: let the sequences end, then make the boards ready for the next shot."""
         play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
         self._pins.low()
-        trigger.wait_for_sequences(self.boards, play_s)
-        stopped = [board.where for board in self.boards if board.emergency_stopped()]
+        stopped = trigger.wait_for_sequences(self.boards, play_s)
         trigger.end(self.boards)
         self._state = CardState.IDLE
         if stopped:

@@ -1,4 +1,7 @@
-"""The common trigger of several boards: the master's, carried to the others by the clock cable."""
+"""The common trigger of several boards: the master's, carried to the others by the clock cable.
+
+The server looks at its command socket once a millisecond, so what a board is told here goes out together where it can.
+"""
 
 from __future__ import annotations
 
@@ -21,19 +24,23 @@ def start(boards: Sequence[Board]) -> None:
             )
 
 
-def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> None:
+def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
     """Wait until every board has played its sequence to the end: only then may the trigger go off.
 
-    Raises DeviceTimeout if one plays on.
+    Returns where the emergency input has switched the outputs off.  Raises DeviceTimeout if a sequence plays on.
     """
-    deadline = time.monotonic() + timeout_s
+    deadline, stopped = time.monotonic() + timeout_s, []
     for board in boards:
-        while board.playing():
+        playing, emergency = board.play()
+        while playing:
             if time.monotonic() > deadline:
                 raise DeviceTimeout(
                     "the sequence does not end", where=board.where, remedy="stop the card, which connects anew"
                 )
             time.sleep(1e-3)
+            playing, emergency = board.play()
+        stopped += [board.where] if emergency else []
+    return stopped
 
 
 def end(boards: Sequence[Board]) -> None:
@@ -41,10 +48,9 @@ def end(boards: Sequence[Board]) -> None:
 
     The slaves' recordings are kept alive until the master's trigger is off, or theirs would be cut off in the middle.
     """
-    for board in boards if len(boards) > 1 else ():
+    master, *slaves = boards
+    for board in slaves:
         board.ask("RP:TRIGGER:ALIVE ON")
-    boards[0].ask("RP:TRIGGER OFF")
-    for board in boards if len(boards) > 1 else ():
-        board.ask("RP:TRIGGER:ALIVE OFF")
-    for board in boards:
-        board.ask("RP:MODE CONFIGURATION")
+    master.ask("RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
+    for board in slaves:
+        board.ask("RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")

@@ -20,9 +20,9 @@ from drivers.io_card import ChunkFlags
 from drivers.platform import Platform
 from drivers.timeline import Line, Timeline
 from drivers.tx_rx_switch import SwitchPosition
+from platform_daemon.engine.input_range import RangeWatch
 from platform_daemon.engine.jobs import Cancelled
 
-AT_THE_END = 5e-4  # of the range: the decimation filters round the corners of what the converter cut off
 CHUNK_S = 0.1  # how often cancel is looked at and progress reported
 
 
@@ -100,20 +100,24 @@ def run_shot(
 
 def _prepare(platform: Platform, plan: Playable) -> None:
     """Receiver off and read back, timeline loaded, then the amplifier (its gate is still low)."""
-    if platform.switch.position() is not SwitchPosition.TRANSMIT:
+    if not _is_on_transmit(platform):
         platform.switch.to_transmit()
-    if platform.switch.position() is not SwitchPosition.TRANSMIT:
-        raise InterlockError(
-            "the receiver is not confirmed disconnected, so the amplifier stays off",
-            where="tx_rx_switch",
-            remedy="check the switch and its read-back",
-        )
+        if not _is_on_transmit(platform):
+            raise InterlockError(
+                "the receiver is not confirmed disconnected, so the amplifier stays off",
+                where="tx_rx_switch",
+                remedy="check the switch and its read-back",
+            )
     platform.lna.clear_overload()
     platform.card.program(plan.timeline)
     platform.card.arm()
     if not plan.blank:
         platform.amplifier.enable()
         platform.amplifier.unmute()
+
+
+def _is_on_transmit(platform: Platform) -> bool:
+    return platform.switch.position() is SwitchPosition.TRANSMIT
 
 
 def _collect(
@@ -126,6 +130,7 @@ def _collect(
     timeline = plan.timeline
     volts = np.empty((platform.card.capabilities().inputs, timeline.total_samples), dtype=np.float32)
     step = max(1, round(CHUNK_S * timeline.clock.rate_hz))
+    watch = RangeWatch(platform.card.capabilities())
     done, flags, clipped, powered = 0, ChunkFlags(), False, not plan.blank
     doubt: str | None = None
     while done < timeline.total_samples:
@@ -137,6 +142,7 @@ def _collect(
         except ShotRefused as refusal:
             return volts[:, :done], flags, str(refusal), clipped
         volts[:, done : done + piece.volts.shape[1]] = piece.volts
+        watch.see(piece.volts[:, max(timeline.rx_start - done, 0) :])
         done += piece.volts.shape[1]
         flags = flags | piece.flags
         if powered and done >= timeline.tx_samples:
@@ -145,7 +151,7 @@ def _collect(
             doubt = _receiver_missing(platform, timeline)
         progress(done)
     flagged = f"the I/O card flagged the samples: {', '.join(flags.names())}" if flags.names() else None
-    return volts, flags, flagged or doubt or _beyond_range(platform, volts[:, timeline.rx_start :]), clipped
+    return volts, flags, flagged or doubt or watch.verdict(), clipped
 
 
 def _wanted(done: int, step: int, timeline: Timeline) -> int:
@@ -187,18 +193,6 @@ def _late_contacts(platform: Platform, timeline: Timeline) -> str | None:
     return (
         f"the switch needed {1e3 * took_s:.3g} ms to come to rest on the receiver, {1e3 * allowed_s:.3g} ms are allowed"
     )
-
-
-def _beyond_range(platform: Platform, volts: NDArray[np.float32]) -> str | None:
-    """Why these samples (channel, n) are not what was at the input, None if the converter could follow."""
-    card = platform.card.capabilities()
-    for channel, u in enumerate(volts):
-        low_v, high_v = card.input_range_v(channel)
-        margin_v = AT_THE_END * (high_v - low_v)
-        count = np.count_nonzero(u <= low_v + margin_v) + np.count_nonzero(u >= high_v - margin_v)
-        if count:
-            return f"{count} samples of input {channel} are at an end of its range, {low_v:.3g} V ... {high_v:.3g} V"
-    return None
 
 
 def _check_contiguous(first: int, shape: tuple[int, ...], wanted: tuple[int, ...], done: int) -> None:

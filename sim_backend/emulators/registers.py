@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,11 +77,8 @@ class Program:
             return []
         if not self.samples_per_step:
             return [(first, last, bool(self.enable[0, channel]), float(self.values[0, channel]), False)]
-        resync = self.resync[:, channel] if channel < OUTPUTS else np.zeros(len(self.values), dtype=np.bool_)
-        new = np.ones(len(self.values), dtype=np.bool_)
-        new[1:] = np.diff(self.values[:, channel]) != 0
-        new[1:] |= np.diff(self.enable[:, channel]) | resync[1:] | resync[:-1]
-        starts = np.flatnonzero(new)
+        resync = self._resync(channel)
+        starts = self._starts[channel]
         stops = np.append(starts[1:], len(self.values))
         out = []
         for a, b in zip(starts, stops, strict=True):
@@ -89,6 +87,26 @@ class Program:
                 ends = bool(resync[a]) and stop == int(b) * self.samples_per_step
                 out.append((start, stop, bool(self.enable[a, channel]), float(self.values[a, channel]), ends))
         return out
+
+    def beginning_with(self, values: NDArray[np.float64]) -> Program:
+        """The same with other values (6,) in step 0, enabled."""
+        levels, enable = self.values.copy(), self.enable.copy()
+        levels[0], enable[0] = values, True
+        return replace(self, values=levels, enable=enable)
+
+    def _resync(self, channel: int) -> NDArray[np.bool_]:
+        return self.resync[:, channel] if channel < OUTPUTS else np.zeros(len(self.values), dtype=np.bool_)
+
+    @cached_property
+    def _starts(self) -> list[NDArray[np.intp]]:
+        """By channel, the steps at which something changes: asked for at every register that is written."""
+        return [self._starts_of(channel) for channel in range(self.values.shape[1])]
+
+    def _starts_of(self, channel: int) -> NDArray[np.intp]:
+        resync, new = self._resync(channel), np.ones(len(self.values), dtype=np.bool_)
+        new[1:] = np.diff(self.values[:, channel]) != 0
+        new[1:] |= np.diff(self.enable[:, channel]) | resync[1:] | resync[:-1]
+        return np.flatnonzero(new)
 
 
 @dataclass(frozen=True, eq=False)

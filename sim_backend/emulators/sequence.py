@@ -69,6 +69,7 @@ class Sequence:
         self.program: Program | None = None
         self._next: Tables | None = None
         self._set: Tables | None = None
+        self._plan: tuple[Tables, int, int, Program] | None = None
         self._freed = False
         self._filled = 0
         self._ring_first = np.zeros(SEQUENCE_CHANNELS)
@@ -122,7 +123,7 @@ class Sequence:
         if self._filled == 0:
             self._ring_first = program.values[0].copy() if len(program.values) else np.zeros(SEQUENCE_CHANNELS)
         elif len(program.values):
-            program.values[0], program.enable[0] = self._ring_first, True
+            program = program.beginning_with(self._ring_first)
         self._filled = 1 if self._filled >= LOOKAHEAD else LOOKAHEAD
         self.program, self.state, self.lost_steps = program, State.PREPARED, False
 
@@ -148,7 +149,14 @@ class Sequence:
         self._ring_first = np.zeros(SEQUENCE_CHANNELS)
 
     def _planned(self, tables: Tables, samples_per_step: int) -> Program:
-        """All steps; channels that the sequence does not have are zero and enabled."""
+        """All steps; the same program again if nothing has been uploaded since."""
+        known = self._plan
+        if known is None or known[0] is not tables or known[1:3] != (samples_per_step, self.channels):
+            known = self._plan = tables, samples_per_step, self.channels, self._laid_out(tables, samples_per_step)
+        return known[3]
+
+    def _laid_out(self, tables: Tables, samples_per_step: int) -> Program:
+        """Channels that the sequence does not have are zero and enabled."""
         parts = [
             p.played() if p is not None else np.zeros((0, self.channels)) for p in (tables.up, tables.main, tables.down)
         ]

@@ -85,7 +85,9 @@ class Shot:
         if options.pa_gate.pin() or options.rx_connect.pin():
             return int(SHORTEST_LEG_S * rate)
         ends = [b.offset + b.sequence_stop() + AFTER_SEQUENCE_S * rate for b in self._cards.boards if b.triggered]
-        known = self.wanted or max([e for e in ends if math.isfinite(e)], default=0.0)
+        # A little more than is wanted: whoever ends the shot then need not wait for another leg.
+        read = self.wanted + SHORTEST_LEG_S * rate if self.wanted else 0.0
+        known = read or max([e for e in ends if math.isfinite(e)], default=0.0)
         length = known - first if known > first else USUAL_LEG_S * rate
         return int(min(max(length, SHORTEST_LEG_S * rate), LONGEST_LEG_S * rate, LONGEST_LEG))
 

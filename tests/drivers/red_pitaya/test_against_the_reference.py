@@ -99,6 +99,17 @@ def test_full_scale_is_what_the_server_accepts_on_every_output(opened):
         card.program(scaled(timeline, 1.001 * louder))
 
 
+def test_an_output_that_a_finished_shot_left_on_is_switched_off(opened):
+    server, card = opened()
+    volts_of(card, short_shot(card.capabilities()))
+    server.log.clear()
+    card.stop()
+    assert not [line for line in server.log if line.endswith("AMPLITUDE 0")]
+    server.amplitude["1", "2"] = 1 / 32767
+    card.stop()
+    assert server.amplitude == {}
+
+
 def scaled(timeline, factor):
     return replace(timeline, bursts=tuple(replace(b, amplitude_v=factor * b.amplitude_v) for b in timeline.bursts))
 
