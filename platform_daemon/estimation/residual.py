@@ -155,8 +155,7 @@ def residual_of(
     period = 2.0 * np.pi / state.dynamics.w * record.sampling_rate_hz
     block = max(1, int(period / _POINTS_PER_PERIOD))
     blocks = (chosen.last - chosen.first) // block
-    data = np.empty((record.channels, blocks))
-    block_means(record.samples, chosen.first, block, blocks, data)
+    data = block_means(record.samples, chosen.first, block, blocks)
     gains, sd = state.observation.gains(state.dynamics.w), noise_sd / math.sqrt(block)
     at = state.dynamics, chosen.first, blocks, block, record.dt_s, state.observation.observable
     if state.dynamics.theta >= 0.0 and not workspace.model.time_dependent:

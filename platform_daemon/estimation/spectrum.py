@@ -81,8 +81,7 @@ def _quick_look(samples: Array, sampling_rate_hz: float) -> Line | None:
     block = int(sampling_rate_hz / _QUICK_RATE_HZ)
     if block > 1:
         n = samples.shape[1] // block
-        means = np.empty((samples.shape[0], n))
-        block_means(samples, 0, block, n, means)
+        means = block_means(samples, 0, block, n)
         centre = means.sum(axis=1) / n
         means -= centre[:, None]
         used = samples[:, : n * block]
