@@ -86,12 +86,11 @@ class Normal:
     data_chi2: float = 0.0
 
 
-def normal_equations(model: RingDownModel, state: FitState, moments: Moments, noise_sd: Array) -> Normal:
-    """Weighted least squares of a window from its moments; noise_sd (channels,)."""
-    weights = 1.0 / (noise_sd * noise_sd)
+def normal_equations(model: RingDownModel, state: FitState, moments: Moments, weights: Array) -> Normal:
+    """Weighted least squares of a window from its moments; weights (channels,): inverse variances of the noise."""
     gradient, matrix, squares = assembled(model, state, moments, weights)
-    data_chi2 = float(weights @ moments.energy)
-    return Normal(float(weights @ squares), weights * squares, squares, gradient, matrix, moments.samples, data_chi2)
+    chi2 = weights * squares
+    return Normal(sum(chi2.tolist()), chi2, squares, gradient, matrix, moments.samples, float(weights @ moments.energy))
 
 
 def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:
@@ -115,7 +114,7 @@ def assembled(
 def linearised(model: RingDownModel, state: FitState) -> tuple[Array, Array, Array, Array, Array]:
     """How basis coefficients follow from the parameters: chain, gains, their derivatives, offsets."""
     d, obs = state.dynamics, state.observation
-    return d.chain(model), obs.gains(d.w), obs.gains_by_w(d.w), obs.gains_by_own(d.w), state.offsets
+    return d.chain(model), obs.gains(d.w), *obs.slopes(d.w), state.offsets
 
 
 def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:

@@ -95,6 +95,7 @@ class Problem:
 
     def __post_init__(self) -> None:
         self.workspace = Workspace(self.model)
+        self._weights = 1.0 / (self.noise_sd * self.noise_sd)
         self._thinned = {1: self.record.samples}
 
     def evaluate(self, state: FitState, last: int, some: Some = ALL, digits: float = EXACT) -> Evaluation:
@@ -116,7 +117,7 @@ class Problem:
             every * self.record.dt_s, state.observation.observable, some.half_swing, digits,
         )  # fmt: skip
         state = with_best_gains(state, moments)
-        normal = self.knowledge.added(normal_equations(self.model, state, moments, self.noise_sd), state)
+        normal = self.knowledge.added(normal_equations(self.model, state, moments, self._weights), state)
         return Evaluation(state, moments, normal)
 
     def _squares(self, state: FitState, last: int) -> Array:
@@ -136,22 +137,22 @@ class Problem:
 
     def bend(self, at: Evaluation, step: Array, last: int) -> float:
         """A step relative to what the model bends over: phase at both ends in rad, amplitude, gains in themselves."""
-        d = at.state.dynamics
+        d, seen = at.state.dynamics, at.state.observation
         k = 3 + len(d.values)
-        begin, by_w, by_amplitude, *_ = step.tolist()
+        begin, by_w, by_amplitude = step[:3].tolist()
         inner = d.chain(self.model)[2:] @ step[:k]
         end = begin + by_w * last * self.record.dt_s - float(at.moments.slopes @ inner)
-        own = at.state.observation.bend(step[k : k + at.state.observation.size])
-        return max(abs(begin), abs(end), abs(by_amplitude / d.amplitude), own)
+        return max(abs(begin), abs(end), abs(by_amplitude / d.amplitude), seen.bend(step[k : k + seen.size]))
 
     def after(self, at: Evaluation, step: Array) -> Normal:
         """The normal equations of all samples with the residual that a small step leaves."""
-        normal, state = after_step(at.normal, self.model, at.state, at.moments, step), at.state.moved(step)
+        normal = after_step(at.normal, self.model, at.state, at.moments, step)
         chance = math.sqrt(2.0 * self.record.channels * normal.samples)
-        # The tables know nothing of time, nor of what was before their anchor.
-        tabulated = state.dynamics.theta >= 0.0 and not self.model.time_dependent
-        if not tabulated or _ROUNDING * normal.data_chi2 < _LOST * chance:
+        if self.model.time_dependent or _ROUNDING * normal.data_chi2 < _LOST * chance:
             return normal
+        state = at.state.moved(step)
+        if state.dynamics.theta < 0.0:
+            return normal  # the tables know nothing of time, nor of what was before their anchor
         squares = self._squares(state, self.first + normal.samples)
         chi2 = squares / self.noise_sd**2
         return replace(normal, chi2=float(chi2.sum()), chi2_by_channel=chi2, squares_by_channel=squares)
@@ -238,7 +239,8 @@ def fit_growing(
         some = _some(length, period, schedule.half_swings)
         found = _Stage(problem, problem.first + length, some, schedule.digits, prior).minimise(state, schedule.early)
         state = found.state
-        length = int(length * _growth(problem, found, length, schedule))
+        wanted = min(schedule.growth, (last - problem.first) / length)
+        length = math.ceil(length * _growth(problem, found, length, wanted))
     if schedule.digits < EXACT:
         some = _some(last - problem.first, period, schedule.last_half_swings)
         state = _Stage(problem, last, some, schedule.digits, None).minimise(state, schedule.late).state
@@ -249,15 +251,14 @@ def fit_growing(
     return Fitted(final.state, final.before.state if negligible else final.state, normal, final.before.moments)
 
 
-def _growth(problem: Problem, found: _Minimum, length: int, schedule: Schedule) -> float:
-    """How much longer the window may become before the phase at its end is uncertain.
+def _growth(problem: Problem, found: _Minimum, length: int, growth: float) -> float:
+    """How much longer the window may become before the phase at its end is uncertain, no more than `growth`.
 
     An error of w adds to the phase in proportion to time, one of the amplitude as well, one of a loss with its square.
     """
     d, slopes = found.state.dynamics, found.before.moments.slopes
     chain = d.chain(problem.model)
     direction = np.zeros(problem.free.size)
-    growth = schedule.growth
     while growth > 2.0:
         end = (problem.first + growth * length) * problem.record.dt_s
         direction[: chain.shape[0]] = np.array([1.0, end, -growth * slopes[0], *(-(growth**2) * slopes[1:])]) @ chain

@@ -74,10 +74,7 @@ def _derivatives(model: RingDownModel, state: FitState, first: int, blocks: int,
     jacobian = np.empty((gains.shape[0], functions, state.size))
     unused = np.empty(functions)
     for channel in range(gains.shape[0]):
-        coefficients(
-            chain, gains, seen.gains_by_w(d.w), seen.gains_by_own(d.w), state.offsets, channel, unused,
-            jacobian[channel],
-        )  # fmt: skip
+        coefficients(chain, gains, *seen.slopes(d.w), state.offsets, channel, unused, jacobian[channel])
     out = np.empty((state.size, gains.shape[0], blocks))
     for begin in range(0, blocks, _CHUNK_BLOCKS):
         end = min(begin + _CHUNK_BLOCKS, blocks)

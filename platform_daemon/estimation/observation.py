@@ -10,7 +10,6 @@ depends on what is observed.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -54,11 +53,8 @@ class Observation(Protocol):
     def gains(self, w: float) -> Array:
         """(channels, 2)."""
 
-    def gains_by_w(self, w: float) -> Array:
-        """d gains / d w, (channels, 2)."""
-
-    def gains_by_own(self, w: float) -> Array:
-        """d gains / d own parameters, (size, channels, 2)."""
+    def slopes(self, w: float) -> tuple[Array, Array]:
+        """d gains / d w, (channels, 2), and d gains / d own parameters, (size, channels, 2)."""
 
     def moved(self, step: Array) -> Observation:
         """The observation after a step (size,) in its own parameters."""
@@ -101,30 +97,21 @@ class DipoleObservation:
         """m_r and three local rotation angles."""
         return 4
 
-    @cached_property
+    @property
     def _mixed(self) -> Array:
         """Channels by (u, v, w)."""
         return np.asarray(self.mixing @ self.rotation)
 
-    @cached_property
-    def _seen(self) -> Array:
-        """Channels by (v, u)."""
-        return np.ascontiguousarray(self._mixed[:, 1::-1])
-
     def gains(self, w: float) -> Array:
         """w m_r (mixing e_v, mixing e_u)."""
-        return (w * self.m_r) * self._seen
+        return np.asarray((w * self.m_r * self._mixed)[:, 1::-1], order="C")
 
-    def gains_by_w(self, w: float) -> Array:
-        """Proportional to w."""
-        return self.gains(1.0)
-
-    def gains_by_own(self, w: float) -> Array:
-        """Derivatives by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
-        out = self._mixed @ _BY_OWN
-        out[0] *= w
-        out[1:] *= w * self.m_r
-        return np.asarray(out)
+    def slopes(self, w: float) -> tuple[Array, Array]:
+        """Proportional to w; by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
+        mixed = self._mixed
+        by_own = (w * mixed) @ _BY_OWN
+        by_own[1:] *= self.m_r
+        return np.asarray((self.m_r * mixed)[:, 1::-1], order="C"), by_own
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
@@ -184,13 +171,9 @@ class FreeGainObservation:
         """The kernel's functions are in units of w."""
         return w * self.sensitivities
 
-    def gains_by_w(self, w: float) -> Array:
-        """Proportional to w."""
-        return self.sensitivities
-
-    def gains_by_own(self, w: float) -> Array:
-        """Each gain moves its own entry."""
-        return w * np.eye(self.size).reshape(self.size, *self.sensitivities.shape)
+    def slopes(self, w: float) -> tuple[Array, Array]:
+        """Proportional to w; each gain moves its own entry."""
+        return self.sensitivities, w * np.eye(self.size).reshape(self.size, *self.sensitivities.shape)
 
     def moved(self, step: Array) -> FreeGainObservation:
         """Step in all gains."""
@@ -236,13 +219,9 @@ class AngleObservation:
         """One for the angle, nothing for its velocity."""
         return np.array([[1.0, 0.0]])
 
-    def gains_by_w(self, w: float) -> Array:
-        """Fixed."""
-        return np.zeros((1, 2))
-
-    def gains_by_own(self, w: float) -> Array:
-        """There are none."""
-        return np.zeros((0, 1, 2))
+    def slopes(self, w: float) -> tuple[Array, Array]:
+        """Fixed; there are no own ones."""
+        return np.zeros((1, 2)), np.zeros((0, 1, 2))
 
     def moved(self, step: Array) -> AngleObservation:
         """Nothing to move."""

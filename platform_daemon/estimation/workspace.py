@@ -38,20 +38,19 @@ def _check(d: Dynamics, end_s: float) -> None:
 
 
 class _Sums:
-    """Moments of samples first .. last-1, collected on a walk; every stride-th half swing takes part."""
+    """Moments of samples first .. last-1 of y, collected on a walk; every stride-th half swing takes part.
+
+    clock: dt, w and theta of the motion.
+    """
 
     def __init__(
-        self, walk: Walk, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int
-    ) -> None:
-        self._walk, self._y, self._window, self._clock = (
-            walk,
-            y,
-            (first, last),
-            (float(dt_s), float(d.w), float(d.theta)),
-        )
+        self, walk: Walk, clock: tuple[float, float, float], y: Array, window: tuple[int, int], observable: int,
+        stride: int,
+    ) -> None:  # fmt: skip
+        self._walk, self._y, self._window, self._clock = walk, y, window, clock
         self._observable, self._stride, self._skipped = observable, stride, 0
-        b = 7 + 2 * walk.columns
-        self._sums = np.zeros((b, b)), np.zeros((y.shape[0], b)), np.zeros(y.shape[0])
+        channels, b = y.shape[0], 7 + 2 * walk.columns
+        self._sums = np.zeros((b, b)), np.zeros((channels, b)), np.zeros(channels)
         self.used = 0
 
     def collect(self, count: int, tables: SwingTables, symmetric: bool) -> None:
@@ -79,7 +78,7 @@ class _Sums:
 
     def moments(self) -> Moments:
         """What was collected."""
-        return Moments(*self._sums, self.used, self._walk.at[WALK + self._walk.columns :].copy())
+        return Moments(*self._sums, self.used, self._walk.at[WALK + self._walk.columns :])
 
 
 @dataclass(frozen=True)
@@ -119,13 +118,12 @@ class Workspace:
         """
         d = dynamics
         _check(d, last * dt_s)
-        first, last = int(first), int(last)
         # The tables know half swings from their beginning on only, and nothing of time.
         direct_to = first if d.theta >= 0.0 else min(last, max(first, math.ceil(-d.theta / (d.w * dt_s))))
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
         walk = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta)
-        sums = _Sums(walk, d, y, direct_to, last, dt_s, observable, stride)
+        sums = _Sums(walk, (dt_s, d.w, d.theta), y, (direct_to, last), observable, stride)
         tables, ratio, band = self._fresh_tables(walk, digits, tabulated)
         self._held, counts = None, []
         for count in walk.stretches(tables, ratio, observable, digits, band):
