@@ -1,5 +1,5 @@
 # `make demo` and `make test` do all set-up on a fresh machine with Python 3.11; everything stays in .venv.
-# `make campaign CAMPAIGN='--draws 500 --own-draws 100 --truths 100'` is a short one.
+# `make campaign CAMPAIGN='--draws 500 --own-draws 100 --truths 100 --long-truths 20'` is a short one.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed

@@ -15,6 +15,7 @@ import typer
 from drivers.errors import ConfigError
 from drivers.registry import load_emulator
 from platform_daemon.cli_options import interrupt
+from platform_daemon.garbage import spare_what_is_there
 from platform_daemon.settings import locate, read_toml
 
 
@@ -37,6 +38,7 @@ def emulate(
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     written = None
     try:
+        spare_what_is_there()
         written = _announce(emulator.endpoints(), json_file)
         threading.Event().wait()
     except KeyboardInterrupt:

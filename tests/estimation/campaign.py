@@ -8,7 +8,9 @@ from __future__ import annotations
 import argparse
 import math
 import multiprocessing
+import pickle
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -220,35 +222,45 @@ def truths_row(variant: str, scale: float, window: str, found: list[Outcome]) ->
 
 
 class _Pool:
-    """Processes that share the work and tell how far it is."""
+    """Processes that share the work and tell how far it is; what is done stays in a folder, as pickles by arguments."""
 
-    def __init__(self, processes: int) -> None:
-        self._pool = multiprocessing.get_context("spawn").Pool(processes)
+    def __init__(self, processes: int, journal: Path) -> None:
+        self._pool, self._journal = multiprocessing.get_context("spawn").Pool(processes), journal
 
     def __call__(self, work: Callable[..., Any], arguments: Sequence[Any]) -> Iterator[Any]:
-        began = time.monotonic()
-        for k, found in enumerate(self._pool.imap(_call, [(work, args) for args in arguments]), start=1):
-            left = (time.monotonic() - began) * (len(arguments) - k) / k
-            what = " ".join(str(a) for a in arguments[0] if not isinstance(a, range))
-            print(f"\r{work.__name__} {what}: {k}/{len(arguments)}, {left:.0f} s left   ", end="", file=sys.stderr)
-            yield found
+        files = [self._journal / f"{work.__name__}-{'-'.join(map(_text, args))}.pkl" for args in arguments]
+        missing = [args for args, file in zip(arguments, files, strict=True) if not file.exists()]
+        fresh, began, done = self._pool.imap(_call, [(work, args) for args in missing]), time.monotonic(), 0
+        for file in files:
+            if not file.exists():
+                part = file.with_suffix(".part")
+                part.write_bytes(pickle.dumps(next(fresh)))
+                part.replace(file)
+                done += 1
+                left = (time.monotonic() - began) * (len(missing) - done) / done
+                print(f"\r{file.stem}: {done}/{len(missing)}, {left:.0f} s left   ", end="", file=sys.stderr)
+            yield pickle.loads(file.read_bytes())
         print(file=sys.stderr)
+
+
+def _text(argument: Any) -> str:
+    return f"{argument.start}_{argument.stop}" if isinstance(argument, range) else str(argument)
 
 
 def _call(task: tuple[Callable[..., Any], Any]) -> Any:
     return task[0](*task[1])
 
 
-def run(draws: int, own_draws: int, truths: int, each: Each) -> tuple[str, list[str]]:
-    """The document's sections, and what is out of limits."""
+def run(draws: int, own_draws: int, truths: dict[str, int], each: Each) -> tuple[str, list[str]]:
+    """The document's sections, and what is out of limits; truths: how many by window."""
     given = [scatter(name, draws, each=each) for name in DATASETS]
     own = [scatter(name, own_draws, own_noise=True, each=each) for name in DATASETS]
     complaints = [c for f in (*given, *own) for c in f.complaints()]
     rows = []
     for variant in ("thread", "jewel"):
-        for window in ("n50", "d30"):
+        for window, count in truths.items():
             for scale in (1.0, 10.0):
-                found = outcomes(variant, scale, window, truths, each)
+                found = outcomes(variant, scale, window, count, each)
                 rows.append(truths_row(variant, scale, window, found))
                 complaints += [f"{variant} {window} x{scale:g}: {o}" for o in found if o.failed]
     sections = [
@@ -261,10 +273,10 @@ def run(draws: int, own_draws: int, truths: int, each: Each) -> tuple[str, list[
 
 _INTRODUCTION = """# What the errors of the fits look like
 
-Written by `make campaign` (`python -m tests.estimation.campaign --draws {draws} --own-draws {own} --truths {truths}`,
-{minutes:.0f} minutes on this machine). Ring-downs come from an independent integrator with white noise of 14, 21 and
-55 mA m²/s; every fit starts from what it finds in the data. JN50, JD30: jewel, first 0.24 s and 1.28 s; TN50, TD30:
-thread, first 0.24 s and 4.90 s. The Cramer-Rao bound is the covariance of the exact Jacobian at the truth.
+Written by `make campaign` (`python -m tests.estimation.campaign --draws {draws} --own-draws {own} --truths {truths}
+--long-truths {long_truths}`). Ring-downs come from an independent integrator with white noise of 14, 21 and 55 mA m²/s;
+every fit starts from what it finds in the data. JN50, JD30: jewel, first 0.24 s and 1.28 s; TN50, TD30: thread, first
+0.24 s and 4.90 s. The Cramer-Rao bound is the covariance of the exact Jacobian at the truth.
 
 {verdict}
 """
@@ -286,22 +298,22 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--draws", type=int, default=10_000, help="of each dataset")
     parser.add_argument("--own-draws", type=int, default=2000, help="of each, with noise estimated from each record")
-    parser.add_argument("--truths", type=int, default=2000, help="per variant, window and noise")
+    parser.add_argument("--truths", type=int, default=2000, help="per variant and noise, in windows of 0.24 s")
+    parser.add_argument("--long-truths", type=int, default=200, help="the same down to 30 % of the amplitude")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=DOCUMENT)
+    parser.add_argument("--journal", type=Path, help="folder that lets an interrupted campaign of the same code go on")
     asked = parser.parse_args()
-    began = time.monotonic()
-    text, complaints = run(asked.draws, asked.own_draws, asked.truths, _Pool(asked.processes))
+    truths = {"n50": asked.truths, "d30": asked.long_truths}
+    with tempfile.TemporaryDirectory() as made:
+        journal = asked.journal or Path(made)
+        journal.mkdir(parents=True, exist_ok=True)
+        text, complaints = run(asked.draws, asked.own_draws, truths, _Pool(asked.processes, journal))
     verdict = (
         "Everything lies within its limits." if not complaints else "Out of limits:\n\n* " + "\n* ".join(complaints)
     )
-    head = _INTRODUCTION.format(
-        draws=asked.draws,
-        own=asked.own_draws,
-        truths=asked.truths,
-        minutes=(time.monotonic() - began) / 60.0,
-        verdict=verdict,
-    )
+    counts = {"draws": asked.draws, "own": asked.own_draws, "truths": asked.truths, "long_truths": asked.long_truths}
+    head = _INTRODUCTION.format(**counts, verdict=verdict)
     asked.out.write_text(f"{head}\n{text}\n", encoding="utf-8")
     print(f"{text}\n\n{verdict}")
     return 1 if complaints else 0
