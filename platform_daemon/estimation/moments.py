@@ -64,6 +64,7 @@ def collect_swings(  # type: ignore[no-untyped-def]
     here = np.empty((4 + 2 * columns, m))
     basis = np.empty((b - 1, BATCH * m))
     sums = np.zeros((m, BATCH * rows))
+    lanes = np.empty(BATCH * rows)
     collected = np.empty((rows, BATCH * m))
     squares = np.zeros(3 * groups)
     scratch = np.empty(SCRATCH)
@@ -78,23 +79,23 @@ def collect_swings(  # type: ignore[no-untyped-def]
             continue
         if (skipped + h) % stride == 0:
             if held == BATCH:
-                to_nodes(matrix, sums, collected)
+                to_nodes(matrix, sums, lanes, collected)
                 add_products(basis, collected, held * m, products)
                 add_gram(basis, collected[0], held * m, weighted, gram)
                 held = np.int64(0)
             dx = 2.0 * w * dt / heads[h, HEAD_DURATION]
             x = 2.0 * (w * begin * dt + theta - heads[h, HEAD_START]) / heads[h, HEAD_DURATION] - 1.0
             for group in range(groups):
-                spread(y, 3 * group, begin, stop, x, dx, scratch, sums, held, squares)
+                spread(y, 3 * group, begin, stop, x, dx, scratch, sums, held * rows, squares)
             look_up_values(weights[h], values[0 if mirrored or heads[h, HEAD_SIDE] > 0.0 else 1], here)
             write_basis(here, heads[h], observable, nodes, w, theta, columns, held * m, basis)
             for channel in range(channels):
-                products[channel, b - 1] += sums[0, held + BATCH * (1 + channel)]
+                products[channel, b - 1] += sums[0, held * rows + 1 + channel]
             held += 1
             gram[b - 1, b - 1] += stop - begin
             used += stop - begin
         begin = stop
-    to_nodes(matrix, sums, collected)
+    to_nodes(matrix, sums, lanes, collected)
     add_products(basis, collected, held * m, products)
     add_gram(basis, collected[0], held * m, weighted, gram)
     for j in range(b):

@@ -50,11 +50,11 @@ def _place(x, dx, n, numbers, twice, even, odd):  # type: ignore[no-untyped-def]
 def spread(y, row, first, last, x, dx, buffer, sums, ones, energy):  # type: ignore[no-untyped-def]
     """Add samples first .. last-1 of channels row .. row+2 times T_k to three columns of sums (m, ..), y^2 to energy.
 
-    Ones instead of samples are added to column `ones`, once (with row 0); in steps of BATCH behind it follow those of
-    the channels. A channel that does not exist is replaced by the last. x: place of the first sample in [-1, 1], dx the step; buffer
+    Ones instead of samples are added to column `ones`, once (with row 0); behind it follow those of the channels. A
+    channel that does not exist is replaced by the last. x: place of the first sample in [-1, 1], dx the step; buffer
     (SCRATCH,), counted up; m is even.
     """
-    at = ones + BATCH * (1 + row)
+    at = ones + 1 + row
     top = y.shape[0] - 1
     for begin in range(first, last, _CHUNK):
         n = min(_CHUNK, last - begin)
@@ -86,38 +86,36 @@ def spread(y, row, first, last, x, dx, buffer, sums, ones, energy):  # type: ign
                 sums[k + 1, ones] += b
             sums[k, at] += a0
             sums[k + 1, at] += b0
-            sums[k, at + BATCH] += a1
-            sums[k + 1, at + BATCH] += b1
-            sums[k, at + 2 * BATCH] += a2
-            sums[k + 1, at + 2 * BATCH] += b2
+            sums[k, at + 1] += a1
+            sums[k + 1, at + 1] += b1
+            sums[k, at + 2] += a2
+            sums[k + 1, at + 2] += b2
 
 
 @fast_part
-def to_nodes(matrix, sums, out):  # type: ignore[no-untyped-def]
+def to_nodes(matrix, sums, lanes, out):  # type: ignore[no-untyped-def]
     """Sums by T_k turned into sums against the node polynomials, out (rows, BATCH m), and set back to zero.
 
-    sums (m, rows BATCH): for every row a half swing after the other; matrix (k, node). m is a multiple of four.
+    sums (m, BATCH rows): a half swing after the other; matrix (k, node); lanes (BATCH rows,) is scratch.
+    m is a multiple of four.
     """
     m = matrix.shape[0]
-    columns = sums.shape[1]
-    by_column = out.reshape(columns, m)
-    for i in range(columns):
-        there = by_column[i]
+    rows = out.shape[0]
+    for node in range(m):
+        for i in range(lanes.size):
+            lanes[i] = 0.0
         for k in range(0, m, 4):
-            a = sums[k, i]
-            b = sums[k + 1, i]
-            c = sums[k + 2, i]
-            d = sums[k + 3, i]
-            if k == 0:
-                for node in range(m):
-                    there[node] = a * matrix[0, node] + b * matrix[1, node] + c * matrix[2, node] + d * matrix[3, node]
-            else:
-                for node in range(m):
-                    there[node] += (
-                        a * matrix[k, node] + b * matrix[k + 1, node] + c * matrix[k + 2, node] + d * matrix[k + 3, node]
-                    )
+            a = matrix[k, node]
+            b = matrix[k + 1, node]
+            c = matrix[k + 2, node]
+            d = matrix[k + 3, node]
+            for i in range(lanes.size):
+                lanes[i] += a * sums[k, i] + b * sums[k + 1, i] + c * sums[k + 2, i] + d * sums[k + 3, i]
+        for swing in range(BATCH):
+            for r in range(rows):
+                out[r, swing * m + node] = lanes[swing * rows + r]
     for k in range(m):
-        for i in range(columns):
+        for i in range(lanes.size):
             sums[k, i] = 0.0
 
 
