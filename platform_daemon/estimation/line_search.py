@@ -10,7 +10,7 @@ from scipy.fft import next_fast_len, rfft
 from .arrays import Array
 from .jit import fast_kernel
 
-_PADDING = 4  # grid points per resolved frequency step
+_PADDING = 8  # grid points per resolved frequency step
 
 
 def best_frequency(data: Array, step_s: float, lowest: float, highest: float, weights: Array) -> float:
