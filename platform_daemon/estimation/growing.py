@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -177,19 +176,14 @@ class Prior:
     mean: Array
     precision: Array
 
-    @cached_property
-    def _matrix(self) -> Array:
-        return np.diag(self.precision)
-
     def added(self, normal: Normal, state: FitState) -> Normal:
         """Normal equations with the prior's pull."""
         d = state.dynamics
         miss = self.mean - np.array([d.amplitude, *d.values])
         gradient, matrix = normal.gradient.copy(), normal.matrix.copy()
-        k = slice(2, 2 + miss.size)
         pull = self.precision * miss
-        gradient[k] += pull
-        matrix[k, k] += self._matrix
+        gradient[2 : 2 + miss.size] += pull
+        matrix.reshape(-1)[:: gradient.size + 1][2 : 2 + miss.size] += self.precision  # the diagonal
         chi2 = normal.chi2 + float(pull @ miss)
         return replace(normal, chi2=chi2, gradient=gradient, matrix=matrix)
 

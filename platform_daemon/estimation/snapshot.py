@@ -17,6 +17,8 @@ _HARMONICS = 4
 _NUMBERS = np.arange(1.0, _HARMONICS + 1.0)
 _POINTS_PER_PERIOD = 24
 _SEARCH = 0.12
+_NEAR = 0.5  # rad: so far the phase's drift over half the stretch is told by that of the fundamental's amplitude
+_TOLD_APART = 4.2  # rad; what drifts by about 4.5 rad looks as if it did not drift at all
 _SETTLED = 0.03  # rad, at the ends of the stretch: what is left of it is of second order
 
 
@@ -42,8 +44,8 @@ class Snapshot:
 def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array) -> Snapshot:
     """Least-squares harmonics with linearly drifting amplitudes over samples first .. last-1 of y (channels, n).
 
-    The frequency is searched within 12 % (a long spectrum shows the mean of a sweep, not its beginning), then
-    refined by the drift of the fundamental's phase.
+    The frequency is refined by the drift of the fundamental's phase. Where that is too large (a long spectrum shows
+    the mean of a sweep, not its beginning), it is searched within 12 % first.
     """
     block = max(1, int(1.0 / (frequency_hz * dt_s * _POINTS_PER_PERIOD)))
     blocks = (last - first) // block
@@ -51,15 +53,13 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
     middle = (first + 0.5 * (block * blocks - 1)) * dt_s
     half = max(0.5 * (blocks - 1) * block, 1.0) * dt_s
     weights = noise_sd**-2.0
-    centre = 2.0 * np.pi * frequency_hz
-    omega = best_frequency(data, block * dt_s, (1.0 - _SEARCH) * centre, (1.0 + _SEARCH) * centre, weights)
-    for _ in range(3):
-        z, slope, factor = _drifting_harmonics(data, block * dt_s, omega)
-        weighted = weights * z[0].conj()
-        overlap = complex(weighted @ slope[0] / (weighted @ z[0]).real)
-        omega += overlap.imag / half
-        if abs(overlap.imag) < _SETTLED:
-            break
+    omega = 2.0 * np.pi * frequency_hz
+    found = _refined(data, block * dt_s, omega, weights, half, _NEAR) if _SEARCH * omega * half < _TOLD_APART else None
+    if found is None:
+        omega = best_frequency(data, block * dt_s, (1.0 - _SEARCH) * omega, (1.0 + _SEARCH) * omega, weights)
+        found = _refined(data, block * dt_s, omega, weights, half, math.inf)
+        assert found is not None
+    omega, drift, z, factor = found
     # Block averages attenuate harmonic k by a sinc.
     turn = 0.5 * omega * dt_s * _NUMBERS
     droop = np.sin(block * turn) / (block * np.sin(turn))
@@ -67,9 +67,28 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
         time_s=float(middle),
         omega=omega,
         z=z / droop[:, None],
-        z_sd=noise_sd / np.sqrt(block) * factor,
-        decay_per_s=-overlap.real / half,
+        z_sd=noise_sd / math.sqrt(block) * factor,
+        decay_per_s=-drift / half,
     )
+
+
+def _refined(
+    data: Array, step_s: float, omega: float, weights: Array, half_s: float, near: float
+) -> tuple[float, float, ComplexArray, float] | None:
+    """Angular frequency, relative drift of the fundamental over half the stretch, amplitudes, the sd factor of one.
+
+    None if its phase drifts by more than `near`, in rad over half the stretch, at the given frequency.
+    """
+    for _ in range(3):
+        z, slope, factor = _drifting_harmonics(data, step_s, omega)
+        weighted = weights * z[0].conj()
+        overlap = complex(weighted @ slope[0] / (weighted @ z[0]).real)
+        if abs(overlap.imag) > near:
+            return None
+        omega += overlap.imag / half_s
+        if abs(overlap.imag) < _SETTLED:
+            break
+    return omega, overlap.real, z, factor
 
 
 def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[ComplexArray, ComplexArray, float]:

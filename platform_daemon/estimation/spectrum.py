@@ -15,6 +15,7 @@ _BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)
 _HALF_LOBE_BINS = 4  # of the Blackman-Harris window
 _SMALLEST_SEGMENT = 512
 _USUAL_SEGMENT = 8192
+_MANY_POINTS = 1000  # have bins enough
 _CERTAIN = 1e4
 _ENOUGH_PERIODS = 20.0
 _SHORT_POINTS = 600
@@ -107,7 +108,7 @@ def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     """Strongest spectral line of a segment, halved if it is the second harmonic."""
     n = samples.shape[1]
     # Few periods are few bins: pad, so that the peak is found between them.
-    size = next_fast_len(n if n >= _USUAL_SEGMENT else 2 * n, real=True)
+    size = next_fast_len(n if n >= _MANY_POINTS else 2 * n, real=True)
     padded = np.zeros((samples.shape[0], size))  # scipy's own padding takes longer than the transform
     np.subtract(samples, (samples.sum(axis=1) / n)[:, None], out=padded[:, :n])
     padded[:, :n] *= _window(n)

@@ -89,8 +89,8 @@ def _refuse_slow_change(task: Task, window: Window) -> None:
 def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
     """Standard deviations (channels,), kept above rounding so that noise-free records can be fitted."""
     sd = np.asarray(noise.sd, dtype=np.float64)
-    if sd.shape != (record.channels,) or not (np.isfinite(sd) & (sd >= 0.0)).all():
+    if sd.shape != (record.channels,) or not all(0.0 <= one < math.inf for one in sd.tolist()):
         raise ValueError(f"noise.sd must be {record.channels} finite numbers >= 0, not {sd!r}")
     # A thousand samples, evenly spread, know the size of the signal well enough.
-    some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)]
-    return np.maximum(sd, 1e-9 * math.sqrt(float(np.einsum("ij,ij", some, some)) / some.size))
+    some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)].ravel()
+    return np.maximum(sd, 1e-9 * math.sqrt(float(some @ some) / some.size))
