@@ -153,7 +153,7 @@ def basis_at(started: Started, model: RingDownModel, state: FitState) -> Array:
 def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> tuple[Array, Array]:
     """(p, channels, m) from the kernel's basis (b, m), and the part of it from f2."""
     d, obs = state.dynamics, state.observation
-    gains, (by_w, by_own), chain = obs.gains(d.w), obs.slopes(d.w), d.chain(model)
+    (gains, by_w, by_own), chain = obs.linear(d.w), d.chain(model)
     dynamic, channels, m = chain.shape[0], gains.shape[0], basis.shape[1]
     out, even = np.zeros((2, state.size, channels, m))
     for part, k in ((out, 0), (even, 1)):

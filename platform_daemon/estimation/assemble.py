@@ -67,3 +67,27 @@ def assemble(  # type: ignore[no-untyped-def]
                     factor = weights[channel] * jacobian[j, p]
                     for q in range(size):
                         matrix[p, q] += factor * turned[j, q]
+
+
+@kernel
+def dipole_gains(mixed, w, m_r, gains, by_w, by_own):  # type: ignore[no-untyped-def]
+    """Gains of f1 and f2 for a dipole m_r w, and their derivatives by w, m_r and a rotation vector delta.
+
+    mixed (channels, 3): channels by (u, v, w). R [delta]x has the columns v (-d_w, 0, d_u) and u (0, d_w, -d_v).
+    """
+    for channel in range(mixed.shape[0]):
+        u = mixed[channel, 0]
+        v = mixed[channel, 1]
+        across = mixed[channel, 2]
+        gains[channel, 0] = w * m_r * v
+        gains[channel, 1] = w * m_r * u
+        by_w[channel, 0] = m_r * v
+        by_w[channel, 1] = m_r * u
+        by_own[0, channel, 0] = w * v
+        by_own[0, channel, 1] = w * u
+        by_own[1, channel, 0] = w * m_r * across
+        by_own[1, channel, 1] = 0.0
+        by_own[2, channel, 0] = 0.0
+        by_own[2, channel, 1] = -w * m_r * across
+        by_own[3, channel, 0] = -w * m_r * u
+        by_own[3, channel, 1] = w * m_r * v

@@ -114,7 +114,7 @@ def assembled(
 def linearised(model: RingDownModel, state: FitState) -> tuple[Array, Array, Array, Array, Array]:
     """How basis coefficients follow from the parameters: chain, gains, their derivatives, offsets."""
     d, obs = state.dynamics, state.observation
-    return d.chain(model), obs.gains(d.w), *obs.slopes(d.w), state.offsets
+    return d.chain(model), *obs.linear(d.w), state.offsets
 
 
 def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:

@@ -67,14 +67,14 @@ def _derivatives(model: RingDownModel, state: FitState, first: int, blocks: int,
     """Block means of the signal's derivatives by all parameters, (size, channels, blocks)."""
     d, seen = state.dynamics, state.observation
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
-    gains = seen.gains(d.w)
-    chain = d.chain(model)
+    linear, chain = seen.linear(d.w), d.chain(model)
+    gains = linear[0]
     # Two functions, their derivatives, and the constant (sampling.py).
     functions = 2 + 2 * chain.shape[0] + 1
     jacobian = np.empty((gains.shape[0], functions, state.size))
     unused = np.empty(functions)
     for channel in range(gains.shape[0]):
-        coefficients(chain, gains, *seen.slopes(d.w), state.offsets, channel, unused, jacobian[channel])
+        coefficients(chain, *linear, state.offsets, channel, unused, jacobian[channel])
     out = np.empty((state.size, gains.shape[0], blocks))
     for begin in range(0, blocks, _CHUNK_BLOCKS):
         end = min(begin + _CHUNK_BLOCKS, blocks)

@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 
 from .arrays import Array, grown
+from .assemble import dipole_gains
 from .rotation import (
     HALF_TURN_ABOUT_U,
     rodrigues_from_rotation,
@@ -22,17 +23,6 @@ from .rotation import (
     rotation_from_rodrigues,
 )
 from .sampling import DIPOLE, STATE
-
-# d (v column, u column) / d (m_r, delta) of a dipole along (e_u, e_v, e_w), up to factors: (4, 3, 2). R [delta]x has
-# the columns v (-d_w, 0, d_u) and u (0, d_w, -d_v).
-_BY_OWN = np.array(
-    [
-        [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]],
-        [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0]],
-        [[0.0, 0.0], [0.0, 0.0], [0.0, -1.0]],
-        [[-1.0, 0.0], [0.0, 1.0], [0.0, 0.0]],
-    ]
-)
 
 
 class Observation(Protocol):
@@ -53,8 +43,8 @@ class Observation(Protocol):
     def gains(self, w: float) -> Array:
         """(channels, 2)."""
 
-    def slopes(self, w: float) -> tuple[Array, Array]:
-        """d gains / d w, (channels, 2), and d gains / d own parameters, (size, channels, 2)."""
+    def linear(self, w: float) -> tuple[Array, Array, Array]:
+        """The gains, d gains / d w, (channels, 2), and d gains / d own parameters, (size, channels, 2)."""
 
     def moved(self, step: Array) -> Observation:
         """The observation after a step (size,) in its own parameters."""
@@ -97,20 +87,17 @@ class DipoleObservation:
         """m_r and three local rotation angles."""
         return 4
 
-    @property
-    def _seen(self) -> Array:
-        """Channels by (v, u), for a moment of 1."""
-        return np.asarray(self.mixing @ self.rotation[:, 1::-1])
-
     def gains(self, w: float) -> Array:
         """w m_r (mixing e_v, mixing e_u)."""
-        return (w * self.m_r) * self._seen
+        return (w * self.m_r) * np.asarray(self.mixing @ self.rotation[:, 1::-1])
 
-    def slopes(self, w: float) -> tuple[Array, Array]:
+    def linear(self, w: float) -> tuple[Array, Array, Array]:
         """Proportional to w; by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
-        by_own = (w * self.mixing @ self.rotation) @ _BY_OWN
-        by_own[1:] *= self.m_r
-        return self.m_r * self._seen, by_own
+        mixed = self.mixing @ self.rotation
+        channels = mixed.shape[0]
+        out = np.empty((channels, 2)), np.empty((channels, 2)), np.empty((4, channels, 2))
+        dipole_gains(mixed, w, self.m_r, *out)
+        return out
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""
@@ -170,9 +157,9 @@ class FreeGainObservation:
         """The kernel's functions are in units of w."""
         return w * self.sensitivities
 
-    def slopes(self, w: float) -> tuple[Array, Array]:
+    def linear(self, w: float) -> tuple[Array, Array, Array]:
         """Proportional to w; each gain moves its own entry."""
-        return self.sensitivities, w * np.eye(self.size).reshape(self.size, *self.sensitivities.shape)
+        return self.gains(w), self.sensitivities, w * np.eye(self.size).reshape(self.size, *self.sensitivities.shape)
 
     def moved(self, step: Array) -> FreeGainObservation:
         """Step in all gains."""
@@ -218,9 +205,9 @@ class AngleObservation:
         """One for the angle, nothing for its velocity."""
         return np.array([[1.0, 0.0]])
 
-    def slopes(self, w: float) -> tuple[Array, Array]:
+    def linear(self, w: float) -> tuple[Array, Array, Array]:
         """Fixed; there are no own ones."""
-        return np.zeros((1, 2)), np.zeros((0, 1, 2))
+        return self.gains(w), np.zeros((1, 2)), np.zeros((0, 1, 2))
 
     def moved(self, step: Array) -> AngleObservation:
         """Nothing to move."""

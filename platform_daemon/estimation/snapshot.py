@@ -14,7 +14,6 @@ from .linear import factorise, substitute
 from .refusal import Refusal, RefusedError
 
 _HARMONICS = 4
-_NUMBERS = np.arange(1.0, _HARMONICS + 1.0)
 _POINTS_PER_PERIOD = 24
 _SEARCH = 0.12
 _NEAR = 0.5  # rad: so far the phase's drift over half the stretch is told by that of the fundamental's amplitude
@@ -61,12 +60,12 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
         assert found is not None
     omega, drift, z, factor = found
     # Block averages attenuate harmonic k by a sinc.
-    turn = 0.5 * omega * dt_s * _NUMBERS
-    droop = np.sin(block * turn) / (block * np.sin(turn))
+    turns = [0.5 * omega * dt_s * k for k in range(1, _HARMONICS + 1)]
+    rise = np.array([block * math.sin(turn) / math.sin(block * turn) for turn in turns])
     return Snapshot(
-        time_s=float(middle),
+        time_s=middle,
         omega=omega,
-        z=z / droop[:, None],
+        z=z * rise[:, None],
         z_sd=noise_sd / math.sqrt(block) * factor,
         decay_per_s=-drift / half,
     )
@@ -81,8 +80,9 @@ def _refined(
     """
     for _ in range(3):
         z, slope, factor = _drifting_harmonics(data, step_s, omega)
-        weighted = weights * z[0].conj()
-        overlap = complex(weighted @ slope[0] / (weighted @ z[0]).real)
+        fundamental = list(zip(weights.tolist(), z[0].tolist(), slope[0].tolist(), strict=True))
+        power = sum(weight * abs(one) ** 2 for weight, one, _ in fundamental) or math.nan
+        overlap = sum(weight * one.conjugate() * drift for weight, one, drift in fundamental) / power
         if abs(overlap.imag) > near:
             return None
         omega += overlap.imag / half_s
