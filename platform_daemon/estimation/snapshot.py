@@ -81,7 +81,9 @@ def _refined(
     for _ in range(3):
         z, slope, factor = _drifting_harmonics(data, step_s, omega)
         fundamental = list(zip(weights.tolist(), z[0].tolist(), slope[0].tolist(), strict=True))
-        power = sum(weight * abs(one) ** 2 for weight, one, _ in fundamental) or math.nan
+        power = sum(weight * abs(one) ** 2 for weight, one, _ in fundamental)
+        if power == 0.0:
+            raise RefusedError(Refusal.NO_SIGNAL, "the beginning of the window is silent")
         overlap = sum(weight * one.conjugate() * drift for weight, one, drift in fundamental) / power
         if abs(overlap.imag) > near:
             return None

@@ -52,6 +52,12 @@ def test_a_record_of_too_few_periods_is_refused(samples):
     assert refused(noisy()[:, :samples]) in {"too_short", "no_signal"}
 
 
+def test_a_window_with_a_silent_beginning_is_refused():
+    signal = noisy()
+    signal[:, :4000] = 0.0
+    assert refused(signal, window=0.24) == "no_signal"
+
+
 def test_a_window_of_too_few_periods_is_refused():
     assert refused(noisy(), window=0.01) == "too_short"
 
