@@ -159,7 +159,8 @@ class FreeGainObservation:
 
     def linear(self, w: float) -> tuple[Array, Array, Array]:
         """Proportional to w; each gain moves its own entry."""
-        return self.gains(w), self.sensitivities, w * np.eye(self.size).reshape(self.size, *self.sensitivities.shape)
+        by_w = np.ascontiguousarray(self.sensitivities)  # another order would be compiled for anew
+        return w * by_w, by_w, w * np.eye(self.size).reshape(self.size, *by_w.shape)
 
     def moved(self, step: Array) -> FreeGainObservation:
         """Step in all gains."""
