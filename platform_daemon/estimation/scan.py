@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from .arrays import Array
-from .jit import fast_kernel
+from .jit import fast_kernel, part
 
 _FLAT = 4  # samples in a run
 _CHUNK = 512  # samples that are still at hand when they are looked at again
@@ -33,28 +33,39 @@ def flat_runs(y: Array, lowest: float, highest: float) -> tuple[int, int]:
 def _extremes(y):  # type: ignore[no-untyped-def]
     """What `extremes` returns. Chunks that do not reach the extremes are looked at once only."""
     n = y.size
-    lows = np.empty((n + _CHUNK - 1) // _CHUNK)
-    highs = np.empty(lows.size)
+    chunks = np.empty(((n + _CHUNK - 1) // _CHUNK, 2))
     total = 0.0
-    for k in range(lows.size):
+    lowest = highest = y[0]
+    for k in range(chunks.shape[0]):
         chunk = y[k * _CHUNK : min(n, (k + 1) * _CHUNK)]
         low = high = chunk[0]
         for i in range(chunk.size):
             low = min(low, chunk[i])
             high = max(high, chunk[i])
             total += chunk[i]
-        lows[k] = low
-        highs[k] = high
-    low = lows.min()
-    high = highs.max()
+        chunks[k, 0] = low
+        chunks[k, 1] = high
+        lowest = min(lowest, low)
+        highest = max(highest, high)
+    top = highest - 1e-9 * abs(highest)
+    bottom = lowest + 1e-9 * abs(lowest)
     tops = 0
     bottoms = 0
-    for k in range(lows.size):
-        if highs[k] >= high - 1e-9 * abs(high) or lows[k] <= low + 1e-9 * abs(low):
-            for i in range(k * _CHUNK, min(n, (k + 1) * _CHUNK), _FLAT):
-                tops += y[i] >= high - 1e-9 * abs(high)
-                bottoms += y[i] <= low + 1e-9 * abs(low)
-    return low if math.isfinite(total) else np.nan, high, max(tops, bottoms)
+    for k in range(chunks.shape[0]):
+        if chunks[k, 0] <= bottom or chunks[k, 1] >= top:
+            tops, bottoms = _add_reached(y[k * _CHUNK : min(n, (k + 1) * _CHUNK)], top, bottom, tops, bottoms)
+    return lowest if math.isfinite(total) else np.nan, highest, max(tops, bottoms)
+
+
+@part
+def _add_reached(y, top, bottom, tops, bottoms):  # type: ignore[no-untyped-def]
+    """How many of every fourth sample reach `top`, how many `bottom`, added to those before."""
+    for i in range(0, y.size, _FLAT):
+        if y[i] >= top:
+            tops += 1
+        if y[i] <= bottom:
+            bottoms += 1
+    return tops, bottoms
 
 
 @fast_kernel
