@@ -50,13 +50,22 @@ def sd_at(noise: NoiseModel, frequency_hz: Array, sampling_rate_hz: float) -> Ar
         density = np.stack([np.interp(frequency_hz, noise.frequency_hz, row) for row in noise.psd])
         return np.asarray(np.sqrt(0.5 * sampling_rate_hz * density))
     out = np.repeat(noise.sd[:, None], frequency_hz.size, axis=1)
-    # The shots of a series differ little in frequency: the same bands serve all of them.
-    near = 2.0 ** (round(_STEPS_PER_OCTAVE * math.log2(frequency_hz.min())) / _STEPS_PER_OCTAVE)
-    bands, coloured = noise.kept(_coloured, near, sampling_rate_hz)
+    bands, coloured = _near(noise, float(frequency_hz.min()), sampling_rate_hz)
     for channel in coloured:
         law = _law(bands, bands.log_density[channel], np.log(frequency_hz))
         out[channel] = np.sqrt(0.5 * sampling_rate_hz * np.exp(law))
     return out
+
+
+def is_white(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) -> bool:
+    """True if measured noise is as good as white around this frequency and its harmonics, in all channels."""
+    return noise.degrees is not None and not _near(noise, frequency_hz, sampling_rate_hz)[1]
+
+
+def _near(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) -> tuple[_Bands, tuple[int, ...]]:
+    """Bands and coloured channels; the shots of a series differ little in frequency: the same serve all of them."""
+    near = 2.0 ** (round(_STEPS_PER_OCTAVE * math.log2(frequency_hz)) / _STEPS_PER_OCTAVE)
+    return noise.kept(_coloured, near, sampling_rate_hz)
 
 
 def _coloured(noise: NoiseModel, frequency_hz: float, sampling_rate_hz: float) -> tuple[_Bands, tuple[int, ...]]:

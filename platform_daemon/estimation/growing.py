@@ -49,7 +49,7 @@ class Schedule:
         early, late, final: fall of chi^2 still to come at which a stage ends: the growing windows, a last look at some
             of the whole, all of it.
         half_swings: of so many the early passes take a sample, evenly spread over the window.
-        last_half_swings: the same for the last of them.
+        last_share: the last of them looks at no smaller share of the half swings than this.
         digits: of the trajectory in the early passes.
     """
 
@@ -58,12 +58,12 @@ class Schedule:
     late: float
     final: float
     half_swings: int
-    last_half_swings: int
+    last_share: float
     digits: float
 
 
-QUICK = Schedule(16.0, 100.0, 1e3, 1e-3, 60, 180, COARSE)
-CAREFUL = Schedule(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1 << 60, EXACT)
+QUICK = Schedule(16.0, 100.0, 1e3, 1e-3, 33, 0.1, COARSE)
+CAREFUL = Schedule(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1.0, EXACT)
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,8 @@ def fit_growing(
         wanted = min(schedule.growth, (last - problem.first) / length)
         length = math.ceil(length * _growth(problem, found, length, wanted))
     if schedule.digits < EXACT:
-        some = _some(last - problem.first, period, schedule.last_half_swings)
+        whole = last - problem.first
+        some = _some(whole, period, max(schedule.half_swings, int(schedule.last_share * 2.0 * whole / period)))
         state = _Stage(problem, last, some, schedule.digits, None).minimise(state, schedule.late).state
     final = _Stage(problem, last, ALL, EXACT, None).minimise(state, schedule.final)
     normal = problem.after(final.before, final.step)

@@ -47,14 +47,16 @@ def held(model: RingDownModel, fixed: Mapping[str, float] | None, *, dipole: boo
 def free_mask(model: RingDownModel, size: int, fixed: Mapping[str, float]) -> np.ndarray:
     """True for the internal parameters that are fitted, bool (size,)."""
     free = np.ones(size, dtype=bool)
-    for name, place in internal_index(model, dipole=True).items():
-        if name in fixed:
-            free[place] = False
+    if fixed:
+        places = internal_index(model, dipole=True)
+        free[[place for name, place in places.items() if name in fixed]] = False
     return free
 
 
 def with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float]) -> FitState:
     """The state with fixed values put in."""
+    if not fixed:
+        return state
     d = state.dynamics
     w = 2.0 * math.pi * fixed["f_nat_hz"] if "f_nat_hz" in fixed else d.w
     values = tuple(fixed.get(c.name, q) for c, q in zip(model.coefficients, d.values, strict=True))

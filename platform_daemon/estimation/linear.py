@@ -13,11 +13,13 @@ def factorise(matrix, order):  # type: ignore[no-untyped-def]
     m = matrix.shape[0]
     for k in range(m):
         best = k
+        largest = abs(matrix[k, k])
         for i in range(k + 1, m):
-            if abs(matrix[i, k]) > abs(matrix[best, k]):
+            if abs(matrix[i, k]) > largest:
                 best = i
+                largest = abs(matrix[i, k])
         order[k] = best
-        if not abs(matrix[best, k]) > 1e-14:
+        if not largest > 1e-14:
             return False
         if best != k:
             for j in range(m):
@@ -25,11 +27,13 @@ def factorise(matrix, order):  # type: ignore[no-untyped-def]
                 matrix[k, j] = matrix[best, j]
                 matrix[best, j] = swap
         pivot = 1.0 / matrix[k, k]
+        above = matrix[k, k + 1 :]  # slices: their loops run in lanes
         for i in range(k + 1, m):
             factor = matrix[i, k] * pivot
             matrix[i, k] = factor
-            for j in range(k + 1, m):
-                matrix[i, j] -= factor * matrix[k, j]
+            row = matrix[i, k + 1 :]
+            for j in range(row.size):
+                row[j] -= factor * above[j]
     return True
 
 

@@ -98,20 +98,19 @@ class DipoleObservation:
         return 4
 
     @property
-    def _mixed(self) -> Array:
-        """Channels by (u, v, w)."""
-        return np.asarray(self.mixing @ self.rotation)
+    def _seen(self) -> Array:
+        """Channels by (v, u), for a moment of 1."""
+        return np.asarray(self.mixing @ self.rotation[:, 1::-1])
 
     def gains(self, w: float) -> Array:
         """w m_r (mixing e_v, mixing e_u)."""
-        return np.asarray((w * self.m_r * self._mixed)[:, 1::-1], order="C")
+        return (w * self.m_r) * self._seen
 
     def slopes(self, w: float) -> tuple[Array, Array]:
         """Proportional to w; by m_r and by the body-frame rotation vector delta of R exp([delta]x)."""
-        mixed = self._mixed
-        by_own = (w * mixed) @ _BY_OWN
+        by_own = (w * self.mixing @ self.rotation) @ _BY_OWN
         by_own[1:] *= self.m_r
-        return np.asarray((self.m_r * mixed)[:, 1::-1], order="C"), by_own
+        return self.m_r * self._seen, by_own
 
     def moved(self, step: Array) -> DipoleObservation:
         """Step in m_r, as a factor, and the rotation vector (re-orthogonalised by construction)."""

@@ -16,6 +16,7 @@ from scipy.fft import prev_fast_len, rfft
 
 from .arrays import Array, medians
 from .gauss_newton import FitState
+from .jit import fast_kernel
 from .line_search import block_means
 from .models import RingDownModel
 from .noise import NoiseModel
@@ -58,11 +59,6 @@ class Residual:
         """Residual over noise, (channels, blocks)."""
         return np.asarray((self.data - self.model) / self.sd[:, None])
 
-    @cached_property
-    def spectrum(self) -> Array:
-        """Power of the residual over the density of the noise, (channels, bins), without the bin of the offset."""
-        return np.asarray(self._power / self._colour)
-
     @property
     def transformed(self) -> Array:
         """As much of `scaled` as the spectrum was made from, (channels, n)."""
@@ -74,20 +70,31 @@ class Residual:
         return int(prev_fast_len(self.data.shape[1], real=True))
 
     @cached_property
-    def _power(self) -> Array:
+    def _seen(self) -> tuple[Array, Array, Array]:
+        """Power of the residual and the same over the density of the noise, (channels, bins); flatness (channels,)."""
         n = self._length
         bins = rfft(self.transformed, axis=1)[:, 1 : (n + 1) // 2]
-        return np.asarray((bins.real**2 + bins.imag**2) / n)
+        out = np.empty(bins.shape), np.empty(bins.shape), np.empty(bins.shape[0])
+        _look(bins, 1.0 / n, self._colour, *out)
+        return out
+
+    @property
+    def _power(self) -> Array:
+        return self._seen[0]
+
+    @property
+    def spectrum(self) -> Array:
+        """Power of the residual over the density of the noise, (channels, bins), without the bin of the offset."""
+        return self._seen[1]
+
+    @property
+    def flatness(self) -> Array:
+        """Spectral flatness per channel, (channels,): geometric over arithmetic mean of the power; noise only: 1."""
+        return self._seen[2]
 
     @cached_property
     def _colour(self) -> Array:
         return self.noise.kept(_colour, self._length, self.rate_hz)
-
-    @cached_property
-    def flatness(self) -> Array:
-        """Spectral flatness per channel, (channels,): geometric over arithmetic mean of the power; noise only: 1."""
-        geometric = np.exp(np.log(np.maximum(self.spectrum, 1e-300)).mean(axis=1) + _EULER)
-        return np.asarray(geometric / np.maximum(self.spectrum.mean(axis=1), 1e-300))
 
     @property
     def colour_sigma(self) -> float:
@@ -117,6 +124,21 @@ class Residual:
         sd = usual * math.sqrt(2.0 / (length * self.scaled.shape[0]))
         middle = self.start_s + (powers.index(largest) + 0.5) * length / self.rate_hz
         return middle, largest / sum(powers), (largest - usual) / sd
+
+
+@fast_kernel
+def _look(bins, share, colour, power, spectrum, flatness):  # type: ignore[no-untyped-def]
+    """Write what Residual._seen holds, from complex bins (channels, m); colour (channels, m), or (channels, 1)."""
+    m = bins.shape[1]
+    for channel in range(bins.shape[0]):
+        total = logarithms = 0.0
+        for i in range(m):
+            here = bins[channel, i]
+            power[channel, i] = share * (here.real * here.real + here.imag * here.imag)
+            spectrum[channel, i] = power[channel, i] / colour[channel, min(i, colour.shape[1] - 1)]
+            total += spectrum[channel, i]
+            logarithms += math.log(max(spectrum[channel, i], 1e-300))
+        flatness[channel] = math.exp(logarithms / m + _EULER) / max(total / m, 1e-300)
 
 
 def _colour(noise: NoiseModel, length: int, rate_hz: float) -> Array:
@@ -155,8 +177,7 @@ def residual_of(
     period = 2.0 * np.pi / state.dynamics.w * record.sampling_rate_hz
     block = max(1, int(period / _POINTS_PER_PERIOD))
     blocks = (chosen.last - chosen.first) // block
-    data = np.empty((record.channels, blocks))
-    block_means(record.samples, chosen.first, block, blocks, data)
+    data = block_means(record.samples, chosen.first, block, blocks)
     gains, sd = state.observation.gains(state.dynamics.w), noise_sd / math.sqrt(block)
     at = state.dynamics, chosen.first, blocks, block, record.dt_s, state.observation.observable
     if state.dynamics.theta >= 0.0 and not workspace.model.time_dependent:

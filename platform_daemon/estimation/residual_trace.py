@@ -11,15 +11,18 @@ from .jit import fast_kernel, fast_part
 from .swing_chain import HEAD_DURATION, HEAD_SIDE, HEAD_START
 
 _POINTS = 3  # in a block
+_TOGETHER = 64  # places that are looked up at once
 _FINE_ENOUGH = 1e-4  # of the signal: what so few points and the coefficients left out may be wrong by
 
 
 def to_coefficients(values: Array, to_nodes: Array, accuracy: float) -> Array:
-    """Chebyshev coefficients of f1, f2, as many as matter, (tables, sizes, 2, k); values (tables, sizes, f, m)."""
+    """Chebyshev coefficients of f1, f2, an even number k, at least as many as matter, (tables, sizes, 2, k); values
+    (tables, sizes, f, m).
+    """
     found = values[:, :, :2] @ to_nodes.T
     size = np.abs(found).max(axis=(0, 1))
     matters = (size > 0.01 * accuracy * size.max(axis=1, keepdims=True)).any(axis=0)
-    return np.asarray(found[..., : max(2, int(np.flatnonzero(matters)[-1]) + 1)])
+    return np.ascontiguousarray(found[..., : int(np.flatnonzero(matters)[-1]) // 2 * 2 + 2])
 
 
 def points_in(block: int, accuracy: float) -> tuple[Array, Array]:
@@ -53,9 +56,9 @@ def fill_model(  # type: ignore[no-untyped-def]
     direction. Returns the points added so far; `done` were before.
     """
     points = places.size
+    everything = out.shape[1] * points
     here = np.empty((2, coefficients.shape[3]))
-    k = done // points
-    j = done - k * points
+    buffer = np.empty(5 * _TOGETHER)
     for swing in range(count):
         side = heads[swing, HEAD_SIDE]
         table = coefficients[0 if mirrored or side > 0.0 else 1]
@@ -67,26 +70,53 @@ def fill_model(  # type: ignore[no-untyped-def]
                 for i in range(here.shape[1]):
                     here[f, i] += sign * weights[swing, size] * table[size, f, i]
         scale = 2.0 / heads[swing, HEAD_DURATION]
-        while k < out.shape[1]:
-            x = scale * (w * dt * (begin + k * block + places[j]) + theta - heads[swing, HEAD_START]) - 1.0
-            if x >= 1.0:
-                break
-            first, second = _sums_at(here, x)
-            out[0, k] += shares[j] * first
-            out[1, k] += shares[j] * second
-            j += 1
-            if j == points:
-                k += 1
-                j = 0
-    return k * points + j
+        inside = _TOGETHER
+        while inside == _TOGETHER and done < everything:
+            k = done // points
+            j = done - k * points
+            inside = 0
+            while inside < _TOGETHER and done + inside < everything:
+                x = scale * (w * dt * (begin + k * block + places[j]) + theta - heads[swing, HEAD_START]) - 1.0
+                if x >= 1.0:
+                    break
+                buffer[inside] = x
+                inside += 1
+                j += 1
+                if j == points:
+                    k += 1
+                    j = 0
+            _sums_at(here, inside, buffer)
+            for i in range(inside):
+                k = done // points
+                j = done - k * points
+                out[0, k] += shares[j] * buffer[_TOGETHER + i]
+                out[1, k] += shares[j] * buffer[2 * _TOGETHER + i]
+                done += 1
+    return done
 
 
 @fast_part
-def _sums_at(coefficients, x):  # type: ignore[no-untyped-def]
-    """Two sums of Chebyshev polynomials, coefficients (2, k), at x, by Clenshaw's recurrence."""
-    first = second = first_before = second_before = 0.0
-    twice = 2.0 * x
-    for k in range(coefficients.shape[1] - 1, 0, -1):
-        first, first_before = twice * first + (coefficients[0, k] - first_before), first
-        second, second_before = twice * second + (coefficients[1, k] - second_before), second
-    return coefficients[0, 0] + x * first - first_before, coefficients[1, 0] + x * second - second_before
+def _sums_at(coefficients, n, buffer):  # type: ignore[no-untyped-def]
+    """Two sums of Chebyshev polynomials, coefficients (2, k), k even, at n places.
+
+    buffer (5 _TOGETHER,): places in the first part, then the two sums; then T_k, T_k+1.
+    """
+    for i in range(n):
+        buffer[_TOGETHER + i] = 0.0
+        buffer[2 * _TOGETHER + i] = 0.0
+        buffer[3 * _TOGETHER + i] = 1.0
+        buffer[4 * _TOGETHER + i] = buffer[i]
+    for k in range(0, coefficients.shape[1], 2):
+        a0 = coefficients[0, k]
+        a1 = coefficients[0, k + 1]
+        b0 = coefficients[1, k]
+        b1 = coefficients[1, k + 1]
+        for i in range(n):
+            even = buffer[3 * _TOGETHER + i]
+            odd = buffer[4 * _TOGETHER + i]
+            buffer[_TOGETHER + i] += a0 * even + a1 * odd
+            buffer[2 * _TOGETHER + i] += b0 * even + b1 * odd
+            twice = 2.0 * buffer[i]
+            following = twice * odd - even
+            buffer[3 * _TOGETHER + i] = following
+            buffer[4 * _TOGETHER + i] = twice * following - odd

@@ -59,13 +59,21 @@ def rodrigues_from_rotation(rotation: Array) -> Array:
 
 def rodrigues_jacobian(rodrigues: Array) -> Array:
     """d rodrigues / d delta, (3, 3): inverse right Jacobian of the rotation group."""
-    theta = math.sqrt(rodrigues @ rodrigues)
-    k = cross_matrix(rodrigues)
+    x, y, z = rodrigues.tolist()
+    theta = math.sqrt(x * x + y * y + z * z)
     if theta < 1e-4:
         factor = 1.0 / 12.0 + theta**2 / 720.0
     else:
         factor = 1.0 / theta**2 - 1.0 / (2.0 * theta * math.tan(0.5 * theta))
-    return np.asarray(np.eye(3) + 0.5 * k + factor * (k @ k))
+    # 1 + [r]x / 2 + factor [r]x [r]x
+    a, b, c = factor * x, factor * y, factor * z
+    return np.array(
+        [
+            [1.0 - b * y - c * z, a * y - 0.5 * z, a * z + 0.5 * y],
+            [b * x + 0.5 * z, 1.0 - a * x - c * z, b * z - 0.5 * x],
+            [c * x - 0.5 * y, c * y + 0.5 * x, 1.0 - a * x - b * y],
+        ]
+    )
 
 
 def nearest_rotation(v: Array, u: Array) -> Array:

@@ -1,6 +1,8 @@
-"""Flat tops: runs of samples at a channel's extreme."""
+"""The extremes of a channel, and flat tops: runs of samples there."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -8,19 +10,51 @@ from .arrays import Array
 from .jit import fast_kernel
 
 _FLAT = 4  # samples in a run
+_CHUNK = 512  # samples that are still at hand when they are looked at again
 
 
-def flat_runs(y: Array, lowest: float, highest: float, fewest: int) -> tuple[int, int]:
-    """(runs at the highest value, at the lowest) of at least four samples of y (n,); (0, 0) if surely below `fewest`.
+def extremes(y: Array) -> tuple[float, float, int]:
+    """(lowest, highest, reached) of the samples y (n,); lowest is NaN where one is not finite.
 
-    Every run has a member among every fourth sample, so those few tell nearly always.
+    reached: how many of every fourth sample are at one extreme, the one where there are more of them. Every run of
+    four samples has such a member.
     """
-    top, bottom = highest - 1e-9 * abs(highest), lowest + 1e-9 * abs(lowest)
-    some = y[::_FLAT]
-    if max(np.count_nonzero(some >= top), np.count_nonzero(some <= bottom)) < fewest:
-        return 0, 0
-    tops, bottoms = _count_runs(y, top, bottom)
+    lowest, highest, reached = _extremes(y)
+    return float(lowest), float(highest), int(reached)
+
+
+def flat_runs(y: Array, lowest: float, highest: float) -> tuple[int, int]:
+    """(runs at the highest value, at the lowest) of at least four samples of y (n,)."""
+    tops, bottoms = _count_runs(y, highest - 1e-9 * abs(highest), lowest + 1e-9 * abs(lowest))
     return int(tops), int(bottoms)
+
+
+@fast_kernel
+def _extremes(y):  # type: ignore[no-untyped-def]
+    """What `extremes` returns. Chunks that do not reach the extremes are looked at once only."""
+    n = y.size
+    lows = np.empty((n + _CHUNK - 1) // _CHUNK)
+    highs = np.empty(lows.size)
+    total = 0.0
+    for k in range(lows.size):
+        chunk = y[k * _CHUNK : min(n, (k + 1) * _CHUNK)]
+        low = high = chunk[0]
+        for i in range(chunk.size):
+            low = min(low, chunk[i])
+            high = max(high, chunk[i])
+            total += chunk[i]
+        lows[k] = low
+        highs[k] = high
+    low = lows.min()
+    high = highs.max()
+    tops = 0
+    bottoms = 0
+    for k in range(lows.size):
+        if highs[k] >= high - 1e-9 * abs(high) or lows[k] <= low + 1e-9 * abs(low):
+            for i in range(k * _CHUNK, min(n, (k + 1) * _CHUNK), _FLAT):
+                tops += y[i] >= high - 1e-9 * abs(high)
+                bottoms += y[i] <= low + 1e-9 * abs(low)
+    return low if math.isfinite(total) else np.nan, high, max(tops, bottoms)
 
 
 @fast_kernel

@@ -8,7 +8,7 @@ from .oscillation import find_oscillation
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .saturation import saturation
-from .scan import flat_runs
+from .scan import extremes, flat_runs
 from .spectrum import Line
 
 FEWEST_PERIODS = 5.0
@@ -28,15 +28,15 @@ def screen(record: RingDownRecord) -> Line:
     y = record.valid
     if y.shape[1] < _FEWEST_SAMPLES:
         raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
-    lowest, highest = y.min(axis=1), y.max(axis=1)
+    found = [extremes(channel) for channel in y]
     # Squares of larger numbers overflow; no unit makes them plausible. Comparisons with NaN are false.
-    if not ((lowest > -_LARGEST).all() and (highest < _LARGEST).all()):
+    if not all(lowest > -_LARGEST and highest < _LARGEST for lowest, highest, _ in found):
         where = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
         raise RefusedError(
             Refusal.NOT_FINITE, f"{where.size} samples, the first at {record.valid_from + int(where[0])}"
         )
-    for channel in range(record.channels):
-        _refuse_clipped(record, channel, float(lowest[channel]), float(highest[channel]))
+    for channel, extreme in enumerate(found):
+        _refuse_clipped(record, channel, *extreme)
     line = find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
         strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
@@ -64,14 +64,19 @@ def few_at_full_scale(record: RingDownRecord) -> tuple[str, ...]:
     return (f"saturated: {clipped} samples at full scale, too few to spoil the result",) if clipped else ()
 
 
-def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest: float) -> None:
-    """Samples at full scale, or flat tops: runs of equal values at a channel's extreme, again and again."""
+def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest: float, reached: int) -> None:
+    """Samples at full scale, or flat tops: runs of equal values at a channel's extreme, again and again.
+
+    reached: how many of every fourth sample are at the extreme, at least as many as there are runs.
+    """
     y = record.valid[channel]
     if record.full_scale is not None and max(-lowest, highest) >= 0.9999 * record.full_scale:
         clipped = int(np.count_nonzero(np.abs(y) >= 0.9999 * record.full_scale))
         if clipped >= _CLIPPED_SAMPLES:
             raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
-    tops, bottoms = flat_runs(y, lowest, highest, _FLAT_RUNS)
+    if reached < _FLAT_RUNS:
+        return
+    tops, bottoms = flat_runs(y, lowest, highest)
     for runs, extreme in ((tops, highest), (bottoms, lowest)):
         # Coarse quantisation holds the top level too, but the next one as often.
         if runs >= _FLAT_RUNS and extreme != 0.0 and saturation(y[None]) is not None:

@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .arrays import Array, ComplexArray
+from .jit import fast_kernel
 from .line_search import best_frequency, block_means
+from .linear import factorise, substitute
 from .refusal import Refusal, RefusedError
 
 _HARMONICS = 4
@@ -45,8 +47,7 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
     """
     block = max(1, int(1.0 / (frequency_hz * dt_s * _POINTS_PER_PERIOD)))
     blocks = (last - first) // block
-    data = np.empty((y.shape[0], blocks))
-    block_means(y, first, block, blocks, data)
+    data = block_means(y, first, block, blocks)
     middle = (first + 0.5 * (block * blocks - 1)) * dt_s
     half = max(0.5 * (blocks - 1) * block, 1.0) * dt_s
     weights = noise_sd**-2.0
@@ -73,23 +74,53 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
 
 def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[ComplexArray, ComplexArray, float]:
     """Amplitudes and their drifts per half stretch, both (4, channels), and the sd factor of an amplitude."""
-    n, blocks = _HARMONICS, data.shape[1]
-    middle = 0.5 * (blocks - 1)
-    place = np.arange(blocks) - middle
-    waves = np.empty((n, blocks), dtype=np.complex128)
-    waves[0] = np.exp(1j * omega * step_s * place)
-    np.multiply(waves[0], waves[0], out=waves[1])
-    np.multiply(waves[:2], waves[1], out=waves[2:])
-    columns = np.empty((4 * n + 1, blocks))
-    columns[:n], columns[n : 2 * n] = waves.real, -waves.imag
-    np.multiply(columns[: 2 * n], place / max(middle, 1.0), out=columns[2 * n : 4 * n])
-    columns[4 * n] = 1.0
-    try:
-        solution = np.linalg.solve(columns @ columns.T, columns @ data.T)
-    except np.linalg.LinAlgError as error:
-        raise RefusedError(
-            Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart"
-        ) from error
-    z = solution[:n] + 1j * solution[n : 2 * n]
-    slope = solution[2 * n : 3 * n] + 1j * solution[3 * n : 4 * n]
-    return z, slope, math.sqrt(2.0 / data.shape[1])
+    n, (channels, blocks) = _HARMONICS, data.shape
+    solution = np.empty((channels, 4 * n + 1))
+    if not _fit_harmonics(data, omega * step_s, solution):
+        raise RefusedError(Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart")
+    parts = solution[:, : 4 * n].reshape(channels, 4, n).T
+    return parts[:, 0] + 1j * parts[:, 1], parts[:, 2] + 1j * parts[:, 3], math.sqrt(2.0 / blocks)
+
+
+@fast_kernel
+def _fit_harmonics(data, turn, solution):  # type: ignore[no-untyped-def]
+    """Least squares of data (channels, n) with cos k x, -sin k x, both times the place in -1 .. 1, and 1: k = 1..4.
+
+    x advances by `turn` per point and is 0 in the middle. solution (channels, 17); False if they cannot be told apart.
+    """
+    n = data.shape[1]
+    size = solution.shape[1]
+    harmonics = size // 4
+    middle = 0.5 * (n - 1)
+    columns = np.empty((size, n))
+    for i in range(n):
+        cosine = math.cos(turn * (i - middle))
+        sine = math.sin(turn * (i - middle))
+        real = 1.0
+        imaginary = 0.0
+        place = (i - middle) / max(middle, 1.0)
+        for k in range(harmonics):
+            real, imaginary = real * cosine - imaginary * sine, real * sine + imaginary * cosine
+            columns[k, i] = real
+            columns[harmonics + k, i] = -imaginary
+            columns[2 * harmonics + k, i] = place * real
+            columns[3 * harmonics + k, i] = -place * imaginary
+        columns[size - 1, i] = 1.0
+    gram = np.empty((size, size))
+    order = np.empty(size, dtype=np.int64)
+    for p in range(size):
+        for q in range(p + 1):
+            total = 0.0
+            for i in range(n):
+                total += columns[p, i] * columns[q, i]
+            gram[p, q] = gram[q, p] = total
+    if not factorise(gram, order):
+        return False
+    for channel in range(data.shape[0]):
+        for p in range(size):
+            total = 0.0
+            for i in range(n):
+                total += columns[p, i] * data[channel, i]
+            solution[channel, p] = total
+        substitute(gram, order, solution[channel])
+    return True

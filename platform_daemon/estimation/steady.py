@@ -14,6 +14,7 @@ from numpy.polynomial import legendre
 from scipy.fft import next_fast_len, rfft
 
 from .arrays import Array, ComplexArray, medians
+from .line_search import block_means
 
 _BETA = 8.0
 _LOBE_BINS = 2.8  # half width of the window's main lobe
@@ -195,7 +196,6 @@ def drift_degree(residual: Array) -> int:
     n = residual.shape[1] // block
     if n < 4 * _HIGHEST_DEGREE:
         return 0
-    pieces = residual[:, : n * block].reshape(-1, n, block)
-    means = pieces @ np.full(block, block**-0.5)
-    sure = np.abs(means @ _drifts(n)).max(axis=0)[1:] > _SURE_DRIFT
+    means = block_means(residual, 0, block, n)
+    sure = block**0.5 * np.abs(means @ _drifts(n)).max(axis=0)[1:] > _SURE_DRIFT
     return int(np.flatnonzero(sure)[-1]) + 1 if sure.any() else 0

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from .arrays import Array
-from .colour import sd_at
+from .colour import is_white, sd_at
 from .gauss_newton import FitState, Normal, assembled, solve_step
 from .growing import Fitted, Problem
 from .models import RingDownModel
@@ -33,6 +33,8 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
     Raises:
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the steps lead nowhere.
     """
+    if is_white(noise, frequency_hz, problem.record.sampling_rate_hz):
+        return best
     sd = harmonic_sd(problem, noise, frequency_hz)
     level = problem.noise_sd[:, None]
     if (np.abs(sd - level) <= _SAME * level).all():
