@@ -28,7 +28,7 @@ from platform_daemon.estimation import (
 )
 from platform_daemon.estimation.derived import mean_orientation
 from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant, names_in_order
-from platform_daemon.plots import RingDownPicture
+from platform_daemon.pictures import RingDownPicture
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Calibration, FitTable, Recording

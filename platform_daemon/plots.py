@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,26 +10,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from platform_daemon.pictures import RingDownPicture, envelope
+
 COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
 BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets
-
-
-@dataclass(frozen=True)
-class RingDownPicture:
-    """What a picture shows.
-
-    measured and model: (c, n) in `unit`, model None if there is no fit (then there is no residual either); sampling
-    rate Hz; window_s: length of the fitted window, None if there is no fit.
-    """
-
-    title: str
-    caption: str
-    unit: str
-    channels: tuple[str, ...]
-    sampling_rate_hz: float
-    measured: NDArray[np.float64]
-    model: NDArray[np.float64] | None
-    window_s: float | None
 
 
 def draw(picture: RingDownPicture) -> Figure:
@@ -60,15 +43,6 @@ def save_figure(figure: Figure, path: Path) -> None:
 
 def _time(n: int, rate_hz: float) -> NDArray[np.float64]:
     return np.arange(n) / rate_hz
-
-
-def envelope(samples: NDArray[np.float64], points: int) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
-    """Smallest and largest value per bucket, (c, buckets) each, and samples per bucket; no peak is lost."""
-    size = max(1, -(-samples.shape[1] // points))
-    buckets = -(-samples.shape[1] // size)
-    padded = np.pad(samples, ((0, 0), (0, buckets * size - samples.shape[1])), mode="edge")
-    cut = padded.reshape(samples.shape[0], buckets, size)
-    return size, cut.min(axis=2), cut.max(axis=2)
 
 
 def _buckets(samples: NDArray[np.float64], rate_hz: float) -> int:

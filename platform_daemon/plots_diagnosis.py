@@ -17,7 +17,8 @@ from platform_daemon.diagnosis.anatomy import HARMONICS, HarmonicCourse, Scatter
 from platform_daemon.diagnosis.missing_torque import MissingTorque
 from platform_daemon.diagnosis_text import heading_of
 from platform_daemon.estimation.sliding import SlidingFit
-from platform_daemon.plots import COLOURS, envelope
+from platform_daemon.pictures import envelope
+from platform_daemon.plots import COLOURS
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
 _SIDES = (("before", BEFORE), ("after", AFTER))

@@ -20,7 +20,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import shift
 
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.estimation.arrays import Array
@@ -73,6 +72,8 @@ def _undo_channel(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Arr
     if effect.id == "channel_gain":
         return u / (1.0 + s), 0
     if effect.id == "channel_delay":
+        from scipy.ndimage import shift  # here, because every fit imports this module and hardly one comes here
+
         moved = shift(u, -s * rate_hz, order=5, mode="nearest")
         return moved, _SPLINE_REACH + math.ceil(abs(s) * rate_hz)
     if effect.id == "receive_lowpass":

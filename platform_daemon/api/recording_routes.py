@@ -18,7 +18,7 @@ from platform_daemon.api.context import Shared
 from platform_daemon.api.models import DmdtModel, ProblemModel
 from platform_daemon.api.problems import problem
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.plots import envelope
+from platform_daemon.pictures import envelope
 from platform_daemon.store import Recording, describe, list_recordings, open_recording, resolve
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])

@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri  # quantiles of chi^2; all of scipy.stats takes half a second to load
 
 from ..arrays import Array
 
@@ -69,8 +69,8 @@ def allan_deviation(time_s: Array, frequency_hz: Array, confidence: float = 0.68
     return AllanDeviation(
         tau_s=np.asarray(factors * cadence, dtype=np.float64),
         deviation_hz=deviation,
-        low_hz=deviation * np.sqrt(edf / chi2.ppf(1.0 - tail, edf)),
-        high_hz=deviation * np.sqrt(edf / chi2.ppf(tail, edf)),
+        low_hz=deviation * np.sqrt(edf / chdtri(edf, tail)),
+        high_hz=deviation * np.sqrt(edf / chdtri(edf, 1.0 - tail)),
         edf=edf,
         noise=tuple(_NOISE_NAMES[a] for a in exponents),
         slope=slope,

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal.windows import kaiser
 
 from ..arrays import Array, ComplexArray
 from ..harmonics import amplitude_from_second_harmonic, first_harmonic, frequency_ratio, nome
@@ -27,7 +26,7 @@ class Stretch:
         self.apart_s = (count - length) * dt_s
         self.length_s = count * dt_s
         self._length = length
-        self._window = kaiser(length, _KAISER_BETA)
+        self._window = np.kaiser(length, _KAISER_BETA)
         self._window *= 2.0 / self._window.sum()
         own = np.average((np.arange(length) - 0.5 * (length - 1)) ** 2, weights=self._window) * dt_s**2
         # Times at which the mean of two values is the mean over both windows, for amplitudes and for the frequency.

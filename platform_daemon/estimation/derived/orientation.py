@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ..arrays import Array
 from ..result import FitResult
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 
 @dataclass(frozen=True)
@@ -35,13 +38,19 @@ class OrientationSpread:
 def error_angle(rodrigues: Array, reference: Array) -> Array:
     """Rotation angle of R_ref^T R in rad, (...) for vectors (..., 3); exact also for tiny angles."""
     one, other = np.asarray(rodrigues, dtype=np.float64), np.asarray(reference, dtype=np.float64)
-    angle = (Rotation.from_rotvec(other).inv() * Rotation.from_rotvec(one.reshape(-1, 3))).magnitude()
+    angle = (_rotations(other).inv() * _rotations(one.reshape(-1, 3))).magnitude()
     return np.asarray(angle, dtype=np.float64).reshape(one.shape[:-1])
+
+
+def _rotations(rodrigues: Array) -> Rotation:
+    from scipy.spatial.transform import Rotation  # here, because every command imports this module and few need it
+
+    return Rotation.from_rotvec(rodrigues)
 
 
 def mean_orientation(rodrigues: Array) -> Array:
     """Chordal mean on SO(3) of vectors (frames, 3): the rotation nearest to all in the sum of squared chords, (3,)."""
-    return np.asarray(Rotation.from_rotvec(_frames(rodrigues)).mean().as_rotvec())
+    return np.asarray(_rotations(_frames(rodrigues)).mean().as_rotvec())
 
 
 def best_orientation(rodrigues: Array, r2: Array) -> Array:
