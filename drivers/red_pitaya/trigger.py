@@ -49,8 +49,11 @@ def end(boards: Sequence[Board]) -> None:
     The slaves' recordings are kept alive until the master's trigger is off, or theirs would be cut off in the middle.
     """
     master, *slaves = boards
+    if not slaves:
+        master.ask("RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
+        return
     for board in slaves:
         board.ask("RP:TRIGGER:ALIVE ON")
-    master.ask("RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
+    master.ask("RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF", "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")
     for board in slaves:
         board.ask("RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")

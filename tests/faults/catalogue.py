@@ -81,11 +81,15 @@ WORDS = {
 
 CARD_SITES = (
     Site("connect", ("*IDN?",), early=True),
-    Site("identify", ("VERSION:IMAGE", "CALIB:ADC:CHANNEL0:SCALE", "CALIB:FLAGS", "ADC:DECIMATION?"), early=True),
+    Site(
+        "identify",
+        ("COMPONENT1:AMPLITUDE 0", "VERSION:IMAGE", "CALIB:ADC:CHANNEL0:SCALE", "CALIB:FLAGS", "ADC:DECIMATION?"),
+        early=True,
+    ),
     Site("arm", ("SEQ:SET", "MODE ACQUISITION"), when="idle"),
     Site("TX", ("RP:TRIGGER?", "PIPELINED")),
     Site("readout", ("RP:STATUS?", "INSTANTRESET:TRIGGERED?", "MODE CONFIGURATION", "TRIGGER:ALIVE ON")),
-    Site("off", ("CHANNEL0:OFFSET?", "COMPONENT1:AMPLITUDE 0"), when="after_shot"),
+    Site("off", ("CHANNEL0:OFFSET?", "COMPONENT1:AMPLITUDE?"), when="after_shot"),
     Site("idle", ("RP:MODE?",), when="idle"),
 )
 STREAM_SITES = (
