@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import threading
 import tty
 
@@ -34,14 +35,17 @@ class Terminal:
         self.master, slave = os.openpty()
         tty.setraw(slave)
         self.port, self._device = os.ttyname(slave), device
-        self._slave = slave
-        threading.Thread(target=self._serve, daemon=True).start()
+        self._slave, self._over = slave, threading.Event()
+        self._thread = threading.Thread(target=self._serve, daemon=True)
+        self._thread.start()
 
     def _serve(self) -> None:
         pending = b""
         try:
-            while data := os.read(self.master, 1000):
-                pending += data
+            while not self._over.is_set():
+                if not select.select([self.master], [], [], 0.01)[0]:
+                    continue
+                pending += os.read(self.master, 1000)
                 while b"\n" in pending:
                     line, _, pending = pending.partition(b"\n")
                     reply = self._device(line.decode().strip())
@@ -51,6 +55,9 @@ class Terminal:
             pass
 
     def close(self) -> None:
+        """The thread goes first: it would answer for the next terminal that gets the same number."""
+        self._over.set()
+        self._thread.join()
         os.close(self.master)
         os.close(self._slave)
 
