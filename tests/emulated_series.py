@@ -119,7 +119,8 @@ def over_wires(folder: Path, resonator: str, shots: int) -> Series:
         finally:
             done.set()
             watcher.join()
-        zero_s = time.monotonic() - control(endpoints, "clock")["world_s"]
+        before_s, world_s = time.monotonic(), control(endpoints, "clock")["world_s"]
+        zero_s = 0.5 * (before_s + time.monotonic()) - world_s
         spans = [(s["start_s"], s["stop_s"]) for s in control(endpoints, "power_log")]
         violations = len(control(endpoints, "violations"))
     found = [truths[k + 1] for k in range(shots)]
@@ -210,8 +211,9 @@ PAGE = """# A series over the emulated wires
 `platform-daemon emulate` and `platform-daemon measure` as two processes, next to the same series simulated in process
 with the same seed. Written by `make emulated-series`.
 
-Lengths and gates are read from the world's own record, the time between shots from its trigger times. A third process,
-which only sleeps, notes when it wakes up late by more than {late_ms:g} ms: then the computer has let nobody run.
+Lengths and gates are read from the world's own record, the time between shots from its trigger times. A third process
+with hardly any other work sleeps, and notes when it wakes up late by more than {late_ms:g} ms: then the computer has
+let nobody run.
 
 | resonator | what | value |
 |---|---|---|

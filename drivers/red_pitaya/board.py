@@ -146,16 +146,18 @@ class Board:
                 )
 
     def quiet(self) -> None:
-        """Sines, offsets and DIO lines read back off, and switched off if they are not; errors as in `switch_off`.
+        """DIO lines low, sines and offsets read back off, and switched off if they are not; errors as in `switch_off`.
 
-        A sequence that has ended has zeroed them, and that is how most shots end.
+        A sequence that has ended has zeroed them, and that is how most shots end.  A line reads back its pad, which
+        may be low though the line is not: it is always told.
         """
-        if not _all_off(self._connection.ask_all(self._levels(), OFF_S), 0.0):
+        lows = self._lows()
+        if not _all_off(self._connection.ask_all([*lows, *self._levels()], OFF_S)[len(lows) :], 0.0):
             self.switch_off()
 
     def switch_off(self) -> None:
         """Sines, offsets and DIO lines off, and read back.  Raises DeviceError if they are not."""
-        off = [*OUTPUTS_OFF, *(f"{pin_header(pin)} OFF" for pin in self.output_pins)]
+        off = [*OUTPUTS_OFF, *self._lows()]
         found = self._connection.ask_all([*off, *self._levels()], OFF_S)[len(off) :]
         if not _all_off(found, QUIET_V):
             raise DeviceError(
@@ -164,6 +166,9 @@ class Board:
                 why=f"read back: {found[: len(READ_BACK)]} V, lines {found[len(READ_BACK) :]}",
                 remedy="switch the amplifier's mains off by hand",
             )
+
+    def _lows(self) -> list[str]:
+        return [f"{pin_header(pin)} OFF" for pin in self.output_pins]
 
     def _levels(self) -> list[str]:
         """Questions for what `_all_off` takes."""

@@ -58,7 +58,7 @@ class RedPitayaCard:
         self._state = CardState.IDLE
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
-        self._asked: tuple[Timeline, float] | None = None  # what they were compiled from
+        self._asked: tuple[Timeline, float] | None = None  # what they were compiled from, for the next shot
         self._reader = Reader(self.boards, (), 0, 0, 1)
         self._pins = PinLines(self.boards[0].where, {}, ())
         try:
@@ -133,9 +133,13 @@ class RedPitayaCard:
         """See IoCard."""
         with self._commanding():
             require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
-            for board, program in zip(self.boards, self._compiled(timeline), strict=True):
+            self._state, asked = CardState.IDLE, (timeline, self._output_full_scale_v())
+            same = asked == self._asked
+            programs = self._programs if same else compile_timeline(timeline, self.layout, asked[1])
+            for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
-            self._timeline, self._state = timeline, CardState.PROGRAMMED
+            self._timeline, self._programs, self._asked = timeline, programs, asked
+            self._state = CardState.PROGRAMMED
 
     def arm(self) -> None:
         """See IoCard."""
@@ -216,13 +220,6 @@ class RedPitayaCard:
         finally:
             self._state = CardState.CLOSED
             self._let_go()
-
-    def _compiled(self, timeline: Timeline) -> tuple[BoardProgram, ...]:
-        """The boards' programs; those of the shot before if it was the same."""
-        asked = timeline, self._output_full_scale_v()
-        if asked != self._asked:
-            self._programs, self._asked = compile_timeline(timeline, self.layout, asked[1]), asked
-        return self._programs
 
     def _output_full_scale_v(self) -> float:
         """What every output can give: the server refuses more than full scale after its calibration."""
