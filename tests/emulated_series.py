@@ -174,7 +174,7 @@ def wrapped(difference: np.ndarray, parameter: str) -> np.ndarray:
 
 
 def timing(name: str, wires: Series, simulated: Series) -> tuple[list[str], float]:
-    """Rows on lengths, gates and the time between shots; the longest dead time while the computer ran, s."""
+    """Rows on lengths, gates and the time between shots; the longest dead time, s."""
     mine, other = wires.recording.sequence, simulated.recording.sequence
     if mine != other or not all(i.valid_samples == mine.total for i in wires.recording.frame_info):
         raise SystemExit(f"{name}: windows differ: {mine} and {other}")
@@ -184,8 +184,6 @@ def timing(name: str, wires: Series, simulated: Series) -> tuple[list[str], floa
     window_s = mine.total / rate_hz
     dead_s = np.diff(starts) - window_s
     ran = np.array([not wires.stood_still(a + window_s, b) for a, b in pairwise(starts)])
-    if not ran.any():
-        raise SystemExit(f"{name}: the computer stood still in every pause: repeat this where less else runs")
     good = [sum(i.verdict == "good" for i in s.recording.frame_info) for s in (wires, simulated)]
     rows = [
         f"| {name} | good shots, wires and simulation | {good[0]}, {good[1]} |",
@@ -193,11 +191,11 @@ def timing(name: str, wires: Series, simulated: Series) -> tuple[list[str], floa
         f" {mine.rx_samples} |",
         f"| {name} | power at the coils, samples, least and most | {gates.min():.6f}, {gates.max():.6f} |",
         f"| {name} | time between shots beyond their windows, ms, least, median, most | {spread(dead_s)} |",
-        f"| {name} | the same, of the {ran.sum()} of {ran.size} in which the computer did not stand still |"
-        f" {spread(dead_s[ran])} |",
+        f"| {name} | the same, of the {ran.sum()} of {ran.size} in which nobody woke late |"
+        f" {spread(dead_s[ran]) if ran.any() else '-'} |",
         f"| {name} | power on a connected receiver, times | {wires.violations} |",
     ]
-    return rows, float(dead_s[ran].max())
+    return rows, float(dead_s.max())
 
 
 def spread(times_s: np.ndarray) -> str:
@@ -211,9 +209,9 @@ PAGE = """# A series over the emulated wires
 `platform-daemon emulate` and `platform-daemon measure` as two processes, next to the same series simulated in process
 with the same seed. Written by `make emulated-series`.
 
-Lengths and gates are read from the world's own record, the time between shots from its trigger times. A third process
-with hardly any other work sleeps, and notes when it wakes up late by more than {late_ms:g} ms: then the computer has
-let nobody run.
+Lengths and gates are read from the world's own record, the time between shots from its trigger times. A thread
+of a third process sleeps beside it, and notes when it wakes late by more than {late_ms:g} ms: then others had
+the cores, or the computer stood still.
 
 | resonator | what | value |
 |---|---|---|
@@ -232,7 +230,7 @@ the sequence's RX window begins, so it has no truth for them.
 
 
 def main() -> None:
-    """Command line; exit code 1 if a dead time is longer than allowed though the computer did not stand still."""
+    """Command line; exit code 1 if a dead time is longer than allowed."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shots", type=int, default=20)
     parser.add_argument("--resonators", nargs="+", default=["jewel", "thread"])

@@ -1,4 +1,4 @@
-"""When the computer itself stood still: a process that only sleeps wakes up late."""
+"""When others had the cores, or the computer stood still: a thread that only sleeps wakes up late."""
 
 from __future__ import annotations
 

@@ -31,15 +31,13 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
     """
     deadline, stopped = time.monotonic() + timeout_s, []
     for board in boards:
-        playing, emergency = board.play()
-        while playing:
+        while (state := board.play())[0]:
             if time.monotonic() > deadline:
                 raise DeviceTimeout(
                     "the sequence does not end", where=board.where, remedy="stop the card, which connects anew"
                 )
             time.sleep(1e-3)
-            playing, emergency = board.play()
-        stopped += [board.where] if emergency else []
+        stopped += [board.where] if state[1] else []
     return stopped
 
 

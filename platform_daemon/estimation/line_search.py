@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from .arrays import Array
+from .arrays import Array, centred
 from .jit import fast_kernel
 
 _PADDING = 8  # grid points per resolved frequency step
@@ -22,9 +22,7 @@ def best_frequency(data: Array, step_s: float, lowest: float, highest: float, we
     size = next_fast_len(_PADDING * n, real=True)
     bins_per_omega = step_s * size / (2.0 * np.pi)
     first, last = math.ceil(lowest * bins_per_omega), min(int(highest * bins_per_omega), size // 4)
-    padded = np.zeros((data.shape[0], size))  # scipy's own padding takes longer than the transform
-    np.subtract(data, (data.sum(axis=1) / n)[:, None], out=padded[:, :n])
-    spectrum = rfft(padded, axis=1)[:, first : 2 * last + 1]
+    spectrum = rfft(centred(data, size), axis=1)[:, first : 2 * last + 1]
     power = weights @ (spectrum.real**2 + spectrum.imag**2)
     both = power[: last + 1 - first] + power[first::2]
     k = int(both.argmax())

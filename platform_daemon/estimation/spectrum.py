@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.fft import next_fast_len, rfft
 
-from .arrays import Array, medians
+from .arrays import Array, centred, medians
 from .line_search import block_means
 
 _BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)
@@ -109,8 +109,7 @@ def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     n = samples.shape[1]
     # Few periods are few bins: pad, so that the peak is found between them.
     size = next_fast_len(n if n >= _MANY_POINTS else 2 * n, real=True)
-    padded = np.zeros((samples.shape[0], size))  # scipy's own padding takes longer than the transform
-    np.subtract(samples, (samples.sum(axis=1) / n)[:, None], out=padded[:, :n])
+    padded = centred(samples, size)
     padded[:, :n] *= _window(n)
     spectrum = rfft(padded, axis=1)
     power = (spectrum.real**2 + spectrum.imag**2).sum(axis=0)
