@@ -7,7 +7,6 @@ Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device i
 from __future__ import annotations
 
 import logging
-import signal
 import socket
 import sys
 from pathlib import Path
@@ -28,6 +27,7 @@ from platform_daemon.cli_diagnose_live import FilesOrLive
 from platform_daemon.cli_emulate import emulate
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
+from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt
 from platform_daemon.cli_models import adopt, models_app
 from platform_daemon.cli_options import (
     CalibrationOption,
@@ -40,7 +40,6 @@ from platform_daemon.cli_options import (
     TermOption,
     VariantOption,
     WindowOption,
-    interrupt,
     library,
     progress_bar,
     variant_named,
@@ -82,7 +81,7 @@ def main() -> None:
         sys.exit(1)
     except (KeyboardInterrupt, typer.Abort):
         print("interrupted; outputs are off", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
 
 
 def _log_from(level: int) -> None:
@@ -138,7 +137,7 @@ def serve(
     folder = open_data_folder(data)
     engine = start_engine(file, Journal(folder.jobs), library(folder.models))
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
-    signal.signal(signal.SIGTERM, interrupt)
+    heed_one_interrupt()
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)
@@ -205,7 +204,7 @@ def measure(
     request = validated(AcquisitionRequest, asked, "measure")
     must_not_exist(json_file, force)
     must_not_exist(out, force)
-    signal.signal(signal.SIGTERM, interrupt)
+    heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     interrupted = False
     try:
@@ -222,7 +221,7 @@ def measure(
     _report_series(job, out, json_file)
     if interrupted:
         print("interrupted; outputs are off", file=sys.stderr)
-        raise typer.Exit(130)
+        raise typer.Exit(INTERRUPTED)
     if job.error is not None:
         raise job.error
 
@@ -247,7 +246,7 @@ def _prepare_fit() -> None:
             warm_up()
     except KeyboardInterrupt:
         print("interrupted; outputs are off", file=sys.stderr)
-        raise typer.Exit(130) from None
+        raise typer.Exit(INTERRUPTED) from None
 
 
 def _watch(job: Any) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import signal
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,13 +12,13 @@ from rich.table import Table
 
 from drivers.validation import validated
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_interrupt import heed_one_interrupt
 from platform_daemon.cli_options import (
     EndpointsOption,
     ForceOption,
     JsonOption,
     PlatformOption,
     SetOption,
-    interrupt,
     progress_bar,
 )
 from platform_daemon.cli_tables import number
@@ -92,7 +91,7 @@ def _calibrate(
         asked["frequencies_hz"] = tuple(frequency_hz)
     request = validated(CalibrationRequest, asked, "calibrate")
     must_not_exist(json_file, force)
-    signal.signal(signal.SIGTERM, interrupt)
+    heed_one_interrupt()
     engine = start_engine(load_platform(where[0], where[1] or (), where[2]))
     try:
         job = engine.calibrate(request, out)

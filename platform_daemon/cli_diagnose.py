@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ import typer
 
 from drivers.errors import InputError
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_interrupt import end_at_once, heed_one_interrupt
 from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
@@ -18,7 +18,6 @@ from platform_daemon.cli_options import (
     JsonOption,
     ModelsOption,
     VariantOption,
-    interrupt,
     progress_bar,
     variant_named,
 )
@@ -55,7 +54,7 @@ def diagnose(
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     must_not_exist(json_file, force)
     must_not_exist(html, force)
-    signal.signal(signal.SIGTERM, interrupt)
+    heed_one_interrupt()
     try:
         specimen = load_specimen(
             files, variant_named(variant, models), _observable(observable), variant_named(base, models), other
@@ -70,7 +69,7 @@ def diagnose(
         raise typer.Exit(3) from None
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
-        raise typer.Exit(130) from None
+        end_at_once()
 
 
 def _observable(name: str | None) -> Observable | None:

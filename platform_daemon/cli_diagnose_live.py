@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,6 +10,7 @@ import typer
 
 from drivers.validation import validated
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt
 from platform_daemon.cli_options import (
     ForceOption,
     HtmlOption,
@@ -19,7 +19,6 @@ from platform_daemon.cli_options import (
     PlatformOption,
     SetOption,
     VariantOption,
-    interrupt,
     library,
     progress_bar,
     variant_named,
@@ -69,7 +68,7 @@ def diagnose_live(
     out.mkdir(parents=True, exist_ok=True)
     must_not_exist(json_file, force)
     must_not_exist(html, force)
-    signal.signal(signal.SIGTERM, interrupt)
+    heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
     loop = None
     try:
@@ -100,7 +99,7 @@ def diagnose_live(
         raise typer.Exit(3) from None
     except KeyboardInterrupt:
         print("interrupted; outputs are off", file=sys.stderr)
-        raise typer.Exit(130) from None
+        raise typer.Exit(INTERRUPTED) from None
     finally:
         engine.close()
         if loop is not None and loop.rounds:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import threading
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +13,7 @@ import typer
 
 from drivers.errors import ConfigError
 from drivers.registry import load_emulator
-from platform_daemon.cli_options import interrupt
+from platform_daemon.cli_interrupt import heed_one_interrupt
 from platform_daemon.garbage import spare_what_is_there
 from platform_daemon.settings import locate, read_toml
 
@@ -29,8 +28,7 @@ def emulate(
     """Emulate I/O cards, serial devices and the USB amplifier until SIGTERM or Ctrl-C."""
     path = locate("emulators", config)
     tables, _ = read_toml(path)
-    for number in (signal.SIGTERM, signal.SIGINT):  # also where a shell has told its background jobs to ignore SIGINT
-        signal.signal(number, interrupt)
+    heed_one_interrupt()
     try:
         emulator = load_emulator(name, tables, path.parent)
     except ConfigError as error:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import time
 from contextlib import AbstractContextManager, ExitStack
@@ -13,6 +12,7 @@ import typer
 
 from drivers.errors import InputError, PlatformError
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt
 from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
@@ -21,7 +21,6 @@ from platform_daemon.cli_options import (
     TermOption,
     VariantOption,
     WindowOption,
-    interrupt,
     progress_bar,
     variant_named,
 )
@@ -64,7 +63,7 @@ def fit(
     )
     must_not_exist(json_file, force)
     _check_ledger(jsonl, resume, force)
-    signal.signal(signal.SIGTERM, interrupt)
+    heed_one_interrupt()
     with ExitStack() as stack:
         results = _Results(files, _ledger(stack, jsonl, settings, resume))
         try:
@@ -77,7 +76,7 @@ def fit(
                 f"interrupted; {len(results.files) - len(results.todo)} of {len(results.files)} files are finished",
                 file=sys.stderr,
             )
-            raise typer.Exit(130) from None
+            raise typer.Exit(INTERRUPTED) from None
     _end(results, json_file)
 
 

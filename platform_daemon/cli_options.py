@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -50,11 +49,6 @@ def variant_named(text: str | None, folder: Path | None) -> Variant | None:
     from platform_daemon.adopted import resolve
 
     return resolve(text, library(folder))
-
-
-def interrupt(number: int, frame: FrameType | None) -> None:
-    """Signal handler: like Ctrl-C."""
-    raise KeyboardInterrupt
 
 
 def progress_bar() -> Progress:

@@ -16,7 +16,7 @@ import pytest
 
 from tests.sim_backend.emulators.client import LAB
 
-COMMAND = [sys.executable, "-c", "from platform_daemon.cli import main; main()", "emulate"]
+COMMAND = [sys.executable, "-m", "platform_daemon", "emulate"]
 
 
 def started(target: Path, *more: str) -> subprocess.Popen[str]:

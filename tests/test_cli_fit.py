@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from tests.batch.files import copies, same
+from tests.batch.files import copies, links, same
 from tests.test_cli import COMMAND, assert_one_line_error, here, run, wait_for
 
 SHORT = ("--window", "0.1")
@@ -29,11 +29,11 @@ def test_a_bad_file_among_others_costs_the_exit_code_only(tmp_path):
     assert "HDF5" in entries[0]["error"]["detail"]
 
 
-MANY = 40  # files: more than are fitted before a signal arrives
+MANY = 240  # files: more than are fitted before a signal arrives
 
 
 def test_a_batch_interrupted_goes_on_where_it_was(tmp_path):
-    paths = copies(tmp_path, MANY)
+    paths = links(tmp_path, MANY)
     kept, whole = tmp_path / "r.jsonl", tmp_path / "all.json"
     command = [COMMAND, "fit", *paths, *SHORT, "--jsonl", kept, "--processes", "2"]
     process = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -55,7 +55,7 @@ def test_a_batch_interrupted_goes_on_where_it_was(tmp_path):
 
 
 def test_a_killed_batch_leaves_no_process_and_only_its_last_line_can_be_cut(tmp_path):
-    paths = copies(tmp_path, 16)
+    paths = links(tmp_path, 16)
     kept = tmp_path / "r.jsonl"
     command = [COMMAND, "fit", *paths, *SHORT, "--jsonl", kept, "--processes", "2"]
     process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)

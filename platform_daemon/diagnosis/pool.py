@@ -12,6 +12,12 @@ from threadpoolctl import threadpool_limits
 
 @contextmanager
 def shot_pool() -> Iterator[Executor]:
-    """A thread per core."""
-    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        yield pool
+    """A thread per core; an exception, Ctrl-C for one, does not wait for what they are at."""
+    with threadpool_limits(1, user_api="blas"):
+        pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+        try:
+            yield pool
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+        pool.shutdown()

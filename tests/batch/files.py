@@ -1,6 +1,8 @@
 """Small recordings for batches: the example files, copied."""
 
+import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,9 +13,18 @@ WINDOW_S = 0.1
 
 def copies(folder: Path, count: int) -> list[Path]:
     """Jewel and thread in turn."""
+    return _made(folder, count, shutil.copy)
+
+
+def links(folder: Path, count: int) -> list[Path]:
+    """The same to read only, and cheap in any number."""
+    return _made(folder, count, os.symlink)
+
+
+def _made(folder: Path, count: int, make: Callable[[Path, Path], object]) -> list[Path]:
     made = [folder / f"{k:02d}-{('jewel', 'thread')[k % 2]}.h5" for k in range(count)]
     for k, path in enumerate(made):
-        shutil.copy(DATA / f"example_{('jewel', 'thread')[k % 2]}.mmr.h5", path)
+        make(DATA / f"example_{('jewel', 'thread')[k % 2]}.mmr.h5", path)
     return made
 
 

@@ -14,10 +14,8 @@ from tests.drivers.emulated.test_faults import intruder
 
 
 def command(*arguments):
-    program = "from platform_daemon.cli import main; main()"
-    return subprocess.run(
-        [sys.executable, "-c", program, *map(str, arguments)], capture_output=True, text=True, check=False
-    )
+    program = [sys.executable, "-m", "platform_daemon"]
+    return subprocess.run([*program, *map(str, arguments)], capture_output=True, text=True, check=False)
 
 
 def devices(*arguments):

@@ -1,0 +1,69 @@
+"""Ctrl-C and SIGTERM of the commands: none is lost, and nothing disturbs the way out."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+INTERRUPTED = 130
+"""Exit code of a command that was interrupted."""
+
+_AGAIN_S = 0.02
+"""How much later an interrupt that was lost comes again: callbacks of weak references end in microseconds."""
+
+
+def heed_one_interrupt() -> None:
+    """The next Ctrl-C or SIGTERM raises KeyboardInterrupt; those after it are ignored, also if a key is held down.
+
+    The first one makes the command switch outputs off and close its files: a second one would cut that short.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):  # also where a shell has told background jobs to ignore SIGINT
+        signal.signal(number, _first)
+
+
+def _first(number: int, frame: FrameType | None) -> None:
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, signal.SIG_IGN)
+    raise KeyboardInterrupt
+
+
+@contextmanager
+def no_interrupt_lost() -> Iterator[None]:
+    """An interrupt that strikes where Python lets no exception out comes again shortly after.
+
+    A signal handler runs between any two lines, those of finalizers and of callbacks included; what is raised there is
+    printed and forgotten, or turned into some other error.  The HDF5 library has many callbacks of weak references: a
+    fit of many files missed one Ctrl-C in fourteen.
+    """
+    lost = False
+    tell = sys.unraisablehook
+
+    def take(what: sys.UnraisableHookArgs) -> None:
+        nonlocal lost
+        if what.exc_type is KeyboardInterrupt:
+            lost = True
+            signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
+        else:
+            tell(what)
+
+    signal.signal(signal.SIGALRM, signal.default_int_handler)
+    sys.unraisablehook = take
+    try:
+        yield
+    except Exception:
+        if lost:
+            raise KeyboardInterrupt from None
+        raise
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+
+
+def end_at_once() -> None:
+    """End an interrupted command that holds nothing, though threads still compile or fit: those cannot be stopped."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
