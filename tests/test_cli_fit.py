@@ -29,7 +29,7 @@ def test_a_bad_file_among_others_costs_the_exit_code_only(tmp_path):
     assert "HDF5" in entries[0]["error"]["detail"]
 
 
-MANY = 240  # files: more than are fitted before a signal arrives
+MANY = 40  # files: more than are fitted before a signal arrives
 
 
 def test_a_batch_interrupted_goes_on_where_it_was(tmp_path):

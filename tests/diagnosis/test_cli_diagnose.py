@@ -98,6 +98,7 @@ def test_an_interrupt_ends_it_without_a_trace(tmp_path):
         process.wait(timeout=2.5)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
+    # A shell shows 130 for both: Python ends by the signal itself where that struck in code made from a string.
+    assert process.returncode in (130, -signal.SIGINT)
     assert "Traceback" not in errors
     assert not (tmp_path / "d.json").exists()
