@@ -40,7 +40,7 @@ def finished(client, location):
     raise AssertionError(f"{location} did not end")
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def recording(client):
     return client.recording
 
