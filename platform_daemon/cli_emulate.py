@@ -14,7 +14,7 @@ import typer
 from drivers.errors import ConfigError
 from drivers.registry import load_emulator
 from platform_daemon.cli_interrupt import heed_one_interrupt
-from platform_daemon.garbage import spare_what_is_there
+from platform_daemon.punctual import be_punctual
 from platform_daemon.settings import locate, read_toml
 
 
@@ -36,7 +36,7 @@ def emulate(
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     written = None
     try:
-        spare_what_is_there()
+        be_punctual()
         written = _announce(emulator.endpoints(), json_file)
         threading.Event().wait()
     except KeyboardInterrupt:

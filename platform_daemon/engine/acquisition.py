@@ -26,7 +26,7 @@ from platform_daemon.engine.self_test import SelfTest
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.estimation import FitResult, SeriesNoise
 from platform_daemon.fit_request import FitRequest
-from platform_daemon.garbage import spare_what_is_there
+from platform_daemon.punctual import be_punctual
 from platform_daemon.recording_noise import hear
 from platform_daemon.store import (
     Calibration,
@@ -81,7 +81,7 @@ class Acquisition:
             job.warnings.append(self._plan.settle.warning)
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
-        spare_what_is_there()
+        be_punctual()
         with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
             try:
                 with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
