@@ -31,7 +31,7 @@ import numpy as np
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V
 from platform_daemon.settings import locate
 from platform_daemon.store import FitTable, Recording, open_recording, read_fits, read_truth
-from tests.standstill import LATE_S, Standstills
+from tests.standstill import LATE_S, Standstills, idle_late_s
 
 COMMAND = str(Path(sys.executable).with_name("platform-daemon"))
 STEADY = ("effects.temperature", "effects.friction_scatter", "effects.wear")
@@ -40,6 +40,7 @@ AT_START = ("phi_max_rad", "psi_start_rad")
 """Of the first shot only: later ones begin with what is left of the one before, at a phase that the pause decides; and
 without a truth over wires, because the world there does not know where the sequence's RX window begins."""
 DEAD_S = 0.05  # allowed between shots, beyond their windows
+IDLE_S = 60.0  # for a look at the computer alone
 
 
 @dataclass
@@ -211,7 +212,8 @@ with the same seed. Written by `make emulated-series`.
 
 Lengths and gates are read from the world's own record, the time between shots from its trigger times. A thread
 of a third process sleeps beside it, and notes when it wakes late by more than {late_ms:g} ms: then others had
-the cores, or the computer stood still.
+the cores, or the computer stood still. For comparison: in {idle_s:g} s before all this began, with nothing of ours
+running, the same thread woke late {idle_times} times, by {idle_most_ms:.1f} ms at most.
 
 | resonator | what | value |
 |---|---|---|
@@ -236,7 +238,7 @@ def main() -> None:
     parser.add_argument("--resonators", nargs="+", default=["jewel", "thread"])
     parser.add_argument("--page", type=Path)
     options = parser.parse_args()
-    clocks, parameters, longest = [], [], 0.0
+    clocks, parameters, longest, idle = [], [], 0.0, idle_late_s(IDLE_S)
     with tempfile.TemporaryDirectory(prefix="emulated-series-") as made:
         for name in options.resonators:
             folder = Path(made) / name
@@ -246,7 +248,13 @@ def main() -> None:
             clocks, longest = clocks + rows, max(longest, dead_s)
             parameters += compared(name, wires, simulated)
     text = PAGE.format(
-        shots=options.shots, late_ms=1e3 * LATE_S, timing="\n".join(clocks), parameters="\n".join(parameters)
+        shots=options.shots,
+        late_ms=1e3 * LATE_S,
+        idle_s=IDLE_S,
+        idle_times=len(idle),
+        idle_most_ms=1e3 * max(idle, default=0.0),
+        timing="\n".join(clocks),
+        parameters="\n".join(parameters),
     )
     print(text)
     if options.page:

@@ -33,6 +33,10 @@ class Standstills(threading.Thread):
         """Whether the computer stood still at any time between these."""
         return any(a < stop_s and b > start_s for a, b in self.spans)
 
+    def late_s(self) -> list[float]:
+        """How late it woke, each time that was late."""
+        return [b - a - TICK_S for a, b in self.spans]
+
     def __enter__(self) -> Standstills:
         self.start()
         return self
@@ -40,3 +44,10 @@ class Standstills(threading.Thread):
     def __exit__(self, *_: object) -> None:
         self._over.set()
         self.join()
+
+
+def idle_late_s(watch_s: float) -> list[float]:
+    """What the computer does by itself: how late the thread wakes while this process does nothing else."""
+    with Standstills() as still:
+        time.sleep(watch_s)
+    return still.late_s()
