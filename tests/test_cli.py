@@ -28,15 +28,18 @@ def run(*arguments, cwd=None, timeout=120):
 
 
 def here(*arguments):
-    """Like `run`, in this process: for what ends before anything is done, where a new process would cost seconds."""
+    """Like `run`, in this process: a new one would cost seconds."""
     out, errors, before = io.StringIO(), io.StringIO(), sys.argv
+    handlers = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
     sys.argv = ["platform-daemon", *map(str, arguments)]
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors), pytest.raises(SystemExit) as end:
             main()
     finally:
         sys.argv = before
-    return subprocess.CompletedProcess(sys.argv, end.value.code, out.getvalue(), errors.getvalue())
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+    return subprocess.CompletedProcess(sys.argv, end.value.code or 0, out.getvalue(), errors.getvalue())
 
 
 def assert_one_line_error(done, code, *words):
@@ -94,14 +97,14 @@ def test_fit_writes_the_fixed_json_form(measured):
 
 
 def test_fit_of_several_files_nests_them(measured):
-    done = run("fit", measured / "j.h5", DATA / "example_thread.mmr.h5", "--json", measured / "both.json")
+    done = here("fit", measured / "j.h5", DATA / "example_thread.mmr.h5", "--json", measured / "both.json")
     assert done.returncode == 0, done.stderr
     files = json.loads((measured / "both.json").read_text())["files"]
     assert [f["variant"] for f in files] == ["jewel", "thread"]
 
 
 def test_a_parameter_held_fixed_has_no_standard_deviation(measured):
-    done = run("fit", measured / "j.h5", "--fix", "lambda_per_s=0.0978", "--json", measured / "fixed.json")
+    done = here("fit", measured / "j.h5", "--fix", "lambda_per_s=0.0978", "--json", measured / "fixed.json")
     assert done.returncode == 0, done.stderr
     found = json.loads((measured / "fixed.json").read_text())["frames"][0]["parameters"]["lambda_per_s"]
     assert found == {"value": 0.0978, "std": None}
@@ -111,7 +114,7 @@ def test_a_hint_holds_a_loss_only_where_the_window_cannot_tell_it(measured):
     found = {}
     for window in ("0.05", "0.5"):
         path = measured / f"hint{window}.json"
-        done = run("fit", measured / "j.h5", "--window", window, "--hint", "lambda_per_s=0.24", "--json", path)
+        done = here("fit", measured / "j.h5", "--window", window, "--hint", "lambda_per_s=0.24", "--json", path)
         assert done.returncode == 0, done.stderr
         found[window] = json.loads(path.read_text())["frames"][0]
     assert found["0.05"]["parameters"]["lambda_per_s"] == {"value": 0.24, "std": None}
@@ -135,7 +138,7 @@ def test_fit_with_another_calibration_scales_the_moment(measured):
     with h5py.File(measured / "j.h5") as source, h5py.File(measured / "cal.h5", "w") as target:
         source.copy("calibration", target)
         target["calibration/sensitivity"][...] *= 2
-    done = run("fit", measured / "j.h5", "--calibration", measured / "cal.h5", "--json", measured / "halved.json")
+    done = here("fit", measured / "j.h5", "--calibration", measured / "cal.h5", "--json", measured / "halved.json")
     assert done.returncode == 0, done.stderr
     halved = json.loads((measured / "halved.json").read_text())["summary"]["m_r_am2"]["mean"]
     plain = json.loads((measured / "j.json").read_text())["fit"]["summary"]["m_r_am2"]["mean"]
@@ -146,7 +149,7 @@ def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_say
     with h5py.File(measured / "j.h5") as source, h5py.File(measured / "bare.mmr", "w") as target:
         for name in ("data", "sequence"):
             source.copy(name, target)
-    done = run("fit", measured / "bare.mmr", "--variant", "jewel", "--json", measured / "bare.json")
+    done = here("fit", measured / "bare.mmr", "--variant", "jewel", "--json", measured / "bare.json")
     assert done.returncode == 0, done.stderr
     report = json.loads((measured / "bare.json").read_text())
     names = {"f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad"}
@@ -156,7 +159,7 @@ def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_say
 
 
 def test_predict_gives_the_bound_for_each_window(tmp_path):
-    done = run("predict", "--resonator", "thread", "--window", "n50", "--window", "4.9", "--json", tmp_path / "p.json")
+    done = here("predict", "--resonator", "thread", "--window", "n50", "--window", "4.9", "--json", tmp_path / "p.json")
     assert done.returncode == 0, done.stderr
     short, long = json.loads((tmp_path / "p.json").read_text())["windows"]
     assert short["std"]["f_nat_hz"] == pytest.approx(0.0008, rel=0.15)
@@ -169,7 +172,7 @@ def test_noise_alone_is_refused_with_exit_code_3(tmp_path, measured):
             source.copy(name, target)
         shape = (1, *source["data"].shape[1:])
         target["data"] = np.random.default_rng(0).normal(0, 1e-3, shape).astype("f4")
-    done = run("fit", tmp_path / "noise.h5", "--json", tmp_path / "noise.json")
+    done = here("fit", tmp_path / "noise.h5", "--json", tmp_path / "noise.json")
     assert done.returncode == 3
     frame = json.loads((tmp_path / "noise.json").read_text())["frames"][0]
     assert (frame["verdict"], frame["parameters"]) == ("refused", {})
@@ -182,7 +185,7 @@ def test_plot_writes_a_png_and_info_says_what_the_file_holds(measured):
     assert (measured / "j-frame1.png").read_bytes().startswith(b"\x89PNG")
     assert_one_line_error(here("plot", measured / "j.h5", "--frame", 1), 2, "--force")
     assert_one_line_error(here("plot", measured / "j.h5", "--frame", 7), 2, "frame 7")
-    assert "jewel" in run("info", measured / "j.h5").stdout
+    assert "jewel" in here("info", measured / "j.h5").stdout
 
 
 @pytest.mark.parametrize(
@@ -212,7 +215,7 @@ def test_clipped_volts_are_refused_whatever_the_calibration_mixes(tmp_path, meas
         target["calibration/sensitivity"][1, 0] = 0.013
         limit = 0.97 * np.abs(source["data"][0, 0, -20000:]).max()
         target["data"] = np.clip(source["data"][:1], -limit, limit)
-    done = run("fit", tmp_path / "clipped.h5", "--json", tmp_path / "c.json")
+    done = here("fit", tmp_path / "clipped.h5", "--json", tmp_path / "c.json")
     assert done.returncode == 3
     assert "saturated" in json.loads((tmp_path / "c.json").read_text())["frames"][0]["reason"]
 

@@ -27,7 +27,7 @@ def test_a_further_term_is_fitted_and_told_with_its_error(tmp_path, path):
 
 
 def test_a_variant_without_losses_is_refused_by_name_and_ends_with_3(path):
-    done = run("fit", path, "--window", "0.4", "--variant", "undamped")
+    done = here("fit", path, "--window", "0.4", "--variant", "undamped")
     assert done.returncode == 3
     assert "model_does_not_explain" in done.stdout
 
@@ -39,14 +39,14 @@ def test_an_unknown_variant_is_answered_with_the_names_there_are(path, command):
 
 
 def test_slide_ends_as_fit_does_where_the_fit_is_refused_and_names_its_own_options(path):
-    done = run("slide", path, "--variant", "undamped")
+    done = here("slide", path, "--variant", "undamped")
     assert_one_line_error(done, 3, "refused", "--window")
     assert "window_s" not in done.stderr
     assert_one_line_error(here("slide", path, "--window", "5"), 2, "--window", "--step")
 
 
 def test_slide_shows_the_constants_of_further_terms(path):
-    done = run("slide", path, "--window", "0.2", "--with-term", "quadratic_drag")
+    done = here("slide", path, "--window", "0.2", "--with-term", "quadratic_drag")
     assert done.returncode == 0, done.stderr
     assert "quadratic_drag_per_rad" in done.stdout
 
@@ -54,6 +54,6 @@ def test_slide_shows_the_constants_of_further_terms(path):
 def test_predict_takes_any_model_whose_values_are_known():
     plan = ("predict", "--resonator", "thread", "--window", "n50", "--with-term", "quadratic_drag")
     assert_one_line_error(here(*plan), 2, "quadratic_drag_per_rad=VALUE")
-    done = run(*plan, "--expect", "quadratic_drag_per_rad=0.001")
+    done = here(*plan, "--expect", "quadratic_drag_per_rad=0.001")
     assert done.returncode == 0, done.stderr
     assert "thread+quadratic_drag" in done.stdout

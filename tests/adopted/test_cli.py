@@ -23,18 +23,18 @@ def test_a_diagnosis_is_adopted_used_shown_and_retired(tmp_path, path):
     file = written(tmp_path, diagnosis(effect("bias_torque", 0.0), model="jewel"))
     done = run("adopt", file, "--name", "bent", "--recording", path, *models)
     assert done.returncode == 0, done.stderr
-    assert "bent@1" in run("models", *models).stdout
-    done = run("fit", path, "--window", "0.4", "--variant", "bent", *models, "--json", tmp_path / "f.json")
+    assert "bent@1" in here("models", *models).stdout
+    done = here("fit", path, "--window", "0.4", "--variant", "bent", *models, "--json", tmp_path / "f.json")
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "f.json").read_text())
     assert report["variant"] == "bent@1"
     assert report["frames"][0]["parameters"]["bias_rad_per_s2"] == {"value": 0.0, "std": None}
-    kept = json.loads(run("models", *models, "show", "bent").stdout)["evidence"]["recordings"]
+    kept = json.loads(here("models", *models, "show", "bent").stdout)["evidence"]["recordings"]
     assert kept[0]["file"] == path.name
     assert len(kept[0]["sha256"]) == 64
-    assert run("models", *models, "retire", "bent@1", "--reason", "was straight").returncode == 0
+    assert here("models", *models, "retire", "bent@1", "--reason", "was straight").returncode == 0
     assert_one_line_error(here("fit", path, "--variant", "bent", *models), 2, "bent", "retired")
-    again = run("fit", path, "--window", "0.4", "--variant", "bent@1", *models)
+    again = here("fit", path, "--window", "0.4", "--variant", "bent@1", *models)
     assert again.returncode == 0, again.stderr
 
 

@@ -38,7 +38,7 @@ def test_a_clean_recording_lacks_nothing(clean):
 
 
 def test_one_shot_is_split_in_time_and_says_so(tmp_path):
-    done = run("diagnose", first_frames(tmp_path, 1), "--json", tmp_path / "d.json", timeout=300)
+    done = here("diagnose", first_frames(tmp_path, 1), "--json", tmp_path / "d.json")
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "d.json").read_text())
     assert report["held_out"]["n_shots"] == 1
@@ -49,7 +49,7 @@ def test_one_shot_is_split_in_time_and_says_so(tmp_path):
 def test_angles_run_through_the_same_code(tmp_path):
     paths = [pendulum(tmp_path, *swing(seed=k), name=f"swing{k}.h5") for k in (1, 2)]
     options = ("--observable", "angle", "--variant", "thread_small_angle", "--json", tmp_path / "d.json")
-    done = run("diagnose", *paths, *options, timeout=300)
+    done = here("diagnose", *paths, *options)
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "d.json").read_text())
     assert report["verdict"] == "nothing_missing"
@@ -61,7 +61,7 @@ def test_angles_run_through_the_same_code(tmp_path):
 @pytest.mark.campaign
 def test_measured_pendulums_get_a_verdict_and_a_page(tmp_path):
     options = ("--observable", "angle", "--json", tmp_path / "d.json", "--html", tmp_path / "d.html")
-    done = run("diagnose", *RUNS, *options, timeout=300)
+    done = here("diagnose", *RUNS, *options)
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "d.json").read_text())
     held_out = report["held_out"]
@@ -82,7 +82,7 @@ def test_bad_input_is_one_line_and_no_ranking(tmp_path):
 def test_shots_that_cannot_be_fitted_end_with_3(tmp_path):
     t, _ = swing()
     noise = pendulum(tmp_path, t, np.random.default_rng(2).normal(0.0, 0.01, t.size))
-    assert_one_line_error(run("diagnose", noise), 3, "nothing could be diagnosed", "no_signal")
+    assert_one_line_error(here("diagnose", noise), 3, "nothing could be diagnosed", "no_signal")
 
 
 def test_files_that_exist_are_kept_unless_forced(tmp_path):
