@@ -84,6 +84,19 @@ class Board:
         self._identify()
         self._configure()
 
+    def prove_data_connection(self, silent: BoardProgram) -> None:
+        """Load a silent sequence, in mode CONFIGURATION, over the data connection; another one if that is not ours.
+
+        Whoever died between its two connections, a daemon that was killed while it started for one, left its data
+        connection behind, and the card takes it for ours.  Raises DeviceTimeout if nothing helps.
+        """
+        try:
+            self.load(silent)
+        except DeviceTimeout:
+            self.take_over()
+            self.settle()
+            self.load(silent)
+
     def close(self) -> None:
         """Let go.  Idempotent."""
         if hasattr(self, "_connection"):

@@ -23,7 +23,7 @@ from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.reader import Reader
-from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
+from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline, silence
 from drivers.red_pitaya.stream import filter_delay_samples
 from drivers.timeline import Timeline
 
@@ -68,6 +68,8 @@ class RedPitayaCard:
                 board.open()
             for board in self.boards:
                 board.settle()
+            for board in self.boards:
+                board.prove_data_connection(silence(self.layout.step_samples))
         except Exception:
             self._let_go()
             raise

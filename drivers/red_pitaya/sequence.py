@@ -56,6 +56,12 @@ class BoardProgram:
         return self.step_samples * len(self.levels_v)
 
 
+def silence(step_samples: int) -> BoardProgram:
+    """One step of nothing."""
+    shape = (1, FIRST_ANALOG_CHANNEL)
+    return BoardProgram(step_samples, np.zeros(shape, np.float32), np.zeros(shape, np.uint8), ())
+
+
 def compile_timeline(
     timeline: Timeline, layout: Layout, full_scale_v: float = OUTPUT_FULL_SCALE_V
 ) -> tuple[BoardProgram, ...]:

@@ -104,10 +104,21 @@ def knock(lab):
     socket.create_connection((at["host"], at["data_port"]), timeout=2).close()
 
 
-def test_a_stranger_at_the_data_port_costs_one_shot_and_not_the_rest(lab_of_its_own):
+def test_a_stranger_who_was_at_the_data_port_before_costs_nothing(lab_of_its_own):
     lab = lab_of_its_own()
     knock(lab)
+    platform = lab.platform("io_card.reply_timeout_s=1.0")
+    assert whole_shot(platform.card)
+    platform.close()
+
+
+def test_a_stranger_at_the_data_port_costs_one_shot_and_not_the_rest(lab_of_its_own):
+    lab = lab_of_its_own()
     platform = lab.platform("io_card.reply_timeout_s=1.0", "io_card.sample_timeout_s=1.0")
+    knock(lab)
+    platform.card.program(short_shot(platform.card.capabilities()))
+    platform.card.arm()
+    platform.outputs_off()  # by a new connection
     with pytest.raises(DeviceTimeout):
         whole_shot(platform.card)
     platform.outputs_off()

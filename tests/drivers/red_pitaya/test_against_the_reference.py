@@ -75,7 +75,7 @@ def test_what_is_played_is_the_timeline_and_the_next_shot_is_armed_anew(opened):
         assert set(shot["sines"]) == {("0", "0"), ("1", "0")}
     assert server.played[3]["sines"] == {}
     assert not server.played[3]["enable"][:, :2].any()
-    assert sum("SEQ:LUT " in line for line in server.log) == 2  # only what is new is uploaded
+    assert sum("SEQ:LUT " in line for line in server.log) == 1 + 2  # silence at the start, then only what is new
     assert sum("SEQ:SET" in line for line in server.log) == 4
 
 
