@@ -13,7 +13,7 @@ The way of one shot through the room:
     growing, gauss_newton        least squares on growing windows (assemble, linear), from
     workspace, moments, sums       what the samples say, half swing by half swing (direct_moments: one by one), with
     swing_chain, swing_walk        their order in time, looked up in
-    swing_table, collocation         half swings solved once for all amplitudes (chebyshev, terms)
+    swing_table, collocation         half swings solved once for all amplitudes of a band (swing_band, chebyshev, terms)
     trajectory                   the same motion sample by sample: trace (half_swing, tableau, terms), sampling
     weighting                    every harmonic by the noise that stands there (colour)
     disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
@@ -22,7 +22,8 @@ The way of one shot through the room:
     companion, compression       a second oscillation in it, a receiver that compresses; misfit: whether that matters
     cause                        why no fit got through (beat)
     verdict                      good or refused
-    publish, judgement, losses   published parameters, covariance, doubts -> result (start_label), or refusal
+    publish, judgement, losses   published parameters (swing_state, start_label), covariance, doubts -> result, or
+                                   refusal
 
 Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench* (speed), warm, jit and
 compile_beside (compilation), threads (one per fit), arrays (types).

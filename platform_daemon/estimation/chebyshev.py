@@ -11,6 +11,9 @@ from numpy.polynomial import chebyshev
 from scipy.special import ellipk
 
 from .arrays import Array
+from .jit import part
+
+MOST_SIZES = 40
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,11 @@ class Grid:
     once: Array
     twice: Array
 
+    def weights_at(self, place: float) -> Array:
+        """Weights (m,) with which the values at the nodes add up to the value at a place in [-1, 1]."""
+        angles = math.acos(min(max(place, -1.0), 1.0)) * np.arange(self.nodes.size)
+        return np.asarray(np.cos(angles) @ self.to_nodes)
+
 
 @cache
 def grid(m: int) -> Grid:
@@ -46,13 +54,6 @@ def grid(m: int) -> Grid:
         np.ascontiguousarray(chebyshev.chebval(places, once).T),
         np.ascontiguousarray(chebyshev.chebval(places, twice).T),
     )
-
-
-@cache
-def size_weights(count: int) -> Array:
-    """Barycentric weights of `count` sizes at Chebyshev places, (count,)."""
-    k = np.arange(count)
-    return np.asarray((-1.0) ** k * np.sin(np.pi * (2 * k + 1) / (2 * count)))
 
 
 def nodes_for(amplitude_rad: float, digits: float) -> int:
@@ -78,13 +79,13 @@ def _quarter_period_ratio(amplitude_rad: float) -> float:
     return float(ellipk(1.0 - parameter) / ellipk(parameter))
 
 
-def sizes_for(amplitude_rad: float, band_ratio: float, digits: float) -> int:
+@part
+def sizes_for(amplitude_rad, band_ratio, digits):  # type: ignore[no-untyped-def]
     """Sizes at which half swings between amplitude/band_ratio and amplitude are tabulated, to so many digits.
 
     What lies nearest is the inverted position, where a half swing takes forever.
     """
     low = amplitude_rad / band_ratio
-    if low >= amplitude_rad:
-        return 1
     z = (2.0 * math.pi - amplitude_rad - low) / (amplitude_rad - low)
-    return min(40, max(3, math.ceil(1.0 + math.log(10.0) * digits / math.log(z + math.sqrt(z * z - 1.0)))))
+    wanted = math.ceil(1.0 + math.log(10.0) * digits / math.log(z + math.sqrt(z * z - 1.0)))
+    return min(MOST_SIZES, max(3, wanted))

@@ -15,7 +15,7 @@ from functools import cache
 from . import moments, swing_walk
 from .jit import is_cached
 
-_TABLES = ("remaining_sizes", "build_table", "walk_swings")
+_TABLES = ("build_table", "walk_swings")
 _CHILD = "MMR_COMPILES_BESIDE"  # set in the other process, which starts none
 
 

@@ -12,9 +12,8 @@ from .arrays import Array
 from .gauss_newton import FitState, Normal, covariance
 from .models import RingDownModel
 from .result import PARAMETER_NAMES, Estimate
-from .sampling import STATE
 from .start_label import label_of_state
-from .workspace import Workspace
+from .swing_state import state_at_zero
 
 
 @dataclass(frozen=True)
@@ -55,10 +54,8 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     d = state.dynamics
     coefficients = len(d.values)
     dynamic = 3 + coefficients
-    # The products of the basis with one sample that is 1, at t = 0, are the basis there.
-    basis = Workspace(model).moments(d, np.ones((1, 1)), 0, 1, 1.0, STATE, tabulated=False).products[0]
-    by_dynamics = basis[2 : 2 + 2 * dynamic].reshape(dynamic, 2).T @ d.chain(model)
-    phi_max, psi, by_state = label_of_state(float(basis[0]), float(basis[1]))
+    state_now, by_motion = state_at_zero(model, d)
+    phi_max, psi, by_state = label_of_state(*state_now.tolist())
     obs_names, obs_values, obs_jacobian = state.observation.public()
 
     names = ["f_nat_hz", *(c.name for c in model.coefficients), "phi_max_rad", "psi_start_rad", *obs_names]
@@ -66,7 +63,7 @@ def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], 
     jacobian = np.zeros((len(names), state.size))
     jacobian[0, 1] = 0.5 / math.pi
     jacobian[1 : 1 + coefficients, 3:dynamic] = np.eye(coefficients)
-    jacobian[1 + coefficients : 3 + coefficients, :dynamic] = by_state @ by_dynamics
+    jacobian[1 + coefficients : 3 + coefficients, :dynamic] = by_state @ (by_motion.T @ d.chain(model))
     jacobian[dynamic:, dynamic : dynamic + state.observation.size] = obs_jacobian
     order = _order(tuple(names))
     return [names[k] for k in order], values[order], jacobian[order]

@@ -58,6 +58,10 @@ def may_hold_tones(residual: Array, spectrum: Array) -> bool:
 
     residual: (channels, n); spectrum: (channels, bins) its plain power, in units of any level, from bin 1 on.
     """
+    # Where more than half of the bins are above this level, so is their median, which takes long to find.
+    level = spectrum.max(axis=1) / _WORTH_A_SEARCH
+    if (2 * np.count_nonzero(spectrum < level[:, None], axis=1) < spectrum.shape[1] - 1).all():
+        return False
     standing = spectrum / np.maximum(medians(spectrum), 1e-300)[:, None]
     channels, bins = np.nonzero(standing > _WORTH_A_SEARCH)
     if bins.size > _MANY_PEAKS:

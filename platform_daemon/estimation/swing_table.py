@@ -16,6 +16,7 @@ import numpy as np
 from .collocation import solve_half_swing
 from .jit import fast_kernel, fast_part
 from .sampling import DIPOLE
+from .swing_band import WALK_ANGLE, next_band
 from .terms.dispatch import acceleration
 
 
@@ -54,7 +55,7 @@ def _mean(a, b):  # type: ignore[no-untyped-def]
 
 
 @fast_part
-def _undamped(size, nodes, a):  # type: ignore[no-untyped-def]
+def undamped(size, nodes, a):  # type: ignore[no-untyped-def]
     """First guess: acceleration a (m,) of the undamped half swing, from its Fourier series; returns its duration.
 
     phi = -8 sum over odd n of (-1)^((n-1)/2) q^(n/2) / (n (1 + q^n)) cos(n pi x), with the nome q, x from 0 to 1.
@@ -93,17 +94,32 @@ def _continued(size, k, sizes, ends, accelerations, a):  # type: ignore[no-untyp
 
 @fast_kernel
 def build_table(  # type: ignore[no-untyped-def]
-    low, high, side, columns, codes, widths, c, observable, settled, nodes, once, twice, sizes, accelerations, values,
-    ends,
+    walk, s_end, columns, codes, widths, c, mirrored, observable, digits, nodes, once, twice, bands, all_sizes,
+    all_accelerations, all_values, all_ends,
 ):  # fmt: skip
-    """Solve the half swings at the Chebyshev sizes of [low, high].
+    """Solve the half swings at the Chebyshev sizes of the next band of `walk`, to so many digits.
 
-    settled: how small Newton's last step has to be.
-    sizes (k,), values (k, 4 + 2 columns, m), ends (k, 2 + 2 columns) are written. accelerations (k, m) and ends hold
-    an earlier solution or zeros when the call begins: solutions nearby are the best first guess. Returns the smallest
-    pull back from rest over the largest of all sizes (0 or less: somewhere it sticks), NaN if one has no solution.
+    By direction, of which mirrored motion needs the first only: bands (2, 3), smallest size, largest, and the smallest
+    pull back from rest over the largest of all sizes (0 or less: somewhere it sticks), NaN if one has no solution;
+    sizes (2, .), values (2, ., 4 + 2 columns, m), ends (2, ., 2 + 2 columns) are written. accelerations (2, ., m) and
+    ends hold an earlier solution or zeros when the call begins: solutions nearby are the best first guess. Returns how
+    many sizes are used.
     """
-    count = sizes.size
+    low, high, count = next_band(walk, s_end, codes, widths, c, digits)
+    which = 0 if mirrored or walk[WALK_ANGLE] < 0.0 else 1
+    side = 1.0 if which == 0 else -1.0
+    settled = 10.0 ** (-0.8 * digits)
+    sizes = all_sizes[which, :count]
+    accelerations = all_accelerations[which, :count]
+    values = all_values[which, :count]
+    ends = all_ends[which, :count]
+    # Tables of as many sizes are alike; a size that was not used is 0.
+    alike = sizes[count - 1] > 0.0 and (count == all_sizes.shape[1] or all_sizes[which, count] == 0.0)
+    for k in range(count, all_sizes.shape[1]):
+        all_sizes[which, k] = 0.0
+    bands[which, 0] = low
+    bands[which, 1] = 0.0  # a table that could not be made knows no size
+    bands[which, 2] = np.nan
     m = nodes.size
     grad = np.zeros(c.size + 1)
     weakest = np.inf
@@ -115,28 +131,30 @@ def build_table(  # type: ignore[no-untyped-def]
         size = 0.5 * (low + high) + 0.5 * (high - low) * math.cos(math.pi * (2 * k + 1) / (2 * count))
         a = accelerations[k]
         duration = ends[k, 0]
-        if duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
+        if alike and duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
             for i in range(m):
                 a[i] *= size / sizes[k]
         elif k > 0 and size > 0.8 * sizes[k - 1]:
             duration = _continued(size, k, sizes, ends, accelerations, a)
         else:
-            duration = _undamped(size, nodes, a)
+            duration = undamped(size, nodes, a)
         sizes[k] = size
         if not solve_half_swing(
             size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
         ):
-            duration = _undamped(size, nodes, a)
+            duration = undamped(size, nodes, a)
             if not solve_half_swing(
                 size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
             ):
                 ends[k, 0] = 0.0
-                return np.nan
+                return count
         _write_values(a, phi, v, slopes, columns, observable, values[k])
         pull, _, _ = acceleration(-side * size, 0.0, side, codes, widths, c, grad)
         weakest = min(weakest, side * pull)
         strongest = max(strongest, side * pull)
-    return weakest / strongest if strongest > 0.0 else 0.0
+    bands[which, 1] = high
+    bands[which, 2] = weakest / strongest if strongest > 0.0 else 0.0
+    return count
 
 
 @fast_part
@@ -171,10 +189,10 @@ def look_up_end(size, sizes, barycentric, ends, weights, end):  # type: ignore[n
 
 @fast_part
 def look_up_values(weights, values, out):  # type: ignore[no-untyped-def]
-    """Values out (4 + 2 columns, m) with the weights of look_up_end; values (k, 4 + 2 columns, m)."""
+    """Values out (4 + 2 columns, m) with the weights (k,) of look_up_end; values (k or more, 4 + 2 columns, m)."""
     count = weights.size
     to = out.reshape(out.size)
-    table = values.reshape(count, out.size)
+    table = values[:count].reshape(count, out.size)
     for i in range(to.size):
         to[i] = weights[0] * table[0, i]
     for k in range(1, count - 1, 2):

@@ -7,52 +7,50 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .arrays import Array, IntArray
-from .chebyshev import grid, size_weights
+from .arrays import Array
+from .chebyshev import MOST_SIZES, grid
 from .models import RingDownModel
 from .sampling import DIPOLE
-from .swing_chain import HEAD, STATUS_NO_TABLE, WALK, WALK_ANGLE, WALK_START, remaining_sizes, walk_swings
+from .swing_band import WALK, WALK_ANGLE, WALK_SIZES, WALK_START
+from .swing_chain import STATUS_NO_TABLE, walk_swings
 from .swing_table import build_table
-from .trace import STATUS_LOST, STATUS_OK, STATUS_STUCK
+from .trace import STATUS_OK, STATUS_STUCK
 from .trajectory import Dynamics
-
-_SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
-
-Torque = tuple[int, IntArray, IntArray, Array]
 
 
 class SwingTables:
-    """Tables of half swings for one pair of grid sizes."""
+    """Room for tables of half swings on a grid, by direction; one serves both if the torque is symmetric.
 
-    def __init__(self, nodes: int, sizes: int, columns: int) -> None:
+    What an earlier walk left is the best first guess.
+    """
+
+    def __init__(self, nodes: int, columns: int) -> None:
         self.grid = grid(nodes)
-        self.barycentric = size_weights(sizes)
-        # By direction; one serves both if the torque is symmetric. What an earlier pass left is the best first guess.
-        self.bands = np.zeros((2, 3))
-        self.sizes = np.zeros((2, sizes))
-        self.values = np.zeros((2, sizes, 4 + 2 * columns, nodes))
-        self.accelerations = np.zeros((2, sizes, nodes))
-        self.ends = np.zeros((2, sizes, 2 + 2 * columns))
+        self.sizes = np.zeros((2, MOST_SIZES))
+        self.values = np.empty((2, MOST_SIZES, 4 + 2 * columns, nodes))
+        self.accelerations = np.empty((2, MOST_SIZES, nodes))
+        self.ends = np.zeros((2, MOST_SIZES, 2 + 2 * columns))
 
 
 class Walk:
     """A ring-down from its anchor to the dimensionless time s_end (swing_chain.py).
 
+    one_by_one: every half swing is solved for itself, worth it for a few.
+
     Attributes:
+        columns: of derivatives, by size and by c.
         at: where it stands.
         heads, weights: of the half swings passed in the last stretch; the weights interpolate over the table's sizes.
-        status: why that stretch ended (walk_swings); STATUS_LOST if no further turning point was found.
+        status: why that stretch ended (walk_swings).
     """
 
-    def __init__(self, model: RingDownModel, d: Dynamics, s_end: float) -> None:
+    def __init__(self, model: RingDownModel, d: Dynamics, s_end: float, *, one_by_one: bool = False) -> None:
         self._s_end, self._symmetric = s_end, model.symmetric
         self.columns = columns = 1 + len(model.coefficients)
-        self._torque: Torque = columns, model.codes, model.widths, d.dimensionless(model)
+        self._torque = columns, model.codes, model.widths, d.dimensionless(model), model.symmetric
         self.at = np.zeros(WALK + 2 * columns)
+        self.at[WALK_SIZES] = float(one_by_one)
         self.at[WALK_ANGLE], self.at[WALK] = d.amplitude, math.copysign(1.0, d.amplitude)
-        self._rows = int(max(s_end, 0.0) / _SHORTEST) + 16
-        self.heads = np.empty((self._rows + 1, HEAD + 2 * columns))
-        self.weights = np.empty((0, 0))
         self.status: int = STATUS_NO_TABLE
 
     @property
@@ -73,45 +71,19 @@ class Walk:
         """True if it has ended, and not before s_end."""
         return self.status == STATUS_STUCK or (self.status == STATUS_OK and float(self.at[WALK_START]) >= s_end)
 
-    def band(self, ratio: float) -> tuple[float, float]:
-        """Sizes (low, high) of the half swings that are left, no further apart than `ratio`; 1: the next only."""
-        size = abs(self.angle)
-        if ratio <= 1.0:
-            return size, size
-        left = self._s_end - float(self.at[WALK_START])
-        low, high = remaining_sizes(size, left, math.copysign(1.0, -self.angle), *self._torque[1:], ratio)
-        return float(low), float(high)
-
-    def stretches(
-        self, tables: SwingTables, ratio: float, observable: int, digits: float, band: tuple[float, float] | None = None
-    ) -> Iterator[int]:
+    def stretches(self, tables: SwingTables, observable: int, digits: float) -> Iterator[int]:
         """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
 
-        band: of the first stretch, if it is known already.
+        digits: to how many the tables are right.
         """
+        t, g, bands = tables, tables.grid, np.zeros((2, 3))
         self.status = STATUS_NO_TABLE
-        settled = 10.0 ** (-0.8 * digits)
         while self.status == STATUS_NO_TABLE:
-            pull = self._tabulate(tables, band or self.band(ratio), observable, settled)
-            band = None
-            self.weights = np.empty((self._rows, tables.barycentric.size))
-            count, self.status = walk_swings(
-                self.at, self._s_end, *self._torque, self._symmetric, tables.bands, tables.sizes, tables.barycentric,
-                tables.ends, self.heads, self.weights,
+            used = build_table(
+                self.at, self._s_end, *self._torque, observable, digits, g.nodes, g.once, g.twice, bands, t.sizes,
+                t.accelerations, t.values, t.ends,
             )  # fmt: skip
-            # Where there is no turning point, it may rest.
-            if self.status == STATUS_NO_TABLE and math.isnan(pull):
-                self.status = STATUS_LOST
+            count, self.status, self.heads, self.weights = walk_swings(
+                self.at, self._s_end, *self._torque, used, bands, t.sizes, t.ends
+            )
             yield count
-
-    def _tabulate(self, tables: SwingTables, band: tuple[float, float], observable: int, settled: float) -> float:
-        """Tables for the half swings of this band on this side; the pull that build_table returns."""
-        side = math.copysign(1.0, -self.angle)
-        which = 0 if self._symmetric or side > 0.0 else 1
-        g = tables.grid
-        pull: float = build_table(
-            *band, 1.0 if self._symmetric else side, *self._torque, observable, settled, g.nodes, g.once, g.twice,
-            tables.sizes[which], tables.accelerations[which], tables.values[which], tables.ends[which],
-        )  # fmt: skip
-        tables.bands[which] = *band, pull
-        return pull

@@ -7,14 +7,15 @@ import math
 import numpy as np
 
 from .arrays import Array
-from .chebyshev import nodes_for, sizes_for
+from .chebyshev import nodes_for
 from .models import RingDownModel
 from .sampling import STATE
-from .swing_chain import HEAD_SIDE, HEAD_START, WALK_START
+from .swing_band import WALK_START
+from .swing_chain import HEAD_SIDE, HEAD_START
 from .swing_walk import SwingTables, Walk
 from .trace import STATUS_LOST, STATUS_OK
 from .trajectory import Dynamics, LostTrajectoryError
-from .workspace import EXACT, WIDEST_BAND
+from .workspace import EXACT
 
 
 def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> tuple[Array, Array]:
@@ -28,13 +29,13 @@ def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> 
         raise ValueError(f"the half swings of {model.name} depend on time")
     d = dynamics
     walk, size = Walk(model, d, d.w * until_s + d.theta), abs(d.amplitude)
-    tables = SwingTables(nodes_for(size, EXACT), sizes_for(size, WIDEST_BAND, EXACT), walk.columns)
+    tables = SwingTables(nodes_for(size, EXACT), walk.columns)
     starts, sizes = [], []
-    for count in walk.stretches(tables, WIDEST_BAND, STATE, EXACT):
+    for count in walk.stretches(tables, STATE, EXACT):
         which = np.where(walk.heads[:count, HEAD_SIDE] > 0.0, 0, 0 if model.symmetric else 1)
         starts.append(walk.heads[:count, HEAD_START].copy())
         # The weights interpolate anything smooth over the sizes, and so the sizes themselves.
-        sizes.append(np.sum(walk.weights[:count] * tables.sizes[which], axis=1))
+        sizes.append(np.sum(walk.weights[:count] * tables.sizes[which, : walk.weights.shape[1]], axis=1))
     if walk.status == STATUS_LOST:
         raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
     if walk.status == STATUS_OK:

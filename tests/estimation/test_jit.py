@@ -66,4 +66,4 @@ def test_where_nothing_is_compiled_another_process_begins_with_the_sums(tmp_path
     subprocess.run([sys.executable, "-c", ours], env=environment, check=True, timeout=300)
     compiled = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbi")}
     assert "moments.collect_swings" in compiled
-    assert not compiled & {"swing_table.build_table", "swing_chain.walk_swings", "swing_chain.remaining_sizes"}
+    assert not compiled & {"swing_table.build_table", "swing_chain.walk_swings"}

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 
 from platform_daemon.estimation.models import JEWEL, THREAD, model_named
 from platform_daemon.estimation.sampling import DIPOLE, STATE
+from platform_daemon.estimation.swing_state import state_at_zero
 from platform_daemon.estimation.terms import (
     BIAS_TORQUE,
     COULOMB_FRICTION,
@@ -282,3 +283,21 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
         ends = [basis_of(JEWEL, Dynamics(q[1], q[0], q[2], after.values), samples, observable)[:2] for q in (up, down)]
         slope = np.einsum("pfn,p->fn", late[2:-1].reshape(-1, 2, 200), after.chain(JEWEL)[:, k])
         assert np.allclose(slope, (ends[0] - ends[1]) / (2 * size), rtol=0.0, atol=3e-4 * np.max(np.abs(slope)))
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), [("jewel", (0.25, 1190.0)), ("thread+bias_torque", (0.25, 900.0)), ("undamped", ())]
+)
+@pytest.mark.parametrize("theta", [0.0, 0.7, 2.3, 4.5, 9.0, -0.4])
+@pytest.mark.parametrize("amplitude", [0.9, -0.3, 5e-3])
+def test_the_state_at_zero_and_its_derivatives_are_those_of_the_direct_path(name, values, amplitude, theta):
+    model, d = model_named(name), Dynamics(W, theta, amplitude, values)
+    state, by_motion = state_at_zero(model, d)
+    basis = Trajectory(model, d, 0.0).basis(0, 1, 1.0, STATE)[:, 0]
+    np.testing.assert_allclose(state, basis[:2], rtol=1e-9, atol=1e-9 * abs(amplitude))
+    np.testing.assert_allclose(by_motion, basis[2:-1].reshape(-1, 2), rtol=1e-7, atol=1e-8)
+
+
+def test_a_state_beyond_the_last_turning_point_is_lost():
+    with pytest.raises(LostTrajectoryError):
+        state_at_zero(THREAD, Dynamics(W, 2.0, 3.1, (0.25,)))
