@@ -89,10 +89,11 @@ def direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[no
 @part
 def pass_half_swing(walk, side, end, columns):  # type: ignore[no-untyped-def]
     """Move `walk` over a half swing with these end values (2 + 2 columns,)."""
+    turn = math.copysign(1.0, end[1])  # friction may stop it before it crosses zero: then its size is -end[1]
     for p in range(columns):
         own = 0.0 if p == 0 else 1.0
         walk[WALK + columns + p] += end[2 + columns] * walk[WALK + p] + own * end[2 + columns + p]
-        walk[WALK + p] = end[2] * walk[WALK + p] + own * end[2 + p]
+        walk[WALK + p] = turn * (end[2] * walk[WALK + p] + own * end[2 + p])
     walk[WALK_ANGLE] = side * end[1]
     # Compensated sum: the start times are what the phase accuracy of 1e-9 rests on.
     term = end[0] - walk[WALK_CARRY]

@@ -289,7 +289,7 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
     ("name", "values"), [("jewel", (0.25, 1190.0)), ("thread+bias_torque", (0.25, 900.0)), ("undamped", ())]
 )
 @pytest.mark.parametrize("theta", [0.0, 0.7, 2.3, 4.5, 9.0, -0.4])
-@pytest.mark.parametrize("amplitude", [0.9, -0.3, 5e-3])
+@pytest.mark.parametrize("amplitude", [0.9, -0.3, 5e-3, 1e-3])  # the last rests before it crosses zero
 def test_the_state_at_zero_and_its_derivatives_are_those_of_the_direct_path(name, values, amplitude, theta):
     model, d = model_named(name), Dynamics(W, theta, amplitude, values)
     state, by_motion = state_at_zero(model, d)
