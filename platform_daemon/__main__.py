@@ -12,8 +12,7 @@ def main() -> None:
     try:
         with no_interrupt_lost():
             from platform_daemon.cli import main as run
-
-            run()
+        run()
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         sys.exit(INTERRUPTED)

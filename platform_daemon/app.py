@@ -36,7 +36,7 @@ def start_engine(file: PlatformFile, journal: Journal | None = None, models: Lib
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     try:
         return Engine(platform, file.limits, file.text, journal, models, file.self_test, named)
-    except Exception:
+    except BaseException:  # Ctrl-C too
         platform.close()
         raise
 

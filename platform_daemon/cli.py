@@ -27,7 +27,7 @@ from platform_daemon.cli_diagnose_live import FilesOrLive
 from platform_daemon.cli_emulate import emulate
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
-from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt
+from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt, no_interrupt_lost
 from platform_daemon.cli_models import adopt, models_app
 from platform_daemon.cli_options import (
     CalibrationOption,
@@ -68,7 +68,9 @@ def main() -> None:
     """Entry point; every expected error is one line on stderr."""
     _log_from(logging.WARNING)
     try:
-        sys.exit(app(standalone_mode=False))
+        with no_interrupt_lost():
+            code = app(standalone_mode=False)
+        sys.exit(code)
     except typer.TyperException as error:
         message = " ".join(getattr(error, "format_message", error.__str__)().split()).rstrip(".")
         print(f"error: {message}. Remedy: see platform-daemon --help.", file=sys.stderr)
@@ -135,9 +137,9 @@ def serve(
     file = load_platform(platform, overrides or (), endpoints)
     listener = _listen(host, port)
     folder = open_data_folder(data)
-    engine = start_engine(file, Journal(folder.jobs), library(folder.models))
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
     heed_one_interrupt()
+    engine = start_engine(file, Journal(folder.jobs), library(folder.models))
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)

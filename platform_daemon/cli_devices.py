@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from platform_daemon.cli_files import must_not_exist, write_json
+from platform_daemon.cli_interrupt import heed_one_interrupt
 from platform_daemon.cli_options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
 from platform_daemon.cli_tables import print_devices
 
@@ -22,6 +23,7 @@ def devices(
 
     file = load_platform(platform, overrides or (), endpoints)
     must_not_exist(json_file, force)
+    heed_one_interrupt()
     reports = [report.as_dict() for report in find_devices(file.section)]
     print_devices(reports)
     write_json(json_file, {"platform": file.section.name, "devices": reports})
@@ -41,6 +43,7 @@ def reset_amplifier(
     from platform_daemon.app import start_engine
     from platform_daemon.settings import load_platform
 
+    heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints))
     try:
         found = engine.reset_fault()

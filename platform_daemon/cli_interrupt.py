@@ -50,7 +50,12 @@ def no_interrupt_lost() -> Iterator[None]:
         else:
             tell(what)
 
-    signal.signal(signal.SIGALRM, signal.default_int_handler)
+    def again(number: int, frame: FrameType | None) -> None:
+        nonlocal lost
+        lost = False
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGALRM, again)
     sys.unraisablehook = take
     try:
         yield

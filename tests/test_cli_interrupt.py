@@ -37,6 +37,30 @@ def test_an_interrupt_lost_in_a_callback_is_heeded_nevertheless(then):
     assert done.returncode == 0
 
 
+FAILED = """
+import signal, weakref
+from platform_daemon import cli
+
+class Something:
+    pass
+
+def app(standalone_mode):
+    something = Something()
+    seen = weakref.ref(something, lambda _: signal.raise_signal(signal.SIGINT))
+    del something
+    raise OSError("what a library made of it")
+
+cli.app = app
+cli.main()
+"""
+
+
+def test_what_a_lost_interrupt_made_of_a_command_is_no_error_of_the_command():
+    done = python(FAILED)
+    assert done.returncode == 130
+    assert done.stderr == "interrupted; outputs are off\n"
+
+
 FORGOTTEN = """
 from platform_daemon.cli_interrupt import no_interrupt_lost
 

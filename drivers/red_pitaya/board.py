@@ -88,11 +88,13 @@ class Board:
         """Load a silent sequence, in mode CONFIGURATION, over the data connection; another one if that is not ours.
 
         Whoever died between its two connections, a daemon that was killed while it started for one, left its data
-        connection behind, and the card takes it for ours.  Raises DeviceTimeout if nothing helps.
+        connection behind, and the card takes it for ours.  What it says to an upload then is not documented: silence,
+        a refusal, a lost connection all count.  Raises DeviceError if nothing helps.
         """
         try:
             self.load(silent)
-        except DeviceTimeout:
+        except DeviceError:
+            self._connection.starved = True
             self.take_over()
             self.settle()
             self.load(silent)

@@ -208,11 +208,15 @@ class Engine:
         try:
             self.outputs_off()
         finally:
-            self._queue.put(None)
-            self._thread.join(timeout=60)
-            for each in (self._online, self._fits):
-                each.shutdown(wait=True, cancel_futures=True)
-            self.platform.close()
+            try:
+                self._queue.put(None)
+                self._thread.join(timeout=60)
+            finally:
+                self.platform.close()
+        for job in list(self._jobs.values()):
+            job.request_cancel()
+        for each in (self._online, self._fits):
+            each.shutdown(wait=True, cancel_futures=True)
 
     def _moving(self) -> list[Job]:
         return [job for job in list(self._jobs.values()) if job.kind in ON_HARDWARE]

@@ -50,7 +50,7 @@ def walk_swings(walk, s_end, columns, codes, widths, c, mirrored, used, bands, s
         which = 0 if mirrored or side > 0.0 else 1
         tabulated = bands[which, 0] <= size <= bands[which, 1]
         if not (tabulated and bands[which, 2] > _SURE_PULL):
-            side = direction_at_rest(angle, side, codes, widths, c, grad)
+            side = _direction_at_rest(angle, side, codes, widths, c, grad)
             if side == 0.0:
                 return count, STATUS_STUCK, heads, weights
         if side * angle >= 0.0 or not size < WIDEST or count == rows:
@@ -63,7 +63,7 @@ def walk_swings(walk, s_end, columns, codes, widths, c, mirrored, used, bands, s
         heads[count, HEAD_SIDE] = side
         for q in range(2 * columns):
             heads[count, HEAD + q] = walk[WALK + q]
-        pass_half_swing(walk, side, end, columns)
+        _pass_half_swing(walk, side, end, columns)
         count += 1
 
 
@@ -77,7 +77,7 @@ def _barycentric(count):  # type: ignore[no-untyped-def]
 
 
 @part
-def direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[no-untyped-def]
+def _direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[no-untyped-def]
     """Where a rotor at rest goes: +1, -1, or 0 where friction of either sign holds it."""
     for sign in (likely, -likely):
         pull, _, _ = acceleration(angle, 0.0, sign, codes, widths, c, grad)
@@ -87,7 +87,7 @@ def direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[no
 
 
 @part
-def pass_half_swing(walk, side, end, columns):  # type: ignore[no-untyped-def]
+def _pass_half_swing(walk, side, end, columns):  # type: ignore[no-untyped-def]
     """Move `walk` over a half swing with these end values (2 + 2 columns,)."""
     turn = math.copysign(1.0, end[1])  # friction may stop it before it crosses zero: then its size is -end[1]
     for p in range(columns):

@@ -163,6 +163,7 @@ class Workspace:
         if held is not None and held.dynamics == d and held.walk.reaches(s_end):
             yield held.walk, held.tables, held.count
             return
+        self._held = None  # its tables are written over
         walk, tables = Walk(self.model, d, s_end), self._tables_for(d, EXACT)
         for count in walk.stretches(tables, observable, EXACT):
             yield walk, tables, count
