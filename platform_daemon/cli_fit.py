@@ -12,7 +12,7 @@ import typer
 
 from drivers.errors import InputError, PlatformError
 from platform_daemon.cli_files import must_not_exist, write_json
-from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt
+from platform_daemon.cli_interrupt import end_at_once, heed_one_interrupt
 from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
@@ -76,7 +76,7 @@ def fit(
                 f"interrupted; {len(results.files) - len(results.todo)} of {len(results.files)} files are finished",
                 file=sys.stderr,
             )
-            raise typer.Exit(INTERRUPTED) from None
+            end_at_once()
     _end(results, json_file)
 
 

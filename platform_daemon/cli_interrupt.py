@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import multiprocessing
 import os
 import signal
 import sys
@@ -68,7 +70,14 @@ def no_interrupt_lost() -> Iterator[None]:
 
 
 def end_at_once() -> None:
-    """End an interrupted command that holds nothing, though threads still compile or fit: those cannot be stopped."""
-    sys.stdout.flush()
-    sys.stderr.flush()
+    """End an interrupted command that holds nothing, whatever its threads and processes are at.
+
+    Threads that compile or fit cannot be stopped. A pool of processes that are ended while work is waiting may never
+    come to its own end (Python 3.11: its thread stumbles over work that was cancelled).
+    """
+    with contextlib.suppress(OSError):  # nobody reads
+        sys.stdout.flush()
+        sys.stderr.flush()
+    for child in multiprocessing.active_children():
+        child.kill()
     os._exit(INTERRUPTED)
