@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import NoReturn
 
 INTERRUPTED = 130
 """Exit code of a command that was interrupted."""
@@ -57,7 +58,7 @@ def no_interrupt_lost() -> Iterator[None]:
         lost = False
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGALRM, again)
+    before = signal.signal(signal.SIGALRM, again)
     sys.unraisablehook = take
     try:
         yield
@@ -67,9 +68,11 @@ def no_interrupt_lost() -> Iterator[None]:
         raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+        sys.unraisablehook = tell
 
 
-def end_at_once() -> None:
+def end_at_once() -> NoReturn:
     """End an interrupted command that holds nothing, whatever its threads and processes are at.
 
     Threads that compile or fit cannot be stopped. A pool of processes that are ended while work is waiting may never

@@ -21,7 +21,7 @@ STATUS_NO_TABLE = 3
 HEAD_START, HEAD_DURATION, HEAD_SIDE, HEAD = 0, 1, 2, 3
 _SURE_PULL = 0.1  # far enough from sticking that between the sizes nothing can stick either
 _SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
-WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
+_WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
 @kernel
@@ -53,7 +53,7 @@ def walk_swings(walk, s_end, columns, codes, widths, c, mirrored, used, bands, s
             side = _direction_at_rest(angle, side, codes, widths, c, grad)
             if side == 0.0:
                 return count, STATUS_STUCK, heads, weights
-        if side * angle >= 0.0 or not size < WIDEST or count == rows:
+        if side * angle >= 0.0 or not size < _WIDEST or count == rows:
             return count, STATUS_LOST, heads, weights
         if not tabulated:
             # Where there is no turning point, it may rest.
