@@ -34,9 +34,9 @@ def bench_fit(
     fit over its record's size, and its time at one, two and four times the samples of TD30.
     """
     from platform_daemon.batch import cores
-    from platform_daemon.estimation.bench import run_bench, table
-    from platform_daemon.estimation.bench_campaign import campaign_text, run_campaign
-    from platform_daemon.estimation.bench_process import processes_text, run_processes
+    from platform_daemon.estimation.bench.campaign import campaign_text, run_campaign
+    from platform_daemon.estimation.bench.fits import run_bench, table
+    from platform_daemon.estimation.bench.process import processes_text, run_processes
 
     must_not_exist(json_file, force)
     report = run_bench(repeats=repeats, paper_seconds=paper_s)

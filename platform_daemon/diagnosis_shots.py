@@ -17,7 +17,7 @@ from platform_daemon.diagnosis.integrity import Flaw
 from platform_daemon.diagnosis.search import Progress
 from platform_daemon.estimation import SeriesNoise, find_clipping
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
 from platform_daemon.fit_request import checked_variant
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.models import JEWEL, THREAD
-from platform_daemon.estimation.sampling import DIPOLE
-from platform_daemon.estimation.trajectory import Dynamics, Trajectory
+from platform_daemon.estimation.motion.sampling import DIPOLE
+from platform_daemon.estimation.motion.trajectory import Dynamics, Trajectory
 from sim_backend.motion import move
 from sim_backend.torque import DAMPING, HERTZ, SLOTS, STIFFNESS
 from sim_backend.trajectory import states

@@ -22,7 +22,7 @@ from dataclasses import replace
 import numpy as np
 
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.store import ReceiverEffect
 
 UNDOABLE = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression", "crosstalk")

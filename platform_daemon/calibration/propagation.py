@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from platform_daemon.estimation import FitResult
-from platform_daemon.estimation.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.least_squares.rotation import rotation_from_rodrigues
 from platform_daemon.store import Calibration
 
 MOMENT = "m_r_am2"

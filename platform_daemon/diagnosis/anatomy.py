@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.colour import sd_at
-from platform_daemon.estimation.noise import NoiseModel
-from platform_daemon.estimation.observation import DipoleObservation
+from platform_daemon.estimation.least_squares.observation import DipoleObservation
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
+from platform_daemon.estimation.noise.colour import sd_at
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.sliding import ReferenceRefusedError, SlidingFit, fit_sliding
-from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .motion import motion_of
 from .parameters import clean_record, held_strengths, published

@@ -15,10 +15,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
-from platform_daemon.estimation.observation import DipoleObservation
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation import DipoleObservation
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .effects.base import Candidate
 from .normal import solved

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.stats import chi2 as chi2_distribution
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .hypothesis import Hypothesis
 from .motion import motion_of, torque_answers

@@ -16,10 +16,10 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
-from platform_daemon.estimation.observation import DipoleObservation
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation import DipoleObservation
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .hypothesis import Hypothesis
 from .normal import solved

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .effects.base import Candidate
 from .look import Look

@@ -10,11 +10,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation import estimate_noise
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.saturation import saturation
-from platform_daemon.estimation.workspace import Workspace
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.passes.workspace import Workspace
+from platform_daemon.estimation.signal.saturation import saturation
 
 from .hypothesis import Hypothesis
 from .refit import Linear, linearise

@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.trajectory import LostTrajectoryError, Trajectory
-from platform_daemon.estimation.workspace import Workspace
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError, Trajectory
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.passes.workspace import Workspace
 
 from .shots import Started
 from .stencil import REACH, derivative

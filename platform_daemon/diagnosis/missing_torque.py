@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .generic import Residues, monomials
 from .refit import Refit

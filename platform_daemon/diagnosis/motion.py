@@ -15,13 +15,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
-from platform_daemon.estimation.jit import kernel
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.sampling import DIPOLE, STATE
+from platform_daemon.estimation.motion.sampling import DIPOLE, STATE
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.numerics.jit import kernel
+from platform_daemon.estimation.passes.workspace import Workspace
 from platform_daemon.estimation.terms.dispatch import acceleration
-from platform_daemon.estimation.workspace import Workspace
 
 from .shots import Grid, Started
 

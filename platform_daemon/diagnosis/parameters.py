@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.gauss_newton import Normal
-from platform_daemon.estimation.publish import Published, publish
+from platform_daemon.estimation.least_squares.gauss_newton import Normal
+from platform_daemon.estimation.least_squares.publish import Published, publish
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
 from platform_daemon.estimation.result import Estimate, FitResult
-from platform_daemon.estimation.trajectory import LostTrajectoryError
 
 from .hypothesis import Hypothesis
 from .normal import inverse

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .effects.base import Candidate
 from .hypothesis import Hypothesis

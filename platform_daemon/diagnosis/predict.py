@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .hypothesis import Hypothesis
 from .look import Look, basis_at

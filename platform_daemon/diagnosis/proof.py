@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
 
 from .effects.base import Candidate
 from .heldout import HeldOut, held_out

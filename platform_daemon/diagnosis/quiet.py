@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .refit import Refit, refit
 from .scan import leftovers, tones

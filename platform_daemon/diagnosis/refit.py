@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.gauss_newton import FitState
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
+from platform_daemon.estimation.numerics.arrays import Array
 
 from .hypothesis import Hypothesis
 from .look import Look, look

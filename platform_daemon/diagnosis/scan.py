@@ -13,10 +13,10 @@ from scipy.fft import next_fast_len, rfft
 from scipy.signal import windows
 from scipy.stats import gamma
 
-from platform_daemon.estimation.arrays import Array
-from platform_daemon.estimation.colour import sd_at
-from platform_daemon.estimation.gauss_newton import FitState
-from platform_daemon.estimation.harmonics import frequency_ratio
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.noise.colour import sd_at
+from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation.signal.harmonics import frequency_ratio
 
 from .effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode, tone, transient
 from .effects.base import Candidate

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.trajectory import LostTrajectoryError
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
 
 from .effects.base import Candidate
 from .generic import Residues, residues

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.publish import by_convention
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.publish import by_convention
+from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
+from platform_daemon.estimation.motion.turning_points import turning_points
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.solving import solve
 from platform_daemon.estimation.task import task_of
-from platform_daemon.estimation.trajectory import LostTrajectoryError
-from platform_daemon.estimation.turning_points import turning_points
 
 from .shots import Shot, Started, grids_for, whitening_for
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 
 WIDTH = 9
 REACH = WIDTH // 2  # samples that a derivative needs on either side to be as good as it can be

@@ -1,43 +1,44 @@
 """Ring-down estimation: arrays in, frozen results out. Pure: no files, no devices, no web.
 
 The way of one shot through the room:
-    calibration (equaliser)      volts -> dm/dt in world axes; rotation, observation: what channels see of the motion
-    fit                          the whole way, from here on
-    task                         what is to be fitted: a record that passed
-    screening (oscillation, scan, saturation), the windows asked for (windows, periods), and its
-    noise (welch, series_noise)    per channel and frequency
-    snapshot, start              start values from the first periods (spectrum, line_search, harmonics, start_value)
-    swings, start_angle            those of an angle: passages through zero and turning points (turning_points)
-    models (terms), knowledge    what is fitted: torque terms, and what is known of the parameters beforehand (hints)
-    solving                      from all starts to one minimum
-    growing, gauss_newton        least squares on growing windows (assemble, linear), from
-    workspace, moments, sums       what the samples say, half swing by half swing (direct_moments: one by one), with
-    swing_chain, swing_walk        their order in time, looked up in
-    swing_table, collocation         half swings solved once for all amplitudes of a band (swing_band, chebyshev, terms)
-    trajectory                   the same motion sample by sample: trace (half_swing, tableau, terms), sampling
-    weighting                    every harmonic by the noise that stands there (colour)
-    disturbances (steady)        hum and drift in the residual, fitted together with the ring-down (nuisance)
-    ambiguity                    did all starts lead to one minimum?
-    residual, residual_trace     what is left over; leftover: with what the fit could still move (basis_table)
-    companion, compression       a second oscillation in it, a receiver that compresses; misfit: whether that matters
-    cause                        why no fit got through (beat)
-    verdict                      good or refused
-    publish, judgement, losses   published parameters (swing_state, start_label), covariance, doubts -> result, or
-                                   refusal
+    calibration (equaliser)     volts -> dm/dt in world axes, a record
+    fit                         the whole way, from here on
+    task                        what is to be fitted: a record that passed
+    signal/                       screening (oscillation, scan, saturation), windows (periods); what samples alone tell:
+                                  spectrum, harmonics, swings of an angle, two resonators that beat
+    noise/                        per channel and frequency (model, welch, colour), over a series, steady lines
+    solving                     from all start values to one minimum
+    start/                        find: start values from a snapshot of the first periods; those of an angle; value
+    models, terms/                what is fitted: torques and their derivatives
+    least_squares/                growing windows, gauss_newton (assemble), weighting by the noise of each harmonic;
+                                  observation (rotation): how channels see the motion; knowledge beforehand; nuisance:
+                                  hum and drift, fitted too; ambiguity: did all starts lead to one minimum?; publish
+    passes/                       what samples say about a motion: workspace, moments (sums;
+                                  direct_moments: one by one), basis_table, residual_trace
+    motion/                       swing_chain, swing_walk: half swings in time, looked up in swing_table (collocation,
+                                  swing_band); trajectory: the same sample by sample (trace, half_swing, tableau,
+                                  sampling); swing_state, start_label, turning_points
+    judging/                    residual, disturbances (hum, drift), leftover: with what the fit could still move;
+                                companion, compression, misfit: does it matter?; hints, losses, judgement: doubts;
+                                cause: why no fit got through; verdict: good or refused
+    result                      parameters with covariance and warnings, or a refusal
 
-Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench* (speed), warm, jit and
-compile_beside (compilation), threads (one per fit), arrays (types).
+Each of these folders knows only those after it: judging, start, least_squares, noise, signal, passes, motion, terms,
+numerics (arrays, jit: compilation, linear, chebyshev, line_search, threads: one per fit); import-linter checks it.
+
+Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench/ (speed), warm and
+compile_beside (compilation before the first fit).
 """
 
 from __future__ import annotations
 
 from .calibration import CalibratedRecord, CalibrationError, calibrate
 from .fit import fit_ring_down
-from .noise import NoiseModel, estimate_noise
+from .noise.model import NoiseModel, estimate_noise
+from .noise.series import SeriesNoise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
-from .saturation import find_clipping, saturation
-from .series_noise import SeriesNoise
+from .signal.saturation import find_clipping, saturation
 from .warm import warm_up
 
 __all__ = [

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .arrays import Array, ComplexArray
 from .equaliser import design_equaliser, equalise
+from .numerics.arrays import Array, ComplexArray
 
 _LARGEST_CONDITION = 1e8
 

@@ -12,8 +12,9 @@ import subprocess
 import sys
 from functools import cache
 
-from . import moments, swing_walk
-from .jit import is_cached
+from .motion import swing_walk
+from .numerics.jit import is_cached
+from .passes import moments
 
 _TABLES = ("build_table", "walk_swings")
 _CHILD = "MMR_COMPILES_BESIDE"  # set in the other process, which starts none

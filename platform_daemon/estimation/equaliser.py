@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import erfc
 
-from .arrays import Array, ComplexArray
+from .numerics.arrays import Array, ComplexArray
 
 _BAND_HZ = 8000.0
 _GRID = 8192

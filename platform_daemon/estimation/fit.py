@@ -7,26 +7,26 @@ import time
 from collections.abc import Mapping
 from dataclasses import replace
 
-from .cause import refuse_by_cause
 from .compile_beside import compile_beside
-from .disturbances import without_disturbances
-from .growing import Fitted, Problem
-from .hints import hint_notes, hinted, needed_hints
-from .judgement import Comparison, Explanation, compare, needs_comparison, refuse_decided
-from .knowledge import held
+from .judging.cause import refuse_by_cause
+from .judging.disturbances import without_disturbances
+from .judging.hints import hint_notes, hinted, needed_hints
+from .judging.judgement import Comparison, Explanation, compare, needs_comparison, refuse_decided
+from .judging.residual import Residual
+from .judging.verdict import judged, residual_left
+from .least_squares.growing import Fitted, Problem
+from .least_squares.knowledge import held
 from .models import RingDownModel, model_named, rivals_of
-from .noise import OWN, NoiseModel
+from .noise.model import OWN, NoiseModel
+from .numerics.threads import one_thread_for_products
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
-from .residual import Residual
 from .result import FitResult
-from .screening import few_at_full_scale
+from .signal.screening import few_at_full_scale
+from .signal.windows import Window, check_window
 from .solving import FAILURES, solve
-from .start import observes_dipole
+from .start.find import observes_dipole
 from .task import Task, task_of
-from .threads import one_thread_for_products
-from .verdict import judged, residual_left
-from .windows import Window, check_window
 
 
 def fit_ring_down(

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from .arrays import IntArray
+from .numerics.arrays import IntArray
 from .terms import (
     COULOMB_FRICTION,
     HERTZ_FRICTION,

@@ -7,8 +7,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from .arrays import Array
 from .calibration import inverse_sensitivity
+from .numerics.arrays import Array
 
 Quantity = Literal["dmdt", "voltage", "angle"]
 

@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from .arrays import Array
-from .gauss_newton import FitState
+from .least_squares.gauss_newton import FitState
 from .models import RingDownModel
+from .motion.trajectory import Trajectory
+from .numerics.arrays import Array
 from .refusal import Refusal
-from .trajectory import Trajectory
 
 PARAMETER_NAMES: tuple[str, ...] = (
     "f_nat_hz",

@@ -14,10 +14,10 @@ from typing import Literal
 import numpy as np
 from scipy.special import chdtrc
 
-from .arrays import Array
 from .fit import fit_ring_down
 from .models import RingDownModel
-from .noise import NoiseModel, estimate_noise
+from .noise.model import NoiseModel, estimate_noise
+from .numerics.arrays import Array
 from .record import RingDownRecord
 from .result import FitResult
 

@@ -7,20 +7,20 @@ from itertools import product
 
 import numpy as np
 
-from .ambiguity import ambiguity
-from .beat import find_beat
-from .gauss_newton import FitState
-from .growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
-from .judgement import POOR_CHI2, refuse_faint
-from .knowledge import free_mask, knowledge_of, with_fixed
+from .judging.judgement import POOR_CHI2, refuse_faint
+from .least_squares.ambiguity import ambiguity
+from .least_squares.gauss_newton import FitState
+from .least_squares.growing import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
+from .least_squares.knowledge import free_mask, knowledge_of, with_fixed
+from .least_squares.publish import by_convention, publish
+from .least_squares.weighting import weighted_by_harmonic
 from .models import RingDownModel
-from .publish import by_convention, publish
+from .motion.start_label import NoLabelError
+from .motion.trajectory import LostTrajectoryError
 from .refusal import Refusal, RefusedError
-from .start import Start, find_start, observes_dipole
-from .start_label import NoLabelError
+from .signal.beat import find_beat
+from .start.find import Start, find_start, observes_dipole
 from .task import Task
-from .trajectory import LostTrajectoryError
-from .weighting import weighted_by_harmonic
 
 _SHORT_PERIODS = 12.0
 _COARSE = (0.2, 1.0)  # of the rms signal of a channel

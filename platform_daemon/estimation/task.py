@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .growing import Problem
-from .noise import NoiseModel, estimate_noise
-from .periods import FEW_PERIODS, counted_periods
+from .least_squares.growing import Problem
+from .noise.model import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
-from .screening import FEWEST_PERIODS, refuse_few_periods, screen
-from .windows import SampleRange, Window, select_window
+from .signal.periods import FEW_PERIODS, counted_periods
+from .signal.screening import FEWEST_PERIODS, refuse_few_periods, screen
+from .signal.windows import SampleRange, Window, select_window
 
 _SLOWEST_HZ = 20.0  # a fifth of the slowest resonator whose dm/dt can be seen
 

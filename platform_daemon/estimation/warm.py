@@ -7,7 +7,7 @@ import time
 import numpy as np
 
 from .fit import fit_ring_down
-from .noise import NoiseModel
+from .noise.model import NoiseModel
 from .record import RingDownRecord
 
 _RATE_HZ = 8000.0

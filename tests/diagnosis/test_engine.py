@@ -15,8 +15,8 @@ from platform_daemon.diagnosis.pool import shot_pool
 from platform_daemon.diagnosis.refit import refit
 from platform_daemon.diagnosis.start import start
 from platform_daemon.estimation.models import JEWEL, THREAD, model_named
-from platform_daemon.estimation.trajectory import Trajectory
-from platform_daemon.estimation.workspace import Workspace
+from platform_daemon.estimation.motion.trajectory import Trajectory
+from platform_daemon.estimation.passes.workspace import Workspace
 from tests.diagnosis.simulated import shots_with
 
 

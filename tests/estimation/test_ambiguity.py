@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import growing
-from platform_daemon.estimation.ambiguity import ambiguity
-from platform_daemon.estimation.gauss_newton import FitState, Normal
-from platform_daemon.estimation.observation import DipoleObservation
-from platform_daemon.estimation.trajectory import Dynamics
+from platform_daemon.estimation.least_squares import growing
+from platform_daemon.estimation.least_squares.ambiguity import ambiguity
+from platform_daemon.estimation.least_squares.gauss_newton import FitState, Normal
+from platform_daemon.estimation.least_squares.observation import DipoleObservation
+from platform_daemon.estimation.motion.trajectory import Dynamics
 
 DEGREES = 1000
 SIZE = 11

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.bench import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
-from platform_daemon.estimation.bench_campaign import campaign_text, run_campaign
-from platform_daemon.estimation.bench_process import linearity, peak_memory, processes_text
+from platform_daemon.estimation.bench.campaign import campaign_text, run_campaign
+from platform_daemon.estimation.bench.fits import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
+from platform_daemon.estimation.bench.process import linearity, peak_memory, processes_text
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.warm import made_up
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.arrays import medians
-from platform_daemon.estimation.line_search import best_frequency
+from platform_daemon.estimation.numerics.arrays import medians
+from platform_daemon.estimation.numerics.line_search import best_frequency
 
 STEP_S = 2e-4
 

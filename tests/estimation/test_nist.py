@@ -13,10 +13,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.gauss_newton import Normal, covariance
-from platform_daemon.estimation.growing import Evaluation, NoConvergenceError, fit_growing
+from platform_daemon.estimation.least_squares.gauss_newton import Normal, covariance
+from platform_daemon.estimation.least_squares.growing import Evaluation, NoConvergenceError, fit_growing
 from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.trajectory import Dynamics, LostTrajectoryError
+from platform_daemon.estimation.motion.trajectory import Dynamics, LostTrajectoryError
 
 from .nist_data import PROBLEMS
 

@@ -7,8 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from platform_daemon.estimation.models import JEWEL, THREAD, model_named
-from platform_daemon.estimation.sampling import DIPOLE, STATE
-from platform_daemon.estimation.swing_state import state_at_zero
+from platform_daemon.estimation.motion.sampling import DIPOLE, STATE
+from platform_daemon.estimation.motion.swing_state import state_at_zero
+from platform_daemon.estimation.motion.trajectory import Dynamics, LostTrajectoryError, Trajectory
+from platform_daemon.estimation.passes.workspace import Workspace
 from platform_daemon.estimation.terms import (
     BIAS_TORQUE,
     COULOMB_FRICTION,
@@ -17,8 +19,6 @@ from platform_daemon.estimation.terms import (
     RESTORING_ANHARMONICITY,
     STRIBECK_FRICTION,
 )
-from platform_daemon.estimation.trajectory import Dynamics, LostTrajectoryError, Trajectory
-from platform_daemon.estimation.workspace import Workspace
 
 from .pendulum import half_swings
 

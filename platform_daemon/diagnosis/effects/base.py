@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from platform_daemon.estimation.arrays import Array
+from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.terms import TorqueTerm
 
 from ..look import Look

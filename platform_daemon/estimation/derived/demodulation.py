@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, ComplexArray
-from ..harmonics import amplitude_from_second_harmonic, first_harmonic, frequency_ratio, nome
+from ..numerics.arrays import Array, ComplexArray
+from ..signal.harmonics import amplitude_from_second_harmonic, first_harmonic, frequency_ratio, nome
 
 _SHARE = 2.0 / 3.0  # of the stretch, in each of the two windows
 _KAISER_BETA = 14.0  # side lobes below 1e-5

@@ -33,13 +33,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ellipe, ellipk
 
-from ..arrays import Array
-from ..harmonics import first_harmonic, frequency_ratio
+from ..least_squares.rotation import HALF_TURN_ABOUT_U, nearest_rotation, rodrigues_from_rotation
+from ..numerics.arrays import Array
 from ..record import RingDownRecord
 from ..refusal import Refusal, RefusedError
 from ..result import FitResult
-from ..rotation import HALF_TURN_ABOUT_U, nearest_rotation, rodrigues_from_rotation
-from ..screening import screen
+from ..signal.harmonics import first_harmonic, frequency_ratio
+from ..signal.screening import screen
 from .demodulation import Orbit, Stretch, aligned, averaged, improved
 from .orientation import error_angle
 from .ring_down import RingDown

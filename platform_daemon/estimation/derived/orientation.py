@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..arrays import Array
+from ..numerics.arrays import Array
 from ..result import FitResult
 
 if TYPE_CHECKING:

@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import Array
-from ..publish import public_order
-from ..rotation import cross_matrix, rodrigues_jacobian, rotation_from_rodrigues
-from ..sampling import DIPOLE
-from ..trajectory import Trajectory
+from ..least_squares.publish import public_order
+from ..least_squares.rotation import cross_matrix, rodrigues_jacobian, rotation_from_rodrigues
+from ..motion.sampling import DIPOLE
+from ..motion.trajectory import Trajectory
+from ..numerics.arrays import Array
 from .quality import decay_time_s
 from .ring_down import RingDown
 

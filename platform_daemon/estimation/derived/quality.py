@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
-from ..arrays import Array
+from ..numerics.arrays import Array
 from .ring_down import RingDown
 
 _PER_PERIOD = 8

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ellipk, ellipkinc
 
-from ..arrays import Array
 from ..models import RingDownModel, model_named
+from ..motion.sampling import STATE
+from ..motion.start_label import state_of_label
+from ..motion.trajectory import Dynamics, Trajectory
+from ..motion.turning_points import turning_points
+from ..numerics.arrays import Array
 from ..result import FitResult
-from ..sampling import STATE
-from ..start_label import state_of_label
-from ..trajectory import Dynamics, Trajectory
-from ..turning_points import turning_points
 
 _PER_PERIOD = 64  # samples in which turning points are sought
 _NEWTON_STEPS = 12

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import part
+from ..numerics.jit import part
 from .angle_dependent_damping import angle_dependent_damping
 from .bias_torque import bias_torque
 from .coulomb_friction import coulomb_friction

@@ -5,7 +5,7 @@ The magnetic restoring torque goes with the square of the frequency; this is wha
 
 from __future__ import annotations
 
-from ..jit import inlined
+from ..numerics.jit import inlined
 from .base import Coefficient, TorqueTerm
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from ..jit import inlined
+from ..numerics.jit import inlined
 from .base import Coefficient, TorqueTerm
 
 

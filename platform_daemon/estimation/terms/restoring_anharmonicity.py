@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..jit import inlined
+from ..numerics.jit import inlined
 from .base import Coefficient, TorqueTerm
 
 

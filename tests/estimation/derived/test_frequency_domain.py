@@ -16,8 +16,8 @@ from platform_daemon.estimation.derived import (
     predict_precision,
 )
 from platform_daemon.estimation.derived.demodulation import second_harmonic
-from platform_daemon.estimation.harmonics import first_harmonic, frequency_ratio
 from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.signal.harmonics import first_harmonic, frequency_ratio
 
 from ..generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, rotation, with_noise
 

@@ -1,0 +1,159 @@
+"""What the residual says: refusals and warnings about a fit that leaves more than noise.
+
+A small undeclared effect must pass, since diagnosis starts from it; what would spoil the numbers must not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..refusal import Refusal, RefusedError
+from .companion import Companion
+from .compression import Compression
+from .residual import Residual
+
+_WORTH_A_SEARCH = 1e-4  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
+_SMALLEST_COMPANION = 0.03  # of the fitted oscillation
+_LARGEST_MISFIT = 0.02  # of the signal's power
+_APART = 3.0  # periods of the beat with the fitted motion
+_MOSTLY = 0.5  # of the misfit, more than one of a pair of side bands can have
+_ALONE = 0.8
+_SURE = 5.0  # standard deviations
+_STEADY = 0.02  # decay over the window below which a tone is steady
+_BURST_SHARE = 0.15  # of the residual's power, in a sixteenth of the window
+_BURST_SIGMA = 20.0
+_LARGE_CHI2 = 1.1
+_TOPS = 12  # block means
+_BEYOND = 1.005
+_CLEAR = 4.0  # standard deviations of a block mean
+_FLAT = 0.2
+_BENT = 0.5  # of the misfit
+_HARDLY_BENT = 0.3
+_MOST_BEND = 1.5  # in linear approximation; nothing bends so far
+_LARGEST_BEND = 0.05  # of the signal at its peak: an error that m_r may not have
+_PROBABLY = 0.6  # of the misfit, where no fit got through
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found in a misfit that was worth a search: a second oscillation, a receiver that compresses."""
+
+    second: Companion | None = None
+    bent: Compression | None = None
+
+    @property
+    def may_be_clipped(self) -> bool:
+        """Flat tops look much like a compression; a beat that lifts and lowers the tops does not."""
+        other = 0.0 if self.second is None else self.second.share
+        return self.bent is None or self.bent.share > max(_HARDLY_BENT, other)
+
+
+def is_worth_a_search(residual: Residual) -> bool:
+    """A residual that is not noise, and large enough for a second resonator that would spoil the numbers."""
+    return residual.coloured and residual.unexplained > _WORTH_A_SEARCH
+
+
+def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, found: Findings) -> None:
+    """Refuse flat tops, two resonators, and a residual above 2 % of the signal's power that no steady tone explains.
+
+    A second oscillation below 3 % of the fitted one is an undeclared effect (a side mode) and passes with a warning:
+    it cannot move m_r or the angle by more than about its own size, and 5 % is the error that a result may have at
+    all. Losses are less robust: they can move by many of their standard deviations.
+    """
+    second = found.second
+    refuse_compressed(found.bent)
+    if residual.coloured and found.may_be_clipped:
+        _refuse_clipped(residual)
+    if second is not None and _is_resonator(second) and second.relative > _SMALLEST_COMPANION:
+        raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+    if not residual.coloured:
+        return
+    explained = second.share if second is not None and _is_tone(second) else 0.0
+    misfit = residual.unexplained * (1.0 - min(explained, 1.0))
+    if misfit > _LARGEST_MISFIT:
+        raise RefusedError(
+            Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {100.0 * misfit:.2g} % of the signal's power is left over"
+        )
+
+
+def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> None:
+    """Name the cause why a fit failed by what a coarse fit of the whole record leaves over, if it shows.
+
+    No numbers are at stake, so that less is asked of a second oscillation than of one that refuses a good fit.
+    """
+    refuse_compressed(found.bent)
+    if found.may_be_clipped:
+        _refuse_clipped(residual)
+    second = found.second
+    if second is not None and second.share > _PROBABLY and second.relative > _SMALLEST_COMPANION:
+        raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+
+
+def refuse_compressed(bent: Compression | None) -> None:
+    """Refuse a receiver that bends the signal by more than a twentieth."""
+    if bent is not None and bent.share > _BENT and _LARGEST_BEND < bent.at_peak < _MOST_BEND:
+        raise RefusedError(Refusal.SATURATED, _bent(bent))
+
+
+def _bent(bent: Compression) -> str:
+    return f"channel {bent.channel} falls {100.0 * bent.at_peak:.2g} % behind the motion at its peak"
+
+
+def _refuse_clipped(residual: Residual) -> None:
+    """Refuse channels that stay at a level wherever the fitted motion goes beyond it.
+
+    Noise that was added after an amplifier has clipped hides the flat tops from a look at single samples. Where a
+    receiver merely compresses, its output still rises with the motion.
+    """
+    for channel, (data, model, sd) in enumerate(zip(residual.data, residual.model, residual.sd, strict=True)):
+        size = np.abs(data)
+        level = float(np.median(np.sort(size)[-_TOPS:]))
+        beyond = np.abs(model) > _BEYOND * level + _CLEAR * sd
+        excess = np.abs(model[beyond]) - level
+        if np.count_nonzero(beyond) < _TOPS or np.ptp(excess) < _CLEAR * sd:
+            continue
+        rise = float(np.polyfit(excess, np.sign(model[beyond]) * data[beyond], 1)[0])
+        if rise < _FLAT:
+            raise RefusedError(Refusal.SATURATED, f"channel {channel} stays at {level:.3g} while the motion goes on")
+
+
+def _is_resonator(second: Companion) -> bool:
+    """Not steady, not a harmonic of the fitted motion, and alone in the residual."""
+    if second.turns < _APART:
+        # Close to a harmonic the misfit of the motion itself looks much the same.
+        return second.harmonic == 1 and second.share > _ALONE
+    return second.share > _MOSTLY and not _is_tone(second)
+
+
+def _is_tone(second: Companion) -> bool:
+    """Beside the harmonics of the motion, and steady as far as can be seen."""
+    decays = second.decay_per_s > max(_SURE * second.decay_sd_per_s, _STEADY / second.seconds)
+    return second.turns >= _APART and second.share > _MOSTLY and not decays
+
+
+def _described(second: Companion) -> str:
+    """Frequency and size of a second oscillation."""
+    return f"{second.frequency_hz:.6g} Hz, with {100.0 * second.relative:.2g} % of the fitted oscillation's size"
+
+
+def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) -> tuple[str, ...]:
+    """What the residual says about a result that may pass all the same."""
+    warnings = []
+    second, bent = found.second, found.bent
+    if bent is not None and bent.share > _BENT and bent.at_peak > 0.0:
+        warnings.append(f"saturated: {_bent(bent)}")
+    time_s, share, significance = residual.outburst()
+    if second is not None and (_is_tone(second) or _is_resonator(second)):
+        warnings.append(f"{'steady_tone' if _is_tone(second) else 'side_mode'}: {_described(second)}")
+    elif share > _BURST_SHARE and significance > _BURST_SIGMA:
+        warnings.append(
+            f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch?"
+        )
+    if residual.coloured or chi2_per_dof > _LARGE_CHI2:
+        warnings.append(
+            f"residual_not_white: flatness {residual.flatness.min():.2g}, "
+            f"{100.0 * residual.unexplained:.2g} % of the signal's power left over"
+        )
+    return tuple(warnings)

@@ -1,0 +1,93 @@
+"""The verdict on a minimum: quality figures, warnings, published parameters, or a refusal."""
+
+from __future__ import annotations
+
+import math
+
+from ..least_squares.growing import Fitted, Problem
+from ..least_squares.knowledge import refuse_out_of_bounds
+from ..least_squares.publish import by_convention, publish
+from ..refusal import Refusal, RefusedError
+from ..result import FitResult, FittedModel
+from ..solving import FAILURES, refuse_beat
+from ..task import Task
+from .companion import find_companion
+from .compression import find_compression
+from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
+from .leftover import leftover_of
+from .losses import tangled_losses
+from .misfit import Findings, is_worth_a_search, misfit_warnings, refuse_misfit
+from .residual import Residual, residual_of
+
+
+def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> FitResult:
+    """Quality figures and the verdict."""
+    record, model, chosen = task.record, problem.model, task.chosen
+    squares = float(best.normal.squares_by_channel.sum())
+    energy = float(best.moments.energy.sum())
+    sums = best.moments.products[:, -1]
+    r2 = 1.0 - squares / (energy - float(sums @ sums) / task.samples)
+    nrmse = math.sqrt(squares / energy)
+    dof = task.degrees(problem)
+    chi2 = best.normal.chi2 / dof
+    by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
+    if is_unexplained(r2, chi2):
+        refuse_beat(task)
+    refuse_unexplained(model.name, r2, chi2)
+    found = findings(task, problem, best, residual)
+    if record.quantity != "angle":
+        refuse_misfit(model.name, task.frequency_hz, residual, found)
+    state = by_convention(best.state)
+    try:
+        # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
+        normal = best.normal if state is best.state else problem.evaluate(state, chosen.last).normal
+        public = publish(model, state, normal, problem.free)
+    except FAILURES as error:
+        raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
+    refuse_untrustworthy(model, public)
+    refuse_out_of_bounds(model, public, state.dynamics.amplitude)
+    tangle = tangled_losses(model, public)
+    return FitResult(
+        verdict="good",
+        warnings=(
+            *misfit_warnings(residual, chi2, found),
+            *task.doubts,
+            *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
+        ),
+        notes=(*chosen.notes, *problem.knowledge.notes),
+        parameters=public.parameters,
+        covariance=public.covariance,
+        covariance_names=public.names,
+        r2=r2,
+        nrmse=nrmse,
+        chi2_per_dof=chi2,
+        chi2_per_dof_by_channel=by_channel,
+        whiteness_by_channel=tuple(residual.flatness.tolist()),
+        condition=public.condition,
+        inseparable=() if tangle is None else tangle.names,
+        window_s=chosen.last * record.dt_s,
+        samples=task.samples,
+        iterations=problem.passes,
+        noise_source=task.noise.source,
+        fitted=FittedModel(model, state),
+    )
+
+
+def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
+    """What stands in the residual, if it is worth a search."""
+    if task.record.quantity == "angle" or not is_worth_a_search(residual):
+        return Findings()
+    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+    try:
+        leftover = leftover_of(residual, *args)
+        return Findings(find_companion(leftover), find_compression(leftover))
+    except FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
+
+
+def residual_left(task: Task, problem: Problem, best: Fitted) -> Residual:
+    """What the fit leaves over."""
+    try:
+        return residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)
+    except FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error

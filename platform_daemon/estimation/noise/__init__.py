@@ -1,0 +1,1 @@
+"""The noise of a record or a series: per channel, its spectrum, what stands steadily in it."""

@@ -1,0 +1,150 @@
+"""One noise model for a series of shots: from blank ones where there are any, else from between the harmonics of all.
+
+A single short record tells its noise spectrum to some tens of per cent only; twelve of them do better. A shot whose
+noise differs from that of the others keeps its own.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..numerics.arrays import Array
+from ..record import RingDownRecord
+from .model import NoiseModel, bridge, estimate_noise, sd_of
+from .steady import find_tones
+
+_ENOUGH_SHOTS = 12
+_TONE_RATE_HZ = 8000.0  # tones above half of it are far from any harmonic that matters
+_SHORTEST = 1024  # samples
+_STRETCH, _STRETCHES = 4096, 4
+_DIFFERENCES = 3  # so many take a resonance far below the sampling rate down to nothing
+_UNLIKE = 6.0  # standard deviations
+_PRACTICAL = 0.1  # of the logarithm of the level
+
+
+@dataclass(frozen=True)
+class ShotNoise:
+    """The noise to fit a shot with.
+
+    Attributes:
+        model: None: unknown, the fit may try for itself.
+        note: why it is not that of the series, or None.
+        seconds: what finding it out took.
+    """
+
+    model: NoiseModel | None
+    note: str | None
+    seconds: float
+
+
+@dataclass
+class SeriesNoise:
+    """Noise of a series; learns from shots until it has seen enough. Not for several threads at once."""
+
+    seconds: float = 0.0
+    _blank: bool = False
+    _models: list[NoiseModel] = field(default_factory=list)
+    _levels: list[Array] = field(default_factory=list)
+    _pooled: NoiseModel | None = None
+
+    def learn(self, record: RingDownRecord, *, blank: bool = False) -> None:
+        """Take a shot into account. The first blank one displaces what was learned beside the signal of others."""
+        known = len(self._models) >= _ENOUGH_SHOTS or self._blank
+        if (known and not blank) or (self._blank and len(self._models) >= _ENOUGH_SHOTS) or not _is_usable(record):
+            return
+        began = time.perf_counter()
+        if blank and not self._blank:
+            self._models, self._levels, self._blank = [], [], True
+        self._models.append(_noise_of_blank(record) if blank else estimate_noise(record))
+        self._levels.append(_level(record))
+        self._pooled = self._pool()
+        self.seconds += time.perf_counter() - began
+
+    @property
+    def model(self) -> NoiseModel | None:
+        """What is known so far; None before the first shot."""
+        return self._pooled
+
+    def for_shot(self, record: RingDownRecord) -> ShotNoise:
+        """The series' noise, or the shot's own if its level differs."""
+        began = time.perf_counter()
+        model, note = self.model, None
+        if model is not None and _is_usable(record):
+            excess = _level(record) - self._usual
+            if _is_unlike(excess, record.valid.shape[1]):
+                times = ", ".join(f"{r:.3g}" for r in np.exp(excess))
+                note = f"this shot's noise is not that of the series ({times} times by channel): its own was used"
+                model = estimate_noise(record)
+        return ShotNoise(model, note, time.perf_counter() - began)
+
+    @property
+    def _usual(self) -> Array:
+        return np.asarray(np.median(self._levels, axis=0))
+
+    def _pool(self) -> NoiseModel:
+        """Average over the shots that are like most."""
+        pairs = zip(self._models, self._levels, strict=True)
+        alike = [m for m, level in pairs if not _is_unlike(level - self._usual, _SHORTEST)] or self._models[:1]
+        shots = f"{len(alike)} {'blank ' if self._blank else ''}{'shot' if len(alike) == 1 else 'shots'}"
+        source = shots if self._blank else f"{shots}, beside the signal"
+        return replace(pooled(alike), source=source, tones_hz=_shared_tones(alike))
+
+
+def pooled(models: list[NoiseModel]) -> NoiseModel:
+    """Average of noise models, every bin weighted by what it rests on; those on another grid are left out."""
+    first = models[0]
+    grid = first.frequency_hz
+    weighted = [
+        (m.psd * m.degrees, m.degrees) for m in models if m.degrees is not None and np.array_equal(m.frequency_hz, grid)
+    ]
+    if len(weighted) < 2:
+        return first
+    degrees = np.sum([d for _, d in weighted], axis=0)
+    total = np.sum([p for p, _ in weighted], axis=0)
+    psd = bridge(total / np.maximum(degrees, 1e-300), degrees == 0.0, degrees)
+    return replace(first, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
+
+
+def _noise_of_blank(record: RingDownRecord) -> NoiseModel:
+    """Noise of a shot without signal, and the steady tones in it."""
+    block = max(1, int(record.sampling_rate_hz / _TONE_RATE_HZ))
+    y = record.valid
+    means = y[:, : y.shape[1] // block * block].reshape(record.channels, -1, block).mean(axis=2)
+    tones = find_tones(means, record.sampling_rate_hz / block, None)
+    model = estimate_noise(record, blank=True).without_tones(tones)
+    return replace(model, tones_hz=tuple(tones.tolist()))
+
+
+def _shared_tones(models: list[NoiseModel]) -> tuple[float, ...]:
+    """Tones of the first blank shot that half of them have."""
+    others = [np.array(m.tones_hz) for m in models]
+    step_hz = models[0].frequency_hz[1]
+
+    def shared(tone: float) -> bool:
+        return 2 * sum(bool(np.any(np.abs(o - tone) < 0.5 * step_hz)) for o in others) >= len(models)
+
+    return tuple(t for t in models[0].tones_hz if shared(t))
+
+
+def _is_usable(record: RingDownRecord) -> bool:
+    """Long enough, and finite."""
+    return record.valid.shape[1] >= _SHORTEST and bool(np.isfinite(record.valid).all())
+
+
+def _level(record: RingDownRecord) -> Array:
+    """Logarithm of the noise level, (channels,), from differences of neighbouring samples in a few stretches."""
+    y = record.valid
+    begins = np.linspace(0, max(y.shape[1] - _STRETCH, 0), _STRETCHES).astype(int)
+    squares = [np.mean(np.diff(y[:, b : b + _STRETCH], _DIFFERENCES, axis=1) ** 2, axis=1) for b in begins]
+    return np.asarray(0.5 * np.log(np.maximum(np.mean(squares, axis=0), 1e-300)))
+
+
+def _is_unlike(excess: Array, samples: int) -> bool:
+    """A level that differs beyond chance, and beyond what would matter, in any channel."""
+    # Third differences of white noise are correlated: their mean square scatters like that of n / 2.3 samples.
+    chance = math.sqrt(2.3 / (2.0 * min(samples, _STRETCH * _STRETCHES)))
+    return bool(np.max(np.abs(excess)) > max(_UNLIKE * chance, _PRACTICAL))

@@ -1,0 +1,1 @@
+"""What every other part computes with: compilation, small linear algebra, Chebyshev grids."""

@@ -1,0 +1,106 @@
+"""Compilation of the numerical kernels: lazy, cached, released from the GIL.
+
+numba's on-disk cache looks at the time stamp of the *one* file a function stands in. A torque term edited in its own
+module would leave the kernel that inlines it stale. So every kernel here is stamped with a digest of all kernel
+sources: change any of them, and all are compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from numba.core import config
+from numba.core.compiler_lock import global_compiler_lock
+
+_ROOM = Path(__file__).parents[1]
+_MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
+
+
+@cache
+def _sources_digest() -> str:
+    """Digest of all that compiled code depends on: files with kernels, their options, the tableau."""
+    digest = hashlib.sha256()
+    for path in sorted(_ROOM.rglob("*.py")):
+        text = path.read_bytes()
+        if _MARK.search(text) or path.name in ("jit.py", "tableau.py"):
+            digest.update(str(path.relative_to(_ROOM)).encode() + text)
+    return digest.hexdigest()
+
+
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_FAST: dict[str, Any] = {"fastmath": {"reassoc", "contract"}}
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile `function` at its first call (nogil, float64, cached on disk); importing a module compiles nothing.
+
+    Its loops do not run in parallel lanes: most are short, and laying them out so takes half of the compilation.
+    """
+    dispatcher = _entry(function, _OPTIONS)
+    dispatcher.compile = _without_lanes(dispatcher.compile)
+    return dispatcher
+
+
+def _without_lanes(compilation: Callable[..., Any]) -> Callable[..., Any]:
+    """A compilation with numba's switch for lanes off; others wait for the same lock."""
+
+    def compile_plainly(signature: Any) -> Any:
+        with global_compiler_lock:
+            before, config.LOOP_VECTORIZE = config.LOOP_VECTORIZE, 0
+            try:
+                return compilation(signature)
+            finally:
+                config.LOOP_VECTORIZE = before
+
+    return compile_plainly
+
+
+def fast_kernel(function: Callable[..., Any]) -> Any:
+    """Like `kernel`, for loops over numbers: sums may be reordered, and so run in parallel lanes. NaN stays NaN."""
+    return _entry(function, _OPTIONS | _FAST)
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """A piece of kernels: compiled once, for all that call it; plain Python elsewhere."""
+    return _inside(function, _OPTIONS)
+
+
+def fast_part(function: Callable[..., Any]) -> Any:
+    """A piece of kernels whose sums may be reordered."""
+    return _inside(function, _OPTIONS | _FAST)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """For a few lines that many kernels share: pasted into each caller, which compiles three times faster."""
+    return numba.njit(nogil=True, error_model="numpy", inline="always")(function)
+
+
+def _inside(function: Any, options: dict[str, Any]) -> Any:
+    """A function that compiled code takes for its compiled twin, which has no entrance for Python.
+
+    numba's own register_jitable compiles anew for every set of options of the callers.
+    """
+    function.compiled = numba.njit(no_cpython_wrapper=True, **options)(function)
+    function._numba_type_ = function.compiled._numba_type_  # holds it by a weak reference
+    return function
+
+
+def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """A compiled function that Python can call; its cache depends on all kernel sources, not on one file's time."""
+    dispatcher = numba.njit(cache=True, **options)(function)
+    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    if cache_file is not None and hasattr(cache_file, "_source_stamp"):
+        cache_file._source_stamp = _sources_digest()
+    return dispatcher
+
+
+def is_cached(dispatcher: Any) -> bool:
+    """True if compiled code of a kernel is on disk, made from the sources as they are."""
+    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    return cache_file is not None and bool(cache_file._load_index())

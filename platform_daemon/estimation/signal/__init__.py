@@ -1,0 +1,1 @@
+"""What the samples alone tell, before any model: frequency, periods, saturation, windows."""

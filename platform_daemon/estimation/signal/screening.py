@@ -1,0 +1,83 @@
+"""Records that cannot be fitted are refused before any start value is sought."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..record import RingDownRecord
+from ..refusal import Refusal, RefusedError
+from .oscillation import find_oscillation
+from .saturation import saturation
+from .scan import extremes, flat_runs
+from .spectrum import Line
+
+FEWEST_PERIODS = 5.0
+_FEWEST_SAMPLES = 64
+_LARGEST = 1e100
+_SIGNIFICANT = 60.0
+_CLIPPED_SAMPLES = 8
+_FLAT_RUNS = 8
+
+
+def screen(record: RingDownRecord) -> Line:
+    """Check a record's samples and find its oscillation.
+
+    Raises:
+        RefusedError: NaN, too short, clipped, no signal, sampled too slowly.
+    """
+    y = record.valid
+    if y.shape[1] < _FEWEST_SAMPLES:
+        raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
+    found = [extremes(channel) for channel in y]
+    # Squares of larger numbers overflow; no unit makes them plausible. Comparisons with NaN are false.
+    if not all(lowest > -_LARGEST and highest < _LARGEST for lowest, highest, _ in found):
+        where = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
+        raise RefusedError(
+            Refusal.NOT_FINITE, f"{where.size} samples, the first at {record.valid_from + int(where[0])}"
+        )
+    for channel, extreme in enumerate(found):
+        _refuse_clipped(record, channel, *extreme)
+    line = find_oscillation(record)
+    if line is None or line.significance < _SIGNIFICANT:
+        strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
+        raise RefusedError(Refusal.NO_SIGNAL, f"the strongest feature is {strongest}")
+    if record.sampling_rate_hz < 4.0 * line.frequency_hz:
+        raise RefusedError(
+            Refusal.SAMPLING_TOO_SLOW,
+            f"{record.sampling_rate_hz:.6g} Hz for an oscillation at {line.frequency_hz:.4g} Hz",
+        )
+    return line
+
+
+def refuse_few_periods(seconds: float, frequency_hz: float) -> None:
+    """Refuse a window with fewer than FEWEST_PERIODS periods."""
+    periods = seconds * frequency_hz
+    if periods < FEWEST_PERIODS:
+        raise RefusedError(Refusal.TOO_SHORT, f"{periods:.1f} periods of {frequency_hz:.1f} Hz")
+
+
+def few_at_full_scale(record: RingDownRecord) -> tuple[str, ...]:
+    """A warning about samples at full scale that were too few to be refused."""
+    if record.full_scale is None:
+        return ()
+    clipped = int(np.count_nonzero(np.abs(record.valid) >= 0.9999 * record.full_scale))
+    return (f"saturated: {clipped} samples at full scale, too few to spoil the result",) if clipped else ()
+
+
+def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest: float, reached: int) -> None:
+    """Samples at full scale, or flat tops: runs of equal values at a channel's extreme, again and again.
+
+    reached: how many of every fourth sample are at the extreme, at least as many as there are runs.
+    """
+    y = record.valid[channel]
+    if record.full_scale is not None and max(-lowest, highest) >= 0.9999 * record.full_scale:
+        clipped = int(np.count_nonzero(np.abs(y) >= 0.9999 * record.full_scale))
+        if clipped >= _CLIPPED_SAMPLES:
+            raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
+    if reached < _FLAT_RUNS:
+        return
+    tops, bottoms = flat_runs(y, lowest, highest)
+    for runs, extreme in ((tops, highest), (bottoms, lowest)):
+        # Coarse quantisation holds the top level too, but the next one as often.
+        if runs >= _FLAT_RUNS and extreme != 0.0 and saturation(y[None]) is not None:
+            raise RefusedError(Refusal.SATURATED, f"{runs} flat tops in channel {channel}")

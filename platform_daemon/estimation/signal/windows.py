@@ -1,0 +1,90 @@
+"""Which samples a fit uses: the paper's N50 and D30 datasets, or any number of seconds."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ..numerics.arrays import Array
+from ..record import RingDownRecord
+
+Window = Literal["n50", "d30"] | float
+N50_SECONDS = 0.24
+_DECAYED = 0.30
+
+
+@dataclass(frozen=True)
+class SampleRange:
+    """Samples first .. last-1 of a record, and what had to be said about them."""
+
+    first: int
+    last: int
+    notes: tuple[str, ...] = ()
+
+
+def check_window(window: Window) -> None:
+    """ValueError unless the window is "n50", "d30" or a positive finite number of seconds."""
+    if isinstance(window, str):
+        if window not in ("n50", "d30"):
+            raise ValueError(f"window must be 'n50', 'd30' or seconds, not {window!r}")
+    elif isinstance(window, bool) or not (math.isfinite(window) and window > 0.0):
+        raise ValueError(f"a window in seconds must be positive and finite, not {window!r}")
+
+
+def select_window(record: RingDownRecord, window: Window, frequency_hz: float, noise_sd: Array) -> SampleRange:
+    """Resolve a window to samples; a record that is too short for it is used whole, with a note.
+
+    Args:
+        record: the record.
+        window: "n50", "d30" or seconds from time 0.
+        frequency_hz: oscillation frequency, sets the averaging length of the envelope.
+        noise_sd: (channels,), subtracted from the envelope.
+    """
+    if window == "d30":
+        return _decay_window(record, frequency_hz, noise_sd)
+    seconds = N50_SECONDS if isinstance(window, str) else float(window)
+    wanted = round(seconds * record.sampling_rate_hz)
+    last = min(wanted, record.end)
+    notes: tuple[str, ...] = ()
+    if last < wanted:
+        notes = (f"record ends after {last * record.dt_s:.4g} s, before {seconds:g} s: used whole",)
+    return SampleRange(record.valid_from, last, notes)
+
+
+def _decay_window(record: RingDownRecord, frequency_hz: float, noise_sd: Array) -> SampleRange:
+    """D30: up to the point where the strongest channel has decayed to 30 % of its maximum."""
+    y = record.valid
+    channel = int(np.argmax(np.sum(y[:, : max(1, y.shape[1] // 4)] ** 2, axis=1)))
+    for periods in (2, 6, 20):
+        length = max(8, round(periods * record.sampling_rate_hz / frequency_hz))
+        envelope = _envelope(y[channel], length, float(noise_sd[channel]))
+        if envelope.size == 0:
+            break
+        # Average over more periods until noise cannot fake a crossing.
+        if envelope[0] > 10.0 * noise_sd[channel] / math.sqrt(length):
+            break
+    below = np.flatnonzero(envelope < _DECAYED * envelope.max()) if envelope.size else np.empty(0, dtype=int)
+    if below.size == 0:
+        return SampleRange(
+            record.valid_from, record.end, ("record ends before the signal decayed to 30 %: used whole",)
+        )
+    crossing = _crossing(envelope, int(below[0]))
+    centre = record.valid_from + (crossing + 0.5) * length
+    return SampleRange(record.valid_from, min(record.end, int(centre)))
+
+
+def _envelope(signal: Array, length: int, sd: float) -> Array:
+    """Amplitude of consecutive blocks of `length` samples, (blocks,), freed from noise power."""
+    blocks = signal[: signal.size // length * length].reshape(-1, length)
+    return np.sqrt(np.maximum(2.0 * (blocks.var(axis=1) - sd**2), 0.0))
+
+
+def _crossing(envelope: Array, index: int) -> float:
+    """Fractional block where the envelope crosses 30 % before `index`."""
+    level = _DECAYED * float(envelope.max())
+    if index == 0 or envelope[index - 1] <= envelope[index]:
+        return float(index)
+    return index - 1 + float((envelope[index - 1] - level) / (envelope[index - 1] - envelope[index]))
