@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
+from scipy.special import gammaincinv
 
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
@@ -14,9 +15,13 @@ from ..signal.oscillation import find_oscillation
 from .welch import SegmentSpectra, segment_spectra
 
 _SIGNIFICANT = 60.0
+_QUIETEST = 0.25  # share of the bins, by their level, that folded harmonics leave free
+_STANDS_OUT = 3.7  # over the level of the noise
+_FEWEST_BINS = 16  # beside the harmonics, that tell the level of the noise
 _MOST_HARMONICS = 24
 _BRIDGEHEAD = 40  # bins at most, from which the level beside a gap is read
 _SEGMENT_PERIODS = 28.0
+_SEGMENT_SAMPLES = 1024  # at least, where few samples a period fold all harmonics into a narrow band
 _SEGMENT_WITHOUT_SIGNAL = 4096
 _BROADENING = 1.25
 _SWEEP_MARGIN = 0.01
@@ -96,14 +101,31 @@ def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel
         spectra = segment_spectra(samples, rate, max(_SEGMENT_WITHOUT_SIGNAL, samples.shape[1] // 8))
         mask = np.zeros(spectra.frequency_hz.size, dtype=bool)
     else:
-        spectra = segment_spectra(samples, rate, int(_SEGMENT_PERIODS * rate / line.frequency_hz))
+        segment = max(int(_SEGMENT_PERIODS * rate / line.frequency_hz), min(_SEGMENT_SAMPLES, samples.shape[1] // 2))
+        spectra = segment_spectra(samples, rate, segment)
         mask = _harmonic_mask(spectra, line.frequency_hz)
     # The lowest bins lack what the removal of the offset took from them.
     mask[:_LOWEST_BINS] = True
-    each = np.full(mask.size, spectra.degrees)
-    psd = bridge(spectra.density.mean(axis=0), mask, each)
+    each, density = np.full(mask.size, spectra.degrees), spectra.density.mean(axis=0)
+    mask |= np.count_nonzero(~mask) < _FEWEST_BINS
+    psd = _flat(density, spectra.degrees) if mask.all() else bridge(density, mask, each)
     grid, degrees = spectra.frequency_hz, np.where(mask, 0.0, each)
     return NoiseModel(sd_of(grid, psd), grid, psd, degrees, spectra.correlated_bins, OWN)
+
+
+def _flat(density: Array, degrees: float) -> Array:
+    """Flat noise (channels, k), where harmonics may stand in every bin."""
+    level = np.maximum(_quiet_level(density[:, _LOWEST_BINS:], degrees), _TINY)
+    return np.repeat(level[:, None], density.shape[1], axis=1)
+
+
+def _quiet_level(density: Array, degrees: float) -> Array:
+    """Level of the noise, (channels,), from the quietest of the bins (channels, k).
+
+    Right where harmonics fill none of them; where they fill half, it tells a sixth too much (as a deviation).
+    """
+    share = float(gammaincinv(degrees, _QUIETEST)) / degrees
+    return np.asarray(np.quantile(density, _QUIETEST, axis=1) / share)
 
 
 def sd_of(grid: Array, psd: Array) -> Array:
@@ -117,7 +139,7 @@ def _harmonic_mask(spectra: SegmentSpectra, frequency_hz: float) -> np.ndarray:
     grid = spectra.frequency_hz
     mask = np.zeros(grid.size, dtype=bool)
     total = spectra.density.mean(axis=0)
-    reference = np.median(total[:, grid > 0.5 * grid[-1]], axis=1)
+    reference = _quiet_level(total[:, grid > 0.5 * grid[-1]], spectra.degrees)
     # The decay and the sweep inside a segment broaden the line beyond the window's own lobe.
     margin = _BROADENING * spectra.lobe_hz
     quiet = 0
@@ -127,7 +149,7 @@ def _harmonic_mask(spectra: SegmentSpectra, frequency_hz: float) -> np.ndarray:
             break
         mask |= zone
         level = np.max(total[:, zone], axis=1)
-        quiet = quiet + 1 if np.all(level < 4.0 * reference) else 0
+        quiet = quiet + 1 if np.all(level < _STANDS_OUT * reference) else 0
         if quiet == 3:
             break
     return mask
