@@ -55,6 +55,14 @@ def test_a_slowly_sampled_record_has_its_folded_harmonics_masked():
     assert np.allclose(noise.sd, NOISE_SD, rtol=0.12)
 
 
+@pytest.mark.parametrize("per_period", [4.1, 4.3, 5.5, 8.0])
+def test_folded_harmonics_that_fill_the_band_are_hardly_taken_for_noise(per_period):
+    truth = JEWEL.with_(f_nat_hz=RATE_HZ / 40 / per_period, tf_over_i_rad_per_s2=0.0)
+    signal = with_noise(dmdt(truth, 0.24), np.random.default_rng(6))[:, ::40]
+    ratio = estimate_noise(RingDownRecord(signal, RATE_HZ / 40, "dmdt")).sd / NOISE_SD
+    assert np.all((ratio > 0.8) & (ratio < 2.0)), ratio
+
+
 def test_white_noise_of_known_size_integrates_to_its_variance():
     noise = NoiseModel.white(NOISE_SD, RATE_HZ)
     assert np.allclose(np.trapezoid(noise.psd, noise.frequency_hz, axis=1), NOISE_SD**2)

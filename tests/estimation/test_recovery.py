@@ -150,3 +150,20 @@ def test_sticking_inside_the_window_does_not_disturb_the_fit():
     result = fit_ring_down(record_of(signal), "jewel", 0.4)
     assert result.verdict == "good", result.reason
     assert chi2.sf(joint_chi2(result, truth), 9) > 1e-4
+
+
+@pytest.mark.parametrize("per_period", [4.05, 4.22, 4.4, 4.5, 4.91, 5.5, 5.91, 7.0])
+@pytest.mark.parametrize("variant", ["thread", "jewel"])
+def test_four_samples_a_period_are_enough_where_harmonics_fold_onto_each_other_too(variant, per_period):
+    every = 60
+    rng = np.random.default_rng(round(100.0 * per_period))
+    truth = random_truth(rng, variant, (RATE_HZ / every / per_period,) * 2, (30.0, 70.0))
+    rate = truth.f_nat_hz * per_period
+    signal = with_noise(dmdt(truth, 0.5)[:, :: round(RATE_HZ / rate)], rng)
+    record = RingDownRecord(signal, RATE_HZ / round(RATE_HZ / rate), "dmdt")
+    told = fit_ring_down(record, variant, 0.24, noise=NoiseModel.white(NOISE_SD, record.sampling_rate_hz))
+    assert told.verdict == "good", told.reason
+    assert chi2.sf(joint_chi2(told, truth), len(told.covariance_names)) > 1e-4
+    own = fit_ring_down(record, variant, 0.24)
+    assert own.verdict == "good", own.reason
+    assert 0.3 < own.chi2_per_dof < 1.3  # half of the band may be harmonics: then errors are a little too large

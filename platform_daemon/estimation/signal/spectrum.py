@@ -21,6 +21,8 @@ _ENOUGH_PERIODS = 20.0
 _SHORT_POINTS = 600
 _EXPLAINED = 0.6  # of a record's power, by one sinusoid
 _QUICK_RATE_HZ = 7000.0
+_HARMONICS = 8  # that may be seen
+_FOLDED = 0.05  # of a line's power; no harmonic from the third on has that much
 _KEPT = 0.5  # of the power of a beginning that the averaging of samples must leave
 
 
@@ -123,13 +125,20 @@ def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     if half > 2 * lobe:
         near = slice(int(half) - lobe, int(half) + lobe + 1)
         candidate = near.start + int(np.argmax(power[near]))
-        stands_out = power[candidate] > max(100.0 * floor, 1e-4 * power[peak])
+        least = _FOLDED if _may_be_folded(candidate, peak, size, lobe) else 1e-4
+        stands_out = power[candidate] > max(100.0 * floor, least * power[peak])
         is_local = near.start < candidate < near.stop - 1
         if stands_out and is_local:
             peak = candidate
     shift = _parabolic_shift(power, peak)
     significance = float(power[peak]) / floor if floor > 0.0 else np.inf
     return Line((peak + shift) * sampling_rate_hz / size, significance)
+
+
+def _may_be_folded(at: int, peak: int, size: int, lobe: int) -> bool:
+    """True if a weak harmonic of the line at bin `peak` appears near bin `at` of a transform of so many samples."""
+    places = [k * peak % size for k in range(3, _HARMONICS + 1)]
+    return any(abs(min(place, size - place) - at) <= lobe for place in places if place)
 
 
 def _parabolic_shift(power: Array, peak: int) -> float:

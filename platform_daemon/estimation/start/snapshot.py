@@ -14,6 +14,8 @@ from ..numerics.linear import factorise, substitute
 from ..refusal import Refusal, RefusedError
 
 _HARMONICS = 4
+_TOLD_HARMONICS = 2  # that start values cannot do without
+_BINS_APART = 2.0  # of a stretch's resolution, from one harmonic to the next or to where it folds to
 _POINTS_PER_PERIOD = 24
 _SEARCH = 0.12
 _NEAR = 0.5  # rad: so far the phase's drift over half the stretch is told by that of the fundamental's amplitude
@@ -95,12 +97,26 @@ def _refined(
 
 def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[ComplexArray, ComplexArray, float]:
     """Amplitudes and their drifts per half stretch, both (4, channels), and the sd factor of an amplitude."""
-    n, (channels, blocks) = _HARMONICS, data.shape
+    channels, blocks = data.shape
+    n = _unfolded(2.0 * math.pi / (omega * step_s), blocks)
     solution = np.empty((channels, 4 * n + 1))
     if not _fit_harmonics(data, omega * step_s, solution):
         raise RefusedError(Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart")
-    parts = solution[:, : 4 * n].reshape(channels, 4, n).T
+    parts = np.zeros((_HARMONICS, 4, channels))
+    parts[:n] = solution[:, : 4 * n].reshape(channels, 4, n).T
     return parts[:, 0] + 1j * parts[:, 1], parts[:, 2] + 1j * parts[:, 3], math.sqrt(2.0 / blocks)
+
+
+def _unfolded(per_period: float, points: int) -> int:
+    """How many harmonics, four at most, can be told from each other and from their mirrors at the sampling rate.
+
+    per_period: points in a period; harmonics j and k meet where j + k is the number of points in a period.
+    """
+    apart = _BINS_APART * per_period / points
+    for n in range(_HARMONICS, _TOLD_HARMONICS, -1):
+        if all(abs(per_period - both) > apart for both in range(2, 2 * n + 1)):
+            return n
+    return _TOLD_HARMONICS
 
 
 @fast_kernel
