@@ -63,6 +63,14 @@ def test_folded_harmonics_that_fill_the_band_are_hardly_taken_for_noise(per_peri
     assert np.all((ratio > 0.8) & (ratio < 2.0)), ratio
 
 
+@pytest.mark.parametrize("hum_hz", [97.0, 100.0, 103.0])
+def test_hum_at_half_the_frequency_is_not_taken_for_the_fundamental(hum_hz):
+    clean = dmdt(Truth(f_nat_hz=206.0, phi_max_rad=0.5), 0.5)
+    hum = 0.15 * np.sin(2.0 * np.pi * hum_hz * np.arange(clean.shape[1]) / RATE_HZ)
+    noise = noise_of(with_noise(clean + hum, np.random.default_rng(7)))
+    assert np.allclose(noise.without_tones(np.array([hum_hz])).sd, NOISE_SD, rtol=0.03)
+
+
 def test_white_noise_of_known_size_integrates_to_its_variance():
     noise = NoiseModel.white(NOISE_SD, RATE_HZ)
     assert np.allclose(np.trapezoid(noise.psd, noise.frequency_hz, axis=1), NOISE_SD**2)

@@ -115,6 +115,20 @@ def test_notes_say_what_was_removed_with_its_frequency_and_size():
     assert any(n.startswith("drift") for n in result.notes)
 
 
+@pytest.mark.parametrize("hum_hz", [49.9, 60.0])
+def test_hum_of_five_periods_is_hum_and_no_drift(hum_hz):
+    pulls = []
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        clean = dmdt(JEWEL, 0.3)
+        wave = np.sin(2.0 * np.pi * (hum_hz * np.arange(clean.shape[1]) / RATE_HZ + rng.random()))
+        record = RingDownRecord(with_noise(clean, rng) + 0.15 * SIDES * wave, RATE_HZ, "dmdt")
+        result = fit_ring_down(record, "jewel", 0.1)
+        assert any(note.startswith("steady tone") for note in result.notes), result.notes
+        pulls.append(errors(result, JEWEL) / np.sqrt(np.diag(result.covariance)))
+    assert np.sqrt(np.mean(np.square(pulls))) < 1.4
+
+
 @pytest.mark.parametrize("variant", CASES)
 def test_clean_records_have_nothing_removed(variant):
     _, results = draw(variant, lambda n, rng: 0.0, 200)

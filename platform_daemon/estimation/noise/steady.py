@@ -30,6 +30,7 @@ _CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; 
 _CHIRP, _MAINS_CHIRP = 0.4, 2.0  # rad per window squared: a quarter of it is the phase at either end
 _MAINS_HZ = (50.0, 60.0)
 _MAINS_TOLERANCE = 0.005
+_MISSED = 0.1  # bins, by which noise and drift may shift a slow line
 _HIGHEST_DEGREE = 8
 _DRIFT_POINTS = 256
 _SURE_DRIFT = 6.0  # standard deviations
@@ -112,13 +113,14 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
         if standing[k] < _SURE or len(tones) == _MOST_TONES:
             break
         near = slice(max(0, k - lobe), k + lobe + 1)
-        frequency = k * bin_hz
-        inside = 2 * lobe <= k < standing.size - 1
-        if not inside or standing[k] < standing[near].max() or any(abs(frequency - t) < lobe * bin_hz for t in tones):
-            continue
-        if zones is not None and zones.holds(np.array([frequency]))[0]:
+        if not lobe <= k < standing.size - 1 or standing[k] < standing[near].max():
             continue
         frequency = (k + _peak_shift(standing, int(k))) * bin_hz
+        # What is slower than two lobes may be drift, unless it is where hum is expected.
+        drift = k < 2 * lobe and not _is_mains(frequency, _MISSED * rate_hz / n)
+        known = any(abs(frequency - t) < lobe * bin_hz for t in tones)
+        if drift or known or (zones is not None and zones.holds(np.array([frequency]))[0]):
+            continue
         if _keeps_size(residual, frequency, rate_hz) and _keeps_pitch(residual, frequency, rate_hz, level[:, k]):
             tones.append(frequency)
     return np.array(tones)
@@ -180,11 +182,10 @@ def _keeps_pitch(residual: Array, frequency_hz: float, rate_hz: float, level: Ar
     return bool(np.all(found < np.maximum(_CHANGE_SIGMA * noise, allowed)))
 
 
-def _is_mains(frequency_hz: float) -> bool:
-    """Near a multiple of 50 or 60 Hz."""
-    return any(
-        abs(frequency_hz - m * max(1.0, round(frequency_hz / m))) < _MAINS_TOLERANCE * frequency_hz for m in _MAINS_HZ
-    )
+def _is_mains(frequency_hz: float, missed_hz: float = 0.0) -> bool:
+    """Near a multiple of 50 or 60 Hz; missed_hz: error that the frequency may have."""
+    allowed = _MAINS_TOLERANCE * frequency_hz + missed_hz
+    return any(abs(frequency_hz - m * max(1.0, round(frequency_hz / m))) < allowed for m in _MAINS_HZ)
 
 
 @lru_cache(32)

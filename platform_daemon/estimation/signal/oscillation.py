@@ -7,7 +7,14 @@ from .spectrum import Line, find_fundamental
 from .swings import find_swing
 
 
+_WEAKEST_DMDT = 0.05  # of the power at 2f, over three axes: below 97 degrees the fundamental is the stronger one
+
+
 def find_oscillation(record: RingDownRecord) -> Line | None:
     """The fundamental of dm/dt or volts, the swings of an angle; None if there is nothing to see."""
-    find = find_swing if record.quantity == "angle" else find_fundamental
-    return find(record.valid, record.sampling_rate_hz)
+    if record.quantity == "angle":
+        return find_swing(record.valid, record.sampling_rate_hz)
+    if record.quantity == "dmdt":
+        # Else hum at half the frequency would be taken for the fundamental.
+        return find_fundamental(record.valid, record.sampling_rate_hz, _WEAKEST_DMDT)
+    return find_fundamental(record.valid, record.sampling_rate_hz)

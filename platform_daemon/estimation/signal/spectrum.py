@@ -22,6 +22,7 @@ _SHORT_POINTS = 600
 _EXPLAINED = 0.6  # of a record's power, by one sinusoid
 _QUICK_RATE_HZ = 7000.0
 _HARMONICS = 8  # that may be seen
+_WEAKEST = 1e-4  # of the power at 2f, in channels that see hardly anything else
 _FOLDED = 0.05  # of a line's power; no harmonic from the third on has that much
 _KEPT = 0.5  # of the power of a beginning that the averaging of samples must leave
 
@@ -34,22 +35,22 @@ class Line:
     significance: float
 
 
-def find_fundamental(samples: Array, sampling_rate_hz: float) -> Line | None:
+def find_fundamental(samples: Array, sampling_rate_hz: float, weakest: float = _WEAKEST) -> Line | None:
     """Fundamental frequency from the beginning of a record, (channels, n); None if there is nothing to see.
 
     The usual length settles most records; else ever longer beginnings are tried until the line is beyond doubt, or
     the length where it stands out most wins. Powers are added over the channels without weights, because then the
     fundamental exceeds 2f below 90 degrees for any orientation; where gains differ, a line at half the peak's
-    frequency reveals a 2f peak.
+    frequency reveals a 2f peak. weakest: the least share of the power at 2f that the fundamental can have.
     """
     length = min(_USUAL_SEGMENT, samples.shape[1])
-    line = _quick_look(samples[:, :length], sampling_rate_hz)
+    line = _quick_look(samples[:, :length], sampling_rate_hz, weakest)
     if line is not None and _is_certain(line, length / sampling_rate_hz):
         return line
     best: Line | None = None
     length = min(_SMALLEST_SEGMENT, samples.shape[1])
     while True:
-        line = _strongest_line(samples[:, :length], sampling_rate_hz)
+        line = _strongest_line(samples[:, :length], sampling_rate_hz, weakest)
         if line is not None and (best is None or line.significance > best.significance):
             best = line
         certain = line is not None and _is_certain(line, length / sampling_rate_hz)
@@ -79,7 +80,7 @@ def _few_periods(samples: Array, seconds: float) -> Line | None:
     return Line(float(trials[best]) / seconds, np.inf)
 
 
-def _quick_look(samples: Array, sampling_rate_hz: float) -> Line | None:
+def _quick_look(samples: Array, sampling_rate_hz: float, weakest: float) -> Line | None:
     """The strongest line of a beginning; of means of neighbouring samples, if they hold most of its power."""
     block = int(sampling_rate_hz / _QUICK_RATE_HZ)
     if block > 1:
@@ -90,8 +91,8 @@ def _quick_look(samples: Array, sampling_rate_hz: float) -> Line | None:
         used = samples[:, : n * block]
         power = sum(float(row @ row) for row in used)
         if np.vdot(means, means) > _KEPT * (power / block - n * (centre @ centre)):
-            return _strongest_line(means, sampling_rate_hz / block)
-    return _strongest_line(samples, sampling_rate_hz)
+            return _strongest_line(means, sampling_rate_hz / block, weakest)
+    return _strongest_line(samples, sampling_rate_hz, weakest)
 
 
 def _is_certain(line: Line, seconds: float) -> bool:
@@ -106,8 +107,8 @@ def _window(n: int) -> Array:
     return np.asarray(sum(a * np.cos(k * turn) for k, a in enumerate(_BLACKMAN_HARRIS)))
 
 
-def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
-    """Strongest spectral line of a segment, halved if it is the second harmonic."""
+def _strongest_line(samples: Array, sampling_rate_hz: float, weakest: float) -> Line | None:
+    """Strongest spectral line of a segment, halved if it is the second harmonic: with `weakest` of its power there."""
     n = samples.shape[1]
     # Few periods are few bins: pad, so that the peak is found between them.
     size = next_fast_len(n if n >= _MANY_POINTS else 2 * n, real=True)
@@ -125,7 +126,7 @@ def _strongest_line(samples: Array, sampling_rate_hz: float) -> Line | None:
     if half > 2 * lobe:
         near = slice(int(half) - lobe, int(half) + lobe + 1)
         candidate = near.start + int(np.argmax(power[near]))
-        least = _FOLDED if _may_be_folded(candidate, peak, size, lobe) else 1e-4
+        least = max(weakest, _FOLDED if _may_be_folded(candidate, peak, size, lobe) else 0.0)
         stands_out = power[candidate] > max(100.0 * floor, least * power[peak])
         is_local = near.start < candidate < near.stop - 1
         if stands_out and is_local:
