@@ -6,7 +6,6 @@ from ..record import RingDownRecord
 from .spectrum import Line, find_fundamental
 from .swings import find_swing
 
-
 _WEAKEST_DMDT = 0.05  # of the power at 2f, over three axes: below 97 degrees the fundamental is the stronger one
 
 
