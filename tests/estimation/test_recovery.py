@@ -64,6 +64,14 @@ def test_without_noise_the_truth_comes_back_to_many_digits(variant, truth):
     assert result.r2 <= 1.0
 
 
+@pytest.mark.parametrize(("variant", "truth"), [("thread", THREAD.with_(phi_max_rad=0.6)), ("jewel", JEWEL)])
+def test_a_record_without_noise_leaves_rounding_and_nothing_is_read_into_that(variant, truth):
+    tiny = NoiseModel.white(np.full(3, 1e-9), RATE_HZ)
+    result = fit_ring_down(record_of(dmdt(truth, 0.3)), variant, "n50", noise=tiny)
+    assert result.nrmse < 1e-9
+    assert not result.notes
+
+
 @pytest.mark.parametrize("psi_deg", [0.0, 1e-6, 90.0, 179.999, 180.0, 180.001, 270.0, 359.999])
 @pytest.mark.parametrize(("variant", "truth"), [("thread", THREAD), ("jewel", JEWEL)])
 def test_a_start_at_a_turning_point_is_as_good_as_any_other(variant, truth, psi_deg):

@@ -119,6 +119,15 @@ def test_a_thread_ring_down_agrees_with_dop853_to_a_billionth(seconds, amplitude
         assert error < 1e-9
 
 
+@pytest.mark.parametrize(("model", "losses"), [(THREAD, (0.2465,)), (JEWEL, (0.2465, 1190.0))])
+@pytest.mark.parametrize("degrees", range(5, 80, 5))
+def test_tables_agree_with_the_integrated_motion_to_a_billionth_at_every_amplitude(model, losses, degrees):
+    dynamics = Dynamics(W, THETA, math.radians(degrees), losses)
+    everything = range(0, 6000)
+    looked_up = Workspace(model).basis(dynamics, 0, 6000, 1 / RATE_HZ, DIPOLE)
+    assert relative_rms(looked_up[:2], traced(model, dynamics, everything, DIPOLE)[:2]) < 1e-9
+
+
 @pytest.mark.parametrize("amplitude", [0.35, pytest.param(0.93, marks=pytest.mark.campaign)])
 def test_a_jewel_ring_down_agrees_with_dop853_with_events_until_it_sticks(amplitude):
     reference, stuck_at = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 3e-14)

@@ -31,6 +31,8 @@ def without_disturbances(
     Raises:
         NoConvergenceError, LostTrajectoryError, numpy.linalg.LinAlgError: the joint fit leads nowhere.
     """
+    if residual.is_rounding:
+        return None
     now, fitted, beside = problem, best, None
     tones, degree = _known_tones(noise, best.state, chosen, problem.record.dt_s), 0
     for _ in range(_ROUNDS):

@@ -31,6 +31,7 @@ _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distr
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
 _SURE_SIGMA = 8.0
 _FLAT = 0.9  # noise of unknown colour, drawn in wide bands, is hardly less flat than this
+_ROUNDING = 1e-9  # of the signal
 _STRETCHES = 16
 _OCTAVE_BANDS = 4
 
@@ -108,6 +109,12 @@ class Residual:
         floor = medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1)
         excess = np.maximum(self._power.mean(axis=1) - floor, 0.0) * self.sd**2
         return float(excess.sum() / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
+
+    @property
+    def is_rounding(self) -> bool:
+        """True if so little is left over that it is the digits of the motion, and says nothing."""
+        left = self.data - self.model
+        return float(np.vdot(left, left)) < _ROUNDING**2 * float(np.vdot(self.model, self.model))
 
     @cached_property
     def coloured(self) -> bool:

@@ -163,6 +163,6 @@ def fit_beside(
     amplitudes = cross.amplitudes(at.state)
     problem = replace(problem, record=cleaned(problem.record, nuisance, amplitudes))
     at = problem.evaluate(state, nuisance.last)
-    joint = replace(at.normal, gradient=normal.gradient, matrix=normal.matrix)
+    joint = replace(problem.after(at, np.zeros(state.size)), gradient=normal.gradient, matrix=normal.matrix)
     fitted = replace(best, state=at.state, tabulated=at.state, normal=joint, moments=at.moments)
     return Beside(problem, fitted, noise, notes_of(nuisance, amplitudes))

@@ -14,7 +14,7 @@ from .arrays import Array
 from .jit import part
 
 MOST_SIZES = 40
-EXACT, COARSE = 9.5, 5.5  # digits of a motion
+EXACT, COARSE = 10.5, 5.5  # digits of a motion
 
 
 @dataclass(frozen=True)
