@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from statistics import fmean, median, mode, stdev
+from statistics import fmean, median, mode
 from typing import Any
 
 import numpy as np
@@ -26,11 +26,11 @@ from platform_daemon.estimation import (
     fit_ring_down,
     model_signal,
 )
-from platform_daemon.estimation.derived import mean_orientation
 from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant, names_in_order
 from platform_daemon.pictures import RingDownPicture
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down
+from platform_daemon.series_summary import summary
 from platform_daemon.store import Calibration, FitTable, Recording
 
 
@@ -114,52 +114,6 @@ def refused_report(frame: int, reason: str) -> dict[str, Any]:
     }
     noise = {"source": None, "seconds": 0.0}
     return {**base, **empty, "warnings": [], "notes": [], "seconds": 0.0, "noise": noise}
-
-
-def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float | None]]:
-    """Mean and scatter of each parameter over the good frames; psi averaged on the circle; std None for one frame."""
-    good = [f["parameters"] for f in frames if f["verdict"] == "good"]
-    result: dict[str, dict[str, float | None]] = {}
-    for name in names_in_order({name for p in good for name in p}):
-        values = [p[name]["value"] for p in good if name in p]
-        result[name] = _mean_and_scatter(values, circular=name == "psi_start_rad")
-    return result | _rotation_summary(good)
-
-
-def _rotation_summary(good: list[dict[str, Any]]) -> dict[str, dict[str, float | None]]:
-    """Mean rotation and the scatter of its components, by name; {} without orientations."""
-    vectors = np.array([[p[n]["value"] for n in _RODRIGUES] for p in good if _RODRIGUES[0] in p])
-    if not len(vectors):
-        return {}
-    mean, near = _mean_rotation(vectors)
-    std = near.std(axis=0, ddof=1).tolist() if len(vectors) > 1 else [None] * 3
-    return {name: {"mean": m, "std": s} for name, m, s in zip(_RODRIGUES, mean.tolist(), std, strict=True)}
-
-
-_RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
-
-
-def _mean_rotation(vectors: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Mean rotation of Rodrigues vectors (frame, 3), and these, each by that of its names that lies nearest the mean.
-
-    A rotation by nearly 180 deg has two names, v and v shortened by 2 pi: components of such vectors have no mean, and
-    neither have quaternions of both signs; the chordal mean does not care.
-    """
-    mean = mean_orientation(vectors)
-    angle = np.linalg.norm(vectors, axis=1, keepdims=True)
-    other = vectors * (1 - 2 * np.pi / np.where(angle > 0, angle, np.inf))
-    nearer = np.linalg.norm(other - mean, axis=1) < np.linalg.norm(vectors - mean, axis=1)
-    return mean, np.where(nearer[:, None], other, vectors)
-
-
-def _mean_and_scatter(values: list[float], *, circular: bool) -> dict[str, float | None]:
-    offset = 0.0
-    if circular:  # turn the mean direction to zero so that 0 and 2 pi are neighbours
-        offset = math.atan2(fmean(map(math.sin, values)), fmean(map(math.cos, values)))
-        values = [math.remainder(v - offset, 2 * math.pi) for v in values]
-    mean = fmean(values) + offset
-    mean = mean % (2 * math.pi) if circular else mean
-    return {"mean": mean, "std": stdev(values) if len(values) > 1 else None}
 
 
 def fit_recording(

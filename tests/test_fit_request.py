@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from drivers.errors import InputError
 from platform_daemon import analysis
-from platform_daemon.analysis import summary
 from platform_daemon.derived import series_quantities
 from platform_daemon.estimation.models import MODELS
 from platform_daemon.estimation.terms import TERMS
 from platform_daemon.fit_request import FitRequest, check_fixed, checked_variant, parse_values, why_refused
+from platform_daemon.series_summary import summary
 from platform_daemon.store import open_recording
 from tests.test_cli import DATA
 
@@ -83,6 +83,26 @@ def test_orientations_near_half_a_turn_are_averaged_as_rotations():
     mean = Rotation.from_rotvec([found[f"rodrigues_{a}"]["mean"] for a in "xyz"])
     assert (mean.inv() * Rotation.concatenate(turned).mean()).magnitude() < 1e-9
     assert all(found[f"rodrigues_{a}"]["std"] < 0.1 for a in "xyz")
+
+
+def test_the_mean_of_psi_belongs_to_the_mean_orientation_of_a_resonator_on_the_border_of_the_convention():
+    rng = np.random.default_rng(2)
+    frames = []
+    for k in range(12):  # e_v along y: noise decides on which side of x = 0 it is found, and psi with it
+        turned = Rotation.from_rotvec(1e-3 * rng.standard_normal(3))
+        other = turned.as_matrix()[0, 1] < 0
+        turned = turned * Rotation.from_rotvec([math.pi, 0, 0]) if other else turned
+        psi = 1.0 + (math.pi if other else 0.0) + 1e-3 * rng.standard_normal()
+        frames.append(frame(k, turned))
+        frames[-1]["parameters"]["psi_start_rad"] = {"value": psi, "std": 1e-3}
+    flipped = {f["parameters"]["psi_start_rad"]["value"] > 2 for f in frames}
+    assert flipped == {True, False}
+    found = summary(frames)
+    mean = Rotation.from_rotvec([found[f"rodrigues_{a}"]["mean"] for a in "xyz"])
+    turned = mean.magnitude() > 1
+    assert found["psi_start_rad"]["mean"] == pytest.approx(1.0 + (math.pi if turned else 0.0), abs=2e-3)
+    assert found["psi_start_rad"]["std"] < 3e-3
+    assert max(found[f"rodrigues_{a}"]["std"] for a in "xyz") < 3e-3
 
 
 def test_one_frame_has_no_orientation_error():

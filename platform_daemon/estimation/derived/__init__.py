@@ -3,6 +3,7 @@
 ring_down         the known motion that everything here starts from
 quality           Q, equivalent quality factor, envelopes, frequency trace
 orientation       error angles over a series
+twins             phi -> -phi: the motion that gives the same signal
 """
 
 from __future__ import annotations
@@ -32,8 +33,10 @@ from .quality import (
     small_angle_quality_factor,
 )
 from .ring_down import RingDown
+from .twins import RODRIGUES, on_one_side
 
 __all__ = [
+    "RODRIGUES",
     "AllanDeviation",
     "BiasAgainstFit",
     "Envelopes",
@@ -51,6 +54,7 @@ __all__ = [
     "error_angle",
     "estimate_from_harmonics",
     "mean_orientation",
+    "on_one_side",
     "orientation_spread",
     "orientations",
     "planned_window_s",

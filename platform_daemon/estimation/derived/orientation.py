@@ -1,22 +1,20 @@
 """How far orientations lie apart: the error angle of tab:model_params_fit_result, over the frames of a series.
 
 Orientations are Rodrigues vectors, rad, as the fit publishes them. Vectors of length near pi that look different can
-be the same orientation; angles between rotations do not care.
+be the same orientation; angles between rotations do not care. Nor do they care which of its two twins (twins.py) a fit
+publishes: an error is the angle to the nearer one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..numerics.arrays import Array
 from ..result import FitResult
-
-if TYPE_CHECKING:
-    from scipy.spatial.transform import Rotation
+from .twins import mean_of_twins, rotations, twins_of
 
 
 @dataclass(frozen=True)
@@ -25,7 +23,7 @@ class OrientationSpread:
 
     Attributes:
         reference: Rodrigues vector (3,), rad.
-        angle_rad: (frames,), rotation angle of R_ref^T R, 0..pi.
+        angle_rad: (frames,), rotation angle of R_ref^T R for the nearer twin R, 0..pi.
         mean_rad, sd_rad: over the frames, as the paper prints them; sd NaN for a single frame.
     """
 
@@ -36,21 +34,19 @@ class OrientationSpread:
 
 
 def error_angle(rodrigues: Array, reference: Array) -> Array:
-    """Rotation angle of R_ref^T R in rad, (...) for vectors (..., 3); exact also for tiny angles."""
+    """Rotation angle of R_ref^T R in rad for the nearer twin R, (...) for vectors (..., 3); exact for tiny angles."""
     one, other = np.asarray(rodrigues, dtype=np.float64), np.asarray(reference, dtype=np.float64)
-    angle = (_rotations(other).inv() * _rotations(one.reshape(-1, 3))).magnitude()
+    given, back = rotations(one.reshape(-1, 3)), rotations(other).inv()
+    angle = np.minimum((back * given).magnitude(), (back * twins_of(given)).magnitude())
     return np.asarray(angle, dtype=np.float64).reshape(one.shape[:-1])
 
 
-def _rotations(rodrigues: Array) -> Rotation:
-    from scipy.spatial.transform import Rotation  # here, because every command imports this module and few need it
-
-    return Rotation.from_rotvec(rodrigues)
-
-
 def mean_orientation(rodrigues: Array) -> Array:
-    """Chordal mean on SO(3) of vectors (frames, 3): the rotation nearest to all in the sum of squared chords, (3,)."""
-    return np.asarray(_rotations(_frames(rodrigues)).mean().as_rotvec())
+    """Chordal mean on SO(3) of vectors (frames, 3): the rotation nearest to all in the sum of squared chords, (3,).
+
+    Every frame counts by its nearer twin; of the mean's twins it is the one with e_v . x >= 0.
+    """
+    return mean_of_twins(_frames(rodrigues))
 
 
 def best_orientation(rodrigues: Array, r2: Array) -> Array:

@@ -32,6 +32,8 @@ AUTONOMOUS = (
 )
 TIMED = (FREQUENCY_DRIFT,)
 TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED)}
+# Coefficients that phi -> -phi gives the other sign.
+OF_OTHER_SIGN_IN_MIRROR = frozenset(t.coefficients[0].name for t in TERMS.values() if not t.symmetric)
 
 
 def code_of(term: TorqueTerm) -> int:
@@ -48,6 +50,7 @@ __all__ = [
     "HERTZ_FRICTION",
     "LINEAR_RESTORING",
     "MAGNETIC_RESTORING",
+    "OF_OTHER_SIGN_IN_MIRROR",
     "QUADRATIC_DRAG",
     "RESTORING_ANHARMONICITY",
     "STRIBECK_FRICTION",
