@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation import DipoleObservation
 from platform_daemon.estimation.least_squares.publish import by_convention
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
@@ -34,13 +35,32 @@ class Refused:
 def start(shots: Sequence[Shot], model: RingDownModel, pool: Executor) -> tuple[list[Started], list[Refused]]:
     """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record."""
     results = list(pool.map(lambda shot: _start(shot, model), shots))
-    return [r for r in results if isinstance(r, Started)], [r for r in results if isinstance(r, Refused)]
+    started = [r for r in results if isinstance(r, Started)]
+    return _on_one_side(started, model), [r for r in results if isinstance(r, Refused)]
+
+
+def _on_one_side(started: Sequence[Started], model: RingDownModel) -> list[Started]:
+    """Every shot as the twin (phi -> -phi) nearest to the first shot: common strengths and means need one side.
+
+    Where e_v is perpendicular to x, noise decides which of the two a fit finds.
+    """
+    return [replace(s, state=_nearer_twin(s.state, started[0].state, model)) for s in started]
+
+
+def _nearer_twin(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
+    """The state, or its twin if that is turned less against the reference."""
+    here, there = state.observation, reference.observation
+    if not (isinstance(here, DipoleObservation) and isinstance(there, DipoleObservation)):
+        return state
+    if np.sum(here.rotation[:, 1:] * there.rotation[:, 1:]) >= 0.0:
+        return state
+    return replace(state.mirrored(model), observation=here.turned())
 
 
 def _start(shot: Shot, model: RingDownModel) -> Started | Refused:
     try:
         _, fitted = solve(task_of(shot.record, "d30", shot.noise, {}), model)
-        state = by_convention(fitted.state)
+        state = by_convention(fitted.state, model)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:
         return Refused(shot, str(error))

@@ -49,7 +49,7 @@ def solve_coarsely(task: Task, model: RingDownModel) -> tuple[Problem, Fitted] |
     rms = np.sqrt(np.mean(samples.var(axis=1)))
     start = find_start(task.record, model, task.chosen.first, task.chosen.last, task.frequency_hz, task.noise_sd)
     for part, amplitude in product(_COARSE, start.amplitudes):
-        state = by_convention(with_fixed(start.state(amplitude), model, task.fixed))
+        state = _start_state(start.state(amplitude), model, task)
         free = free_mask(model, state.size, task.fixed)
         problem = Problem(task.record, model, np.maximum(task.noise_sd, part * rms), free, task.chosen.first)
         try:
@@ -57,6 +57,11 @@ def solve_coarsely(task: Task, model: RingDownModel) -> tuple[Problem, Fitted] |
         except FAILURES:
             continue
     return None
+
+
+def _start_state(state: FitState, model: RingDownModel, task: Task) -> FitState:
+    """A start by convention, to which fixed values refer."""
+    return with_fixed(by_convention(state, model), model, task.fixed)
 
 
 def _weighted(problem: Problem, best: Fitted, task: Task) -> Fitted:
@@ -73,7 +78,7 @@ def _best_fit(problem: Problem, start: Start, task: Task) -> Fitted:
     dof = task.degrees(problem)
     failure = "no start value led anywhere"
     for amplitude, schedule in [(start.amplitudes[0], QUICK), *((a, CAREFUL) for a in start.amplitudes)]:
-        state = by_convention(with_fixed(start.state(amplitude), problem.model, task.fixed))
+        state = _start_state(start.state(amplitude), problem.model, task)
         try:
             found.append(fit_growing(problem, state, start.periods, task.chosen.last, schedule))
         except FAILURES as error:
@@ -82,7 +87,7 @@ def _best_fit(problem: Problem, start: Start, task: Task) -> Fitted:
         if found[-1].normal.chi2 < POOR_CHI2 * dof:
             break
     if not found:
-        first = by_convention(with_fixed(start.state(start.amplitudes[0]), problem.model, task.fixed))
+        first = _start_state(start.state(start.amplitudes[0]), problem.model, task)
         _refuse_faint(task, problem, first)
         refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)

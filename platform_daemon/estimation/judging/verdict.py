@@ -18,6 +18,7 @@ from .leftover import leftover_of
 from .losses import tangled_losses
 from .misfit import Findings, is_worth_a_search, misfit_warnings, refuse_misfit
 from .residual import Residual, residual_of
+from .twin import twin_warnings
 
 
 def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> FitResult:
@@ -37,7 +38,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     found = findings(task, problem, best, residual)
     if record.quantity != "angle":
         refuse_misfit(model.name, task.frequency_hz, residual, found)
-    state = by_convention(best.state)
+    state = by_convention(best.state, model)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
         normal = best.normal if state is best.state else problem.evaluate(state, chosen.last).normal
@@ -53,6 +54,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
             *misfit_warnings(residual, chi2, found),
             *task.doubts,
             *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
+            *twin_warnings(state.observation, public),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes),
         parameters=public.parameters,

@@ -17,6 +17,7 @@ from ..motion.trajectory import Dynamics
 from ..numerics.arrays import Array, grown
 from ..numerics.linear import solve_scaled
 from ..passes.workspace import Moments
+from ..terms import OF_OTHER_SIGN_IN_MIRROR
 from .assemble import assemble
 from .observation import Observation
 
@@ -48,9 +49,12 @@ class FitState:
         dynamics = Dynamics(d.w + by_w, d.theta + by_theta, grown(d.amplitude, by_amplitude), values)
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])
 
-    def mirrored(self) -> FitState:
+    def mirrored(self, model: RingDownModel) -> FitState:
         """phi -> -phi, for conventions."""
-        return replace(self, dynamics=replace(self.dynamics, amplitude=-self.dynamics.amplitude))
+        d = self.dynamics
+        pairs = zip(model.coefficients, d.values, strict=True)
+        values = tuple(-q if c.name in OF_OTHER_SIGN_IN_MIRROR else q for c, q in pairs)
+        return replace(self, dynamics=replace(d, amplitude=-d.amplitude, values=values))
 
 
 def with_best_gains(state: FitState, moments: Moments) -> FitState:

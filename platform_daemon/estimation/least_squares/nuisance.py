@@ -152,7 +152,7 @@ def fit_beside(
     """
     problem = replace(problem, noise_sd=noise_sd)
     sd = harmonic_sd(problem, noise, frequency_hz)
-    state = by_convention(best.state)
+    state = by_convention(best.state, problem.model)
     for _ in range(_STEPS):
         at = problem.evaluate(state, nuisance.last)
         cross = crossed(problem.record, problem.model, at.state, nuisance)

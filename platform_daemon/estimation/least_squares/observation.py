@@ -116,9 +116,11 @@ class DipoleObservation:
 
     def by_convention(self) -> tuple[DipoleObservation, bool]:
         """e_v . x > 0: turn R by 180 degrees about u otherwise."""
-        if self.rotation[0, 1] >= 0.0:
-            return self, False
-        return replace(self, rotation=self.rotation @ HALF_TURN_ABOUT_U), True
+        return (self, False) if self.rotation[0, 1] >= 0.0 else (self.turned(), True)
+
+    def turned(self) -> DipoleObservation:
+        """By 180 degrees about e_u: how the mirrored motion phi -> -phi gives the same signal."""
+        return replace(self, rotation=self.rotation @ HALF_TURN_ABOUT_U)
 
     def public(self) -> tuple[tuple[str, ...], Array, Array]:
         """m_r and the Rodrigues vector."""

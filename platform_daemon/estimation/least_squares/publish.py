@@ -26,10 +26,10 @@ class Published:
     condition: float
 
 
-def by_convention(state: FitState) -> FitState:
+def by_convention(state: FitState, model: RingDownModel) -> FitState:
     """Resolve phi -> -phi so that the observation obeys its sign convention; the state itself if it does already."""
     observation, mirror = state.observation.by_convention()
-    return replace(state, observation=observation).mirrored() if mirror else state
+    return replace(state, observation=observation).mirrored(model) if mirror else state
 
 
 def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndarray) -> Published:

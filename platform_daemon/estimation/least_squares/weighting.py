@@ -39,7 +39,7 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
     level = problem.noise_sd[:, None]
     if (np.abs(sd - level) <= _SAME * level).all():
         return best
-    state = by_convention(best.state)
+    state = by_convention(best.state, problem.model)
     for _ in range(_STEPS):
         at = problem.evaluate(state, last)
         normal = weighted_normal(problem.model, at.state, at.moments, sd, at.normal)
