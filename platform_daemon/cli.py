@@ -1,4 +1,4 @@
-"""The command line: `platform-daemon serve | measure | fit | slide | diagnose | info | plot | predict | ...`.
+"""The command line: `platform-daemon serve | measure | fit | harmonics | slide | diagnose | plot | ...`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device is not what the platform file says;
 3 nothing to fit or diagnose; 130 interrupted.
@@ -27,6 +27,7 @@ from platform_daemon.cli_diagnose_live import FilesOrLive
 from platform_daemon.cli_emulate import emulate
 from platform_daemon.cli_files import must_not_exist, write_json
 from platform_daemon.cli_fit import fit
+from platform_daemon.cli_harmonics import harmonics
 from platform_daemon.cli_interrupt import INTERRUPTED, heed_one_interrupt, no_interrupt_lost
 from platform_daemon.cli_models import adopt, models_app
 from platform_daemon.cli_options import (
@@ -59,6 +60,7 @@ app.command()(devices)
 app.command()(reset_amplifier)
 app.command()(emulate)
 app.command()(fit)
+app.command()(harmonics)
 app.command()(predict)
 app.command()(slide)
 app.command(cls=FilesOrLive)(diagnose)

@@ -10,9 +10,21 @@ from numpy.typing import NDArray
 from platform_daemon.estimation.derived import estimate_from_harmonics
 from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.ring_downs import ring_down
-from platform_daemon.store import Calibration
+from platform_daemon.store import Calibration, Recording
 
 _MOST_SAMPLES = 2**16  # 1 s at 61 kHz: more than the estimator looks at, and the calibration then costs always the same
+
+
+def frame_harmonics(recording: Recording, k: int) -> dict[str, Any]:
+    """The report of a stored frame; refused where the daemon refused the frame, or did not excite it.
+
+    Raises InputError for a frame that does not exist, RecordingError for one that cannot be read.
+    """
+    volts = recording.rx_volts(k)
+    info = recording.frame_info[k]
+    if info.verdict != "good" or info.blank:
+        return _refused("a blank shot, without excitation" if info.blank else info.reason)
+    return harmonics_report(volts, recording.sequence.rate_hz, recording.calibration)
 
 
 def harmonics_report(rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None) -> dict[str, Any]:
@@ -25,7 +37,7 @@ def harmonics_report(rx_volts: NDArray[np.float64], rate_hz: float, calibration:
     try:
         found = estimate_from_harmonics(record)
     except (RefusedError, ValueError) as refused:
-        return {"verdict": "refused", "reason": str(refused)}
+        return _refused(str(refused))
     return {
         "verdict": "good",
         "reason": None,
@@ -43,3 +55,7 @@ def harmonics_report(rx_volts: NDArray[np.float64], rate_hz: float, calibration:
         "harmonics_am2_per_s": found.harmonics.tolist(),
         "second_harmonic_snr": found.second_harmonic_snr,
     }
+
+
+def _refused(reason: str) -> dict[str, Any]:
+    return {"verdict": "refused", "reason": reason}

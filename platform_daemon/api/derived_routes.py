@@ -16,7 +16,7 @@ from platform_daemon.derived import frame_envelopes, frame_quantities, frame_tim
 from platform_daemon.engine.engine import UnknownId
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.fit_request import FitRefused, checked_variant, why_refused
-from platform_daemon.harmonics import harmonics_report
+from platform_daemon.harmonics import frame_harmonics
 from platform_daemon.planning import PAPER_DEFLECTION_DEG, predict
 from platform_daemon.settings import load_specimen
 from platform_daemon.sliding import slide_frame, sliding_report
@@ -99,10 +99,7 @@ def get_sliding(
 @router.get("/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=ERRORS)
 def get_harmonics(identifier: str, frame: int, context: Shared) -> dict[str, Any]:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    recording = opened(identifier, context)
-    volts = recording.rx_volts(frame)
-    found = harmonics_report(volts, recording.sequence.rate_hz, recording.calibration)
-    return {"recording": identifier, "frame": frame, **found}
+    return {"recording": identifier, "frame": frame, **frame_harmonics(opened(identifier, context), frame)}
 
 
 @router.get("/live/harmonics", summary="Harmonics of the last shot", responses={404: {"model": ProblemModel}})
