@@ -10,6 +10,7 @@ from drivers.errors import InputError
 from drivers.specimen import Specimen
 from platform_daemon.estimation.derived import Plan, planned_window_s, predict_precision
 from platform_daemon.estimation.models import model_named
+from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.fit_request import COEFFICIENTS, Window
 from sequences.settle import expected_moment, expected_omega
 
@@ -70,6 +71,9 @@ def predict(
     plan = Plan(variant, parameters, tuple(noise_am2_per_s), sampling_rate_hz, fixed)
     try:
         bounds = [(w, predict_precision(plan, planned_window_s(plan, w))) for w in windows]
+    except RefusedError as refused:
+        remedy = "plan a longer window or faster sampling"
+        raise InputError("nothing can be predicted for this plan", why=str(refused), remedy=remedy) from None
     except (ValueError, ArithmeticError) as error:
         remedy = "give three positive noise levels, a window that ends, and a deflection below 90 deg"
         raise InputError("nothing can be predicted for this plan", why=str(error), remedy=remedy) from None

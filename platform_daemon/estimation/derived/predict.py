@@ -20,6 +20,8 @@ from ..least_squares.rotation import cross_matrix, rodrigues_jacobian, rotation_
 from ..motion.sampling import DIPOLE
 from ..motion.trajectory import Trajectory
 from ..numerics.arrays import Array
+from ..signal.harmonics import frequency_ratio
+from ..signal.screening import refuse_few_periods, refuse_few_samples, refuse_slow_sampling
 from .quality import decay_time_s
 from .ring_down import RingDown
 
@@ -73,8 +75,10 @@ def predict_precision(plan: Plan, window_s: float) -> Precision:
         ValueError: a fixed name that cannot be fixed, a window or noise that is not positive, or a window that does
             not determine the parameters at all.
         KeyError: a parameter of the model is missing in the plan.
+        RefusedError: a record that a fit refuses: too few periods or samples, sampled too slowly.
     """
     _check(plan, window_s)
+    _refuse_what_fits_refuse(plan, window_s)
     names, derivatives = _derivatives(plan, window_s)
     fisher = np.zeros((len(names), len(names)))
     represented = plan.sampling_rate_hz * window_s / derivatives.shape[2]
@@ -121,6 +125,14 @@ def _check(plan: Plan, window_s: float) -> None:
     unfixable = {*_RODRIGUES, "phi_max_rad", "psi_start_rad"} & set(plan.fixed)
     if unfixable or not set(plan.fixed) <= set(plan.parameters):
         raise ValueError(f"only f_nat_hz, m_r_am2 and coefficients can be fixed, not {sorted(plan.fixed)}")
+
+
+def _refuse_what_fits_refuse(plan: Plan, window_s: float) -> None:
+    """By the same limits."""
+    frequency_hz = frequency_ratio(plan.parameters["phi_max_rad"]) * plan.parameters["f_nat_hz"]
+    refuse_few_samples(int(plan.sampling_rate_hz * window_s))
+    refuse_slow_sampling(plan.sampling_rate_hz, frequency_hz)
+    refuse_few_periods(window_s, frequency_hz)
 
 
 def _derivatives(plan: Plan, window_s: float) -> tuple[tuple[str, ...], Array]:

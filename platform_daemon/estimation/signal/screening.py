@@ -26,27 +26,34 @@ def screen(record: RingDownRecord) -> Line:
         RefusedError: NaN, too short, clipped, no signal, sampled too slowly.
     """
     y = record.valid
-    if y.shape[1] < _FEWEST_SAMPLES:
-        raise RefusedError(Refusal.TOO_SHORT, f"{y.shape[1]} valid samples")
+    refuse_few_samples(y.shape[1])
     found = [extremes(channel) for channel in y]
     # Squares of larger numbers overflow; no unit makes them plausible. Comparisons with NaN are false.
     if not all(lowest > -_LARGEST and highest < _LARGEST for lowest, highest, _ in found):
-        where = np.flatnonzero(~(np.abs(y) < _LARGEST).all(axis=0))
-        raise RefusedError(
-            Refusal.NOT_FINITE, f"{where.size} samples, the first at {record.valid_from + int(where[0])}"
-        )
+        where = np.argwhere(~(np.abs(y) < _LARGEST).T)  # (sample, channel), in time
+        sample, channel = record.valid_from + int(where[0, 0]), int(where[0, 1])
+        raise RefusedError(Refusal.NOT_FINITE, f"{len(where)} samples, the first is {sample} of channel {channel}")
     for channel, extreme in enumerate(found):
         _refuse_clipped(record, channel, *extreme)
     line = find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
         strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
         raise RefusedError(Refusal.NO_SIGNAL, f"the strongest feature is {strongest}")
-    if record.sampling_rate_hz < 4.0 * line.frequency_hz:
-        raise RefusedError(
-            Refusal.SAMPLING_TOO_SLOW,
-            f"{record.sampling_rate_hz:.6g} Hz for an oscillation at {line.frequency_hz:.4g} Hz",
-        )
+    refuse_slow_sampling(record.sampling_rate_hz, line.frequency_hz)
     return line
+
+
+def refuse_few_samples(samples: int) -> None:
+    """Refuse what is too short for a look at its spectrum."""
+    if samples < _FEWEST_SAMPLES:
+        raise RefusedError(Refusal.TOO_SHORT, f"{samples} valid samples")
+
+
+def refuse_slow_sampling(sampling_rate_hz: float, frequency_hz: float) -> None:
+    """Refuse fewer than four samples per period."""
+    if sampling_rate_hz < 4.0 * frequency_hz:
+        seen = f"{sampling_rate_hz:.6g} Hz for an oscillation at {frequency_hz:.4g} Hz"
+        raise RefusedError(Refusal.SAMPLING_TOO_SLOW, seen)
 
 
 def refuse_few_periods(seconds: float, frequency_hz: float) -> None:

@@ -7,8 +7,10 @@ import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
 from platform_daemon.estimation.derived import Plan, planned_window_s, precision_table, predict_precision
+from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.signal.harmonics import frequency_ratio
 
-from ..generator import NOISE_SD, RATE_HZ, Truth, dmdt
+from ..generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 from .paper import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S, THREAD_N50
 
 LAMBDA = ("lambda_per_s",)
@@ -123,9 +125,31 @@ def test_longer_windows_know_more_and_named_windows_are_the_papers():
         assert np.all(np.diff([row.sd[name] for row in table]) < 0.0), name
 
 
+@pytest.mark.parametrize(
+    ("periods", "per_period", "code"),
+    [(2.0, 280.0, "too_short"), (4.9, 280.0, "too_short"), (50.0, 3.9, "sampling_too_slow"), (5.5, 8.0, "too_short")],
+)
+def test_a_plan_that_a_fit_would_refuse_is_refused_by_the_same_name(periods, per_period, code):
+    public = {**THREAD_N50, "phi_max_rad": 0.3}
+    frequency_hz = frequency_ratio(0.3) * public["f_nat_hz"]
+    seconds, rate_hz = periods / frequency_hz, per_period * frequency_hz
+    with pytest.raises(RefusedError) as planned:
+        predict_precision(plan("thread", public, sampling_rate_hz=rate_hz), seconds)
+    assert str(planned.value).startswith(f"{code}: ")
+    signal = with_noise(dmdt(truth_of(public), seconds, rate_hz), np.random.default_rng(1))
+    assert fit_ring_down(RingDownRecord(signal, rate_hz, "dmdt"), "thread", seconds).reason.startswith(f"{code}: ")
+
+
+def test_a_plan_just_within_the_limits_is_answered():
+    frequency_hz = frequency_ratio(THREAD_N50["phi_max_rad"]) * THREAD_N50["f_nat_hz"]
+    short = predict_precision(plan("thread", THREAD_N50), 5.05 / frequency_hz)
+    sparse = predict_precision(plan("thread", THREAD_N50, sampling_rate_hz=4.1 * frequency_hz), 0.5)
+    assert all(sd > 0.0 for sd in (*short.sd.values(), *sparse.sd.values()))
+
+
 def test_impossible_plans_are_named():
     with pytest.raises(ValueError, match="does not determine"):
-        predict_precision(plan("jewel", JEWEL_D30), 5e-5)
+        predict_precision(plan("thread", {**THREAD_N50, "phi_max_rad": 1e-6}), N50_S)
     with pytest.raises(ValueError, match="noise_sd"):
         predict_precision(plan("thread", THREAD_N50, noise_sd=(0.01, 0.0, 0.01)), N50_S)
     with pytest.raises(ValueError, match="fixed"):
