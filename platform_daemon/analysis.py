@@ -22,13 +22,15 @@ from platform_daemon.estimation import (
     FitResult,
     RingDownRecord,
     SeriesNoise,
-    find_clipping,
     fit_ring_down,
     model_signal,
 )
+from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant, names_in_order
+from platform_daemon.frame_choice import chosen_frames
 from platform_daemon.pictures import RingDownPicture
 from platform_daemon.recording_noise import recording_noise
+from platform_daemon.refusals import checked_clipping, reason_of
 from platform_daemon.ring_downs import ring_down
 from platform_daemon.series_summary import summary
 from platform_daemon.store import Calibration, FitTable, Recording
@@ -62,9 +64,10 @@ def _fit_record(
     noise: SeriesNoise | None,
 ) -> FitResult:
     """Fit a record, calibrated from these volts with these assumptions."""
-    clipped = find_clipping(rx_volts)
-    if clipped is not None and clipped.severe:
-        return FitResult(verdict="refused", reason=f"saturated: {clipped}")
+    try:
+        clipped = checked_clipping(rx_volts)
+    except RefusedError as refused:
+        return FitResult.refused(refused)
     record, assumed = calibrated
     of_shot = (noise or SeriesNoise()).for_shot(record)
     fit = fit_ring_down(record, ask.model, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
@@ -117,18 +120,22 @@ def refused_report(frame: int, reason: str) -> dict[str, Any]:
 
 
 def fit_recording(
-    recording: Recording, ask: FitRequest, *, progress: Callable[[int], None] = lambda frames: None
+    recording: Recording,
+    ask: FitRequest,
+    chosen: Sequence[int] | None = None,
+    *,
+    progress: Callable[[int], None] = lambda frames: None,
 ) -> dict[str, Any]:
-    """Fit every excited frame of a recording; the fixed JSON form for one file.
+    """Fit every excited frame of a recording, or those chosen; the fixed JSON form for one file.
 
     Frames that the daemon refused, blank shots and frames with bad samples are refused with their reason; one bad
     frame does not stop the others.  Raises InputError if the fit makes no sense or no frame can be read.
     """
     check_fixed(ask, calibrated=recording.calibration is not None)
     frames = []
-    for k in range(recording.frames):
+    for done, k in enumerate(chosen_frames(recording, chosen), start=1):
         frames.append(fit_stored_frame(recording, k, ask))
-        progress(k + 1)
+        progress(done)
     return recording_report(recording, ask, frames)
 
 
@@ -140,7 +147,7 @@ def fit_stored_frame(recording: Recording, k: int, ask: FitRequest) -> dict[str,
     try:
         volts = recording.rx_volts(k)
     except PlatformError as error:
-        return {**refused_report(k, str(error)), "error": error}
+        return {**refused_report(k, reason_of(error)), "error": error}
     began = time.perf_counter()
     noise = recording_noise(recording)
     found_s = time.perf_counter() - began
@@ -150,9 +157,9 @@ def fit_stored_frame(recording: Recording, k: int, ask: FitRequest) -> dict[str,
 
 
 def recording_report(recording: Recording, ask: FitRequest, frames: list[dict[str, Any]]) -> dict[str, Any]:
-    """The fixed JSON form for one file from all its frames, in order.  Raises RecordingError if none can be read."""
+    """The fixed JSON form for one file from its frames, in order.  Raises RecordingError if none can be read."""
     unreadable = [f["error"] for f in frames if "error" in f]
-    if len(unreadable) == recording.frames:
+    if len(unreadable) == len(frames):
         raise unreadable[0]
     said = [{k: v for k, v in f.items() if k != "error"} for f in frames]
     return file_report(str(recording.path), ask, said, recording.calibration)

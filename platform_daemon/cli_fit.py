@@ -16,6 +16,7 @@ from platform_daemon.cli_interrupt import end_at_once, heed_one_interrupt
 from platform_daemon.cli_options import (
     CalibrationOption,
     ForceOption,
+    FramesOption,
     JsonOption,
     ModelsOption,
     TermOption,
@@ -39,6 +40,7 @@ def fit(
     models: ModelsOption = None,
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
+    frames: FramesOption = None,
     fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
     hint: Annotated[
         list[str] | None, typer.Option("--hint", help="Hold the loss NAME=VALUE where the window cannot tell it.")
@@ -51,16 +53,18 @@ def fit(
     dask: Annotated[str | None, typer.Option("--dask", metavar="ADDRESS", help="Fit on this Dask cluster.")] = None,
     force: ForceOption = False,
 ) -> None:
-    """Fit every frame of one or more recordings."""
+    """Fit the frames of one or more recordings."""
     from platform_daemon.batch import Settings
     from platform_daemon.fit_request import parse_values, parse_window
+    from platform_daemon.frame_choice import parse_frames
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
     settings = Settings(
-        variant_named(variant, models), parse_window(window), fixed, other, derived, hints, tuple(term or ())
-    )
+        variant_named(variant, models), parse_window(window), fixed, other, derived, hints, tuple(term or ()),
+        None if frames is None else parse_frames(frames),
+    )  # fmt: skip
     must_not_exist(json_file, force)
     _check_ledger(jsonl, resume, force)
     heed_one_interrupt()

@@ -73,11 +73,12 @@ def _file(
 def _frame(recording: Any, k: int) -> tuple[dict[str, Any], PlatformError | None]:
     """The report of a frame; of one that cannot be read, its refusal and the error."""
     from platform_daemon.harmonics import frame_harmonics
+    from platform_daemon.refusals import reason_of
 
     try:
         return frame_harmonics(recording, k), None
     except PlatformError as error:
-        return {"verdict": "refused", "reason": str(error)}, error
+        return {"verdict": "refused", "reason": reason_of(error)}, error
 
 
 def harmonics_line(frame: Mapping[str, Any]) -> str:

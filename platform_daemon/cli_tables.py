@@ -47,7 +47,7 @@ def fit_table_text(report: Mapping[str, Any]) -> str:
     with console.capture() as capture:
         console.print(table)
         for note in _notes(report):
-            console.print(note, highlight=False)
+            console.print(note, highlight=False, markup=False)  # [frame 1] is no mark-up
     return capture.get().rstrip()
 
 

@@ -18,7 +18,8 @@ from platform_daemon.diagnosis.search import Progress
 from platform_daemon.estimation import SeriesNoise, find_clipping
 from platform_daemon.estimation.models import RingDownModel
 from platform_daemon.estimation.motion.trajectory import LostTrajectoryError
-from platform_daemon.fit_request import checked_variant
+from platform_daemon.fit_request import NAME_THE_VARIANT, checked_variant
+from platform_daemon.frame_choice import chosen_frames
 from platform_daemon.recording_noise import recording_noise
 from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Calibration, Recording, open_recording
@@ -115,7 +116,7 @@ def check_specimen(
     chosen = _one_variant(recordings, variant)
     for recording in recordings:
         under_model(recording, chosen)
-        _chosen_frames(recording, frames or {})
+        chosen_frames(recording, (frames or {}).get(recording.path))
 
 
 def _must_be_time_series(path: Path) -> None:
@@ -135,7 +136,7 @@ def diagnose_specimen(specimen: Specimen, tell: Progress) -> Diagnosis:
     except (DiagnosisError, LostTrajectoryError, np.linalg.LinAlgError) as error:
         raise NothingToDiagnoseError(
             "nothing could be diagnosed", where=_named(specimen.files), why=str(error),
-            remedy="look at the fits with platform-daemon fit, and name the right --variant",
+            remedy="look at the fits of these frames, and name the right variant",
         ) from None  # fmt: skip
     return replace(found, integrity=(*specimen.flaws, *found.integrity), notes=(*specimen.notes, *found.notes))
 
@@ -157,24 +158,14 @@ def _ring_downs(
     chosen = _one_variant(recordings, variant)
     loaded = _Loaded([], [], [*_specimen_notes(recordings), *notes_of(chosen)])
     for recording in recordings:
-        _add_frames(under_model(recording, chosen), loaded, _chosen_frames(recording, frames))
+        _add_frames(under_model(recording, chosen), loaded, chosen_frames(recording, frames.get(recording.path)))
     return _specimen(loaded, model_of(chosen), files)
-
-
-def _chosen_frames(recording: Recording, frames: Frames) -> Sequence[int]:
-    """Frames to take, from 0.  Raises InputError for one that does not exist."""
-    chosen = frames.get(recording.path)
-    for k in chosen or ():
-        if not 0 <= k < recording.frames:
-            remedy = f"frames go from 0 to {recording.frames - 1}"
-            raise InputError(f"frame {k} does not exist", where=str(recording.path), remedy=remedy)
-    return range(recording.frames) if chosen is None else chosen
 
 
 def _opened(path: Path, calibration: tuple[Calibration, str] | None) -> Recording:
     """A recording with a calibration.  Raises RecordingError."""
     if is_time_series(path):
-        remedy = "diagnose it with --observable angle, alone or with others like it"
+        remedy = "diagnose it as an angle (--observable, or `observable` of a request), alone or with others like it"
         raise RecordingError("holds an angle (/time, /signal), not coil voltages", where=str(path), remedy=remedy)
     recording = open_recording(path)
     if calibration is not None:
@@ -184,7 +175,7 @@ def _opened(path: Path, calibration: tuple[Calibration, str] | None) -> Recordin
             "has no sensitivity",
             where=f"{path}: /calibration/sensitivity",
             why="the diagnosis needs dm/dt, and volts alone do not tell it",
-            remedy="name a calibration file with --calibration",
+            remedy="give a calibration (--calibration), or record with one",
         )
     return recording
 
@@ -202,7 +193,7 @@ def _one_variant(recordings: Sequence[Recording], wanted: Variant | None) -> Var
         raise RecordingError(
             "the file does not say which resonator it holds",
             where=f"{recordings[0].path}: /resonator/variant",
-            remedy="name it with --variant thread or --variant jewel",
+            remedy=NAME_THE_VARIANT,
         )
     return _checked(chosen)
 

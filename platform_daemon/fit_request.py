@@ -16,6 +16,7 @@ from platform_daemon.estimation.terms import TERMS
 from platform_daemon.store import Recording
 
 Window = Literal["n50", "d30"] | float
+NAME_THE_VARIANT = "name the variant, thread or jewel (--variant, or `variant` of a request)"
 NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
 COEFFICIENTS = frozenset(c.name for term in TERMS.values() for c in term.coefficients)
 FITTED_NAMES = (
@@ -120,7 +121,7 @@ def choose_variant(
     """
     if isinstance(variant, AdoptedModel):
         if terms:
-            remedy = "diagnose with --base and adopt what is found, or leave the terms out"
+            remedy = "diagnose on the base of it and adopt what is found, or leave the terms out"
             raise InputError("an adopted model takes no further terms", where=variant.label, remedy=remedy)
         return under_model(recording, variant), variant
     chosen = variant or recording.variant
@@ -128,7 +129,7 @@ def choose_variant(
         raise RecordingError(
             "the file does not say which resonator it holds",
             where=f"{recording.path}: /resonator/variant",
-            remedy="name it with --variant thread or --variant jewel",
+            remedy=NAME_THE_VARIANT,
         )
     return recording, checked_variant(chosen, terms)
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from platform_daemon.estimation.derived import estimate_from_harmonics
 from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.refusals import checked_clipping
 from platform_daemon.ring_downs import ring_down
 from platform_daemon.store import Calibration, Recording
 
@@ -33,8 +34,10 @@ def harmonics_report(rx_volts: NDArray[np.float64], rate_hz: float, calibration:
     SI units; no errors are given: the bias against the fit stands in estimation/derived/frequency_domain.py.
     Raises RecordingError if the calibration does not fit the data.
     """
-    record, _ = ring_down(rx_volts[:, :_MOST_SAMPLES], rate_hz, calibration)
+    volts = rx_volts[:, :_MOST_SAMPLES]
+    record, _ = ring_down(volts, rate_hz, calibration)
     try:
+        checked_clipping(volts)
         found = estimate_from_harmonics(record)
     except (RefusedError, ValueError) as refused:
         return _refused(str(refused))

@@ -28,7 +28,7 @@ def ring_down(
         )
     except CalibrationError as error:
         where = f"calibration {calibration.identifier or 'of the file'}"
-        raise RecordingError(str(error), where=where, remedy="give another with --calibration") from None
+        raise RecordingError(str(error), where=where, remedy="calibrate again, or give another calibration") from None
     record = RingDownRecord(
         samples=done.dmdt,
         sampling_rate_hz=rate_hz,

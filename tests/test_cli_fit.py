@@ -4,8 +4,14 @@ import json
 import signal
 import subprocess
 
+import h5py
+import numpy as np
 import pytest
 
+from platform_daemon.analysis import fit_frame
+from platform_daemon.estimation.refusal import Refusal
+from platform_daemon.fit_request import FitRequest
+from platform_daemon.store import open_recording
 from tests.batch.files import copies, links, same
 from tests.test_cli import COMMAND, assert_one_line_error, here, run, wait_for
 
@@ -99,3 +105,51 @@ def test_slide_draws_flat_lines_and_says_how_flat(tmp_path):
     assert_one_line_error(here("slide", path, "--window", "5"), 2, "--window")
     assert_one_line_error(here("slide", path, "--lambda", "loose"), 2, "--lambda")
     assert_one_line_error(here("slide", path, "--frame", "9"), 2, "frame 9")
+
+
+def with_a_bad_sample(folder):
+    """Both example files, the second frame of each with a NaN."""
+    paths = copies(folder, 2)
+    for path in paths:
+        with h5py.File(path, "r+") as file:
+            file["data"][1, 2, -100] = np.nan
+    return paths
+
+
+def test_a_sample_that_is_no_number_is_named_with_its_place_and_its_frame_can_be_left_out(tmp_path):
+    path, _ = with_a_bad_sample(tmp_path)
+    done = here("fit", path, *SHORT)
+    assert done.returncode == 0
+    said = " ".join(done.stdout.split())
+    assert "frame 1: refused: not_finite: value is nan at " in said
+    assert "/data[frame 1, channel 2, sample " in said
+    assert "not_finite" not in here("fit", path, *SHORT, "--frames", "0").stdout
+    assert_one_line_error(here("fit", path, *SHORT, "--frames", "1"), 2, "not_finite", "--frames", "`frames`")
+    assert_one_line_error(here("fit", path, *SHORT, "--frames", "2"), 2, "frame 2 does not exist", "0 to 1")
+
+
+@pytest.mark.parametrize("processes", ["1", "2"])
+def test_only_the_frames_asked_for_are_fitted_however_the_work_is_split(tmp_path, processes):
+    paths = copies(tmp_path, 2)
+    for path in paths:
+        with h5py.File(path, "r+") as file:
+            volts = np.repeat(file["data"][:], 3, axis=0)
+            del file["data"]
+            file["data"] = volts
+    asked = (*SHORT, "--frames", "1,3-5", "--processes", processes, "--json", tmp_path / "r.json")
+    done = here("fit", *paths, *asked)
+    assert done.returncode == 0, done.stderr
+    for report in json.loads((tmp_path / "r.json").read_text())["files"]:
+        assert [f["frame"] for f in report["frames"]] == [1, 3, 4, 5]
+        assert all(f["verdict"] == "good" for f in report["frames"])
+
+
+def test_a_clipped_frame_is_refused_with_what_to_do(tmp_path):
+    (path,) = copies(tmp_path, 1)
+    recording = open_recording(path)
+    volts = recording.rx_volts(0)
+    volts[0] = np.clip(volts[0], -0.7 * volts[0].max(), 0.7 * volts[0].max())
+    fit = fit_frame(volts, recording.sequence.rate_hz, recording.calibration, FitRequest("jewel", 0.1))
+    assert fit.code is Refusal.SATURATED
+    assert fit.reason.startswith("saturated: ")
+    assert fit.reason.endswith(Refusal.SATURATED.value)

@@ -59,6 +59,18 @@ def test_many_files_are_told_by_name_and_a_bad_frame_stops_nothing(tmp_path):
     assert first["frames"][0] == second["frames"][0]
 
 
+def test_clipped_volts_are_refused_and_give_no_numbers(tmp_path):
+    path = changed(tmp_path)
+    with h5py.File(path, "r+") as file:
+        volts = file["data"][0, 0, -61035:]
+        file["data"][0, 0, -61035:] = np.clip(volts, -0.7 * volts.max(), 0.7 * volts.max())
+    assert here("harmonics", path, "--json", tmp_path / "h.json").returncode == 0
+    refused, good = json.loads((tmp_path / "h.json").read_text())["frames"]
+    assert set(refused) == {"frame", "verdict", "reason"}
+    assert refused["reason"].startswith("saturated: ")
+    assert good["verdict"] == "good"
+
+
 def test_frames_can_be_chosen_and_must_exist(tmp_path):
     done = here("harmonics", JEWEL, "--frames", "1", "--json", tmp_path / "h.json")
     assert [f["frame"] for f in json.loads((tmp_path / "h.json").read_text())["frames"]] == [1]

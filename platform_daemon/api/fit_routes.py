@@ -15,6 +15,7 @@ from platform_daemon.api.recording_routes import opened
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.files import write_whole
 from platform_daemon.fit_request import FitRequest, check_fixed, choose_variant, why_refused
+from platform_daemon.frame_choice import chosen_frames
 
 router = APIRouter(prefix="/fits", tags=["fits"])
 ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
@@ -26,11 +27,15 @@ def _body(job: Job) -> dict[str, Any]:
 
 @router.post("", summary="Fit a recording", status_code=202, response_model=JobModel, responses=ERRORS)
 def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
-    """Fit every excited frame of a recording.  `result` is the same object that `platform-daemon fit --json` writes."""
+    """Fit every excited frame of a recording, or of those in `frames`.
+
+    `result` is the same object that `platform-daemon fit --json` writes.
+    """
     recording = opened(body.recording, context)
     recording, variant = choose_variant(recording, resolve(body.variant, context.models), body.terms)
     ask = FitRequest(variant, body.window, body.fixed or None, body.hints or None)
     check_fixed(ask, calibrated=recording.calibration is not None)
+    frames = chosen_frames(recording, body.frames)
 
     def work(job: Job) -> None:
         def tell(frames: int) -> None:
@@ -38,13 +43,13 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
             if job.cancel_requested.is_set():
                 raise Cancelled
 
-        job.result = {**fit_recording(recording, ask, progress=tell), "file": recording.path.name}
+        job.result = {**fit_recording(recording, ask, frames, progress=tell), "file": recording.path.name}
         refused = why_refused(job.result["frames"])
         if refused is not None:
             job.warnings.append(f"every frame was refused: {refused}")
         write_whole(context.fits / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
 
-    job = context.engine.analyse(body.model_dump(mode="json"), recording.frames, work)
+    job = context.engine.analyse(body.model_dump(mode="json"), len(frames), work)
     response.headers["Location"] = f"/fits/{job.identifier}"
     return _body(job)
 

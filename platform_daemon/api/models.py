@@ -120,11 +120,15 @@ class ResetModel(BaseModel):
     power_amplifier: AmplifierModel
 
 
+Frames = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=100_000)] | None
+
+
 class FitBody(BaseModel):
     """A fit of a stored recording; window: "n50", "d30" or seconds; variant: thread, jewel or another declared model;
     default: what the recording says.  terms: further torque terms, as quadratic_drag.
 
     fixed: parameters held, by name; hints: losses held only in frames whose window cannot tell them apart.
+    frames: from 0; default: all.
     """
 
     model_config = ConfigDict(
@@ -139,6 +143,7 @@ class FitBody(BaseModel):
     window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] = "d30"
     fixed: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
     hints: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
+    frames: Frames = None
 
 
 Identifier = Annotated[str, Field(pattern=NAME, max_length=200)]
@@ -150,7 +155,7 @@ class PartBody(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     recording: Identifier
-    frames: Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=100_000)] | None = None
+    frames: Frames = None
 
 
 class DiagnosisBody(BaseModel):

@@ -106,7 +106,7 @@ def _digest(settings: Settings) -> str:
     fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hints))
     variant = settings.variant
     named = f"{variant.label} {variant.digest}" if isinstance(variant, AdoptedModel) else variant
-    text = [__version__, named, settings.window, fixed, settings.derived, hints, settings.terms]
+    text = [__version__, named, settings.window, fixed, settings.derived, hints, settings.terms, settings.frames]
     digest = hashlib.sha256(json.dumps(text).encode())
     if settings.calibration is not None:
         c = settings.calibration[0]

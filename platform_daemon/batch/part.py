@@ -13,6 +13,7 @@ from platform_daemon.adopted.names import Variant
 from platform_daemon.analysis import fit_stored_frame, recording_report
 from platform_daemon.derived import frame_quantities, frame_times_s, series_quantities
 from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant
+from platform_daemon.frame_choice import chosen_frames
 from platform_daemon.store import Calibration, Recording, open_recording
 
 
@@ -26,6 +27,7 @@ class Settings:
         fixed, hints: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
         derived: give derived quantities too.
+        frames: of every file; None: all.
     """
 
     variant: Variant | None = None
@@ -35,6 +37,7 @@ class Settings:
     derived: bool = False
     hints: dict[str, float] | None = None
     terms: tuple[str, ...] = ()
+    frames: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -73,13 +76,14 @@ def _readable(source: Source) -> Iterator[Path]:
 def count_frames(source: Source, settings: Settings) -> int:
     """Frames of a recording that can be fitted as asked.  Raises InputError."""
     with opened(source, settings) as (recording, _):
-        return recording.frames
+        return len(chosen_frames(recording, settings.frames))
 
 
 def fit_part(source: Source, settings: Settings, first: int, last: int) -> list[dict[str, Any]]:
-    """Reports of frames first .. last-1.  Raises InputError."""
+    """Reports of the chosen frames number first .. last-1.  Raises InputError."""
     with opened(source, settings) as (recording, ask):
-        return [_fit_frame(recording, k, ask, settings.derived) for k in range(first, last)]
+        part = chosen_frames(recording, settings.frames)[first:last]
+        return [_fit_frame(recording, k, ask, settings.derived) for k in part]
 
 
 def _fit_frame(recording: Recording, k: int, ask: FitRequest, derived: bool) -> dict[str, Any]:

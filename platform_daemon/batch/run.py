@@ -60,7 +60,7 @@ class _File:
 
 @dataclass(frozen=True)
 class _Part:
-    """Frames first .. last-1 of a file; last 0: the whole file. alone: nothing else runs beside it."""
+    """Chosen frames number first .. last-1 of a file; last 0: the whole file. alone: nothing else runs beside it."""
 
     file: _File
     first: int

@@ -49,9 +49,9 @@ def calibrate(
         frequency_response: H, complex (channels, k), multiplies P.
 
     Raises:
-        CalibrationError: wrong shape, NaN, singular P, or a response that cannot be inverted.
+        CalibrationError: complex values, wrong shape, NaN, singular P, or a response that cannot be inverted.
     """
-    volts = np.asarray(volts, dtype=np.float64)
+    volts = _real(volts, "volts")
     if volts.ndim != 2 or volts.shape[1] == 0:
         raise CalibrationError(f"volts must have shape (channels, n), not {volts.shape}")
     inverse = inverse_sensitivity(sensitivity, volts.shape[0])
@@ -67,13 +67,20 @@ def calibrate(
     return CalibratedRecord(-inverse @ flat, reach, n - reach, equaliser.notes)
 
 
+def _real(values: Array, name: str) -> Array:
+    """As float64.  Raises CalibrationError for complex values, of which numpy would drop a part."""
+    if np.iscomplexobj(values):
+        raise CalibrationError(f"{name} must be real, not complex")
+    return np.asarray(values, dtype=np.float64)
+
+
 def inverse_sensitivity(sensitivity: Array, channels: int) -> Array:
     """Pseudo-inverse (3, channels) of P (channels, 3).
 
     Raises:
         CalibrationError: wrong shape, NaN, fewer than three independent rows.
     """
-    p = np.asarray(sensitivity, dtype=np.float64)
+    p = _real(sensitivity, "sensitivity")
     if p.shape != (channels, 3):
         raise CalibrationError(f"sensitivity must have shape ({channels}, 3), not {p.shape}")
     if not np.all(np.isfinite(p)):
@@ -94,7 +101,7 @@ def _checked_response(
     """Grid (k,) and response (channels, k), sound enough to be inverted."""
     if frequency_hz is None or response is None:
         raise CalibrationError("a frequency response needs both its frequencies and its values")
-    grid = np.asarray(frequency_hz, dtype=np.float64)
+    grid = _real(frequency_hz, "frequency")
     values = np.asarray(response, dtype=np.complex128)
     if grid.ndim != 1 or grid.size < 2 or np.any(np.diff(grid) <= 0.0) or grid[0] < 0.0:
         raise CalibrationError("frequency must hold at least two rising values >= 0 Hz")

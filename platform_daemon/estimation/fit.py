@@ -73,14 +73,9 @@ def fit_ring_down(
             result = _fit_or_refuse(replace(task, fixed={**values, **needed}), model)
             result = replace(result, notes=(*result.notes, *hint_notes(needed)))
     except RefusedError as refused:
-        result = _refused(refused)
+        result = FitResult.refused(refused)
     seconds = time.perf_counter() - began - noise_seconds
     return replace(result, seconds=seconds, noise_seconds=noise_seconds)
-
-
-def _refused(refused: RefusedError) -> FitResult:
-    """The result that says why there is none."""
-    return FitResult("refused", reason=str(refused), code=refused.code)
 
 
 def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
@@ -88,7 +83,7 @@ def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
     try:
         return _fit(task, model)
     except RefusedError as refused:
-        return _refused(refused)
+        return FitResult.refused(refused)
 
 
 def _fit(task: Task, model: RingDownModel) -> FitResult:

@@ -27,8 +27,8 @@ class RingDownRecord:
         sensitivity: P, (channels, 3) T/A, of volts that come from a flat chain; None: unknown.
 
     Raises:
-        ValueError: wrong shape, rate or range, singular sensitivity. Bad *values* (NaN, clipping) are judged by the
-            fit instead.
+        ValueError: complex samples, wrong shape, rate or range, singular sensitivity. Bad *values* (NaN, clipping) are
+            judged by the fit instead.
     """
 
     samples: Array
@@ -40,6 +40,8 @@ class RingDownRecord:
     sensitivity: Array | None = None
 
     def __post_init__(self) -> None:
+        if np.iscomplexobj(self.samples):
+            raise ValueError("samples must be real, not complex: a part of them would be lost")
         samples = np.ascontiguousarray(self.samples, dtype=np.float64)
         object.__setattr__(self, "samples", samples)
         if samples.ndim != 2 or samples.shape[0] < 1:

@@ -11,7 +11,7 @@ from .least_squares.gauss_newton import FitState
 from .models import RingDownModel
 from .motion.trajectory import Trajectory
 from .numerics.arrays import Array
-from .refusal import Refusal
+from .refusal import Refusal, RefusedError
 
 PARAMETER_NAMES: tuple[str, ...] = (
     "f_nat_hz",
@@ -89,6 +89,11 @@ class FitResult:
     noise_seconds: float = 0.0
     fitted: FittedModel | None = None
     systematic_std: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def refused(cls, why: RefusedError) -> FitResult:
+        """The result that says why there is none."""
+        return cls("refused", reason=str(why), code=why.code)
 
     def is_fixed(self, name: str) -> bool:
         """True for a parameter of a good result that was held, not estimated."""

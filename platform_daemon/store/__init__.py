@@ -7,7 +7,7 @@ from platform_daemon.store.calibrations import (
     check_calibration_name,
 )
 from platform_daemon.store.describe import describe
-from platform_daemon.store.errors import StorageError, UnknownRecording
+from platform_daemon.store.errors import NotFinite, StorageError, UnknownRecording
 from platform_daemon.store.fits import read_fits
 from platform_daemon.store.header import FitTable, SeriesHeader, ShotRecord
 from platform_daemon.store.index import Broken, Entry, Listing, list_recordings, resolve
@@ -33,6 +33,7 @@ __all__ = [
     "FitTable",
     "FrameInfo",
     "Listing",
+    "NotFinite",
     "Provenance",
     "ReceiverEffect",
     "Recording",

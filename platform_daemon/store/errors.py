@@ -1,14 +1,16 @@
-"""Errors of the store that are not a defect inside one file.
+"""Errors of the store beside a defect of a file (RecordingError).
 
 PlatformError
 ├── StorageError                  the disk refused: full, read-only, unplugged; what was acknowledged stays safe
 └── InputError
-    └── UnknownRecording          no recording of that id in the folder (REST: 404)
+    ├── UnknownRecording          no recording of that id in the folder (REST: 404)
+    └── RecordingError
+        └── NotFinite             a sample is NaN or infinite
 """
 
 from __future__ import annotations
 
-from drivers.errors import InputError, PlatformError
+from drivers.errors import InputError, PlatformError, RecordingError
 
 
 class StorageError(PlatformError):
@@ -21,3 +23,14 @@ class UnknownRecording(InputError):
     """No recording of that id exists in the folder."""
 
     title = "Unknown recording"
+
+
+class NotFinite(RecordingError):
+    """A sample is NaN or infinite."""
+
+    title = "Samples are not finite"
+
+    @property
+    def seen(self) -> str:
+        """What and where, in short."""
+        return f"{self.what.removeprefix('not_finite: ')} at {self.where}"

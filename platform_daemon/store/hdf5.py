@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
+from platform_daemon.store.errors import NotFinite
 
 MAX_ITEMS = 10_000_000
 """A side table larger than this is damage, not data; reading it would only exhaust the memory."""
@@ -193,7 +194,12 @@ class Source:
         if not np.isfinite(volts).all():
             channel, sample = (int(i) for i in np.argwhere(~np.isfinite(volts))[0])
             place = f"{name}[frame {k}, channel {channel}, sample {sample}]"
-            raise self.defect(f"value is {volts[channel, sample]}", place, "finite volts", "leave this frame out")
+            raise NotFinite(
+                f"not_finite: value is {volts[channel, sample]}",
+                where=self.place(place),
+                why="Expected finite volts",
+                remedy="leave this frame out: choose others (--frames, or `frames` of a request)",
+            )
         return volts
 
     def _dataset(self, name: str) -> Any:

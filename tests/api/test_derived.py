@@ -1,5 +1,6 @@
 import math
 
+import h5py
 import numpy as np
 import pytest
 
@@ -91,6 +92,38 @@ def test_a_plan_that_makes_no_sense_is_a_problem(client, body):  # noqa: F811
 )
 def test_what_is_not_there_is_a_problem(client, recording, fit, path, status):  # noqa: F811
     problem(client.get(path.format(fit=fit["id"], recording=recording)), status)
+
+
+def test_a_plan_that_a_fit_would_refuse_is_a_problem_with_the_fits_name(client):  # noqa: F811
+    found = problem(client.post("/predict", json={"resonator": "thread", "windows": [0.009]}), 422)
+    assert "too_short: 1.9 periods" in found["detail"]
+    slow = {"resonator": "thread", "windows": ["n50"], "sampling_rate_hz": 500.0}
+    assert "sampling_too_slow" in problem(client.post("/predict", json=slow), 422)["detail"]
+
+
+def test_a_fit_of_some_frames_leaves_the_others_alone(client, recording):  # noqa: F811
+    asked = {"recording": recording, "window": 0.1, "frames": [1]}
+    job = finished(client, client.post("/fits", json=asked).headers["location"])
+    assert [f["frame"] for f in job["result"]["frames"]] == [1]
+    assert job["progress"]["total"] == 1
+    problem(client.post("/fits", json={**asked, "frames": [7]}), 422)
+    problem(client.post("/fits", json={**asked, "frames": []}), 422)
+
+
+def test_a_frame_that_is_not_finite_is_called_so_with_its_place(client, recording):  # noqa: F811
+    source = client.folder.recordings / f"{recording}.h5"
+    (path := source.with_name("with-nan.h5")).write_bytes(source.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["data"][1, 2, -50] = np.nan
+    found = problem(client.get("/recordings/with-nan/frames/1/harmonics"), 422)
+    assert found["type"] == "/problems/not-finite"
+    assert "not_finite" in found["detail"]
+    assert "frame 1, channel 2" in found["detail"]
+    asked = {"recording": "with-nan", "window": 0.1}
+    job = finished(client, client.post("/fits", json=asked).headers["location"])
+    assert [f["verdict"] for f in job["result"]["frames"]] == ["good", "refused"]
+    assert job["result"]["frames"][1]["reason"].startswith("not_finite: value is nan at ")
+    path.unlink()
 
 
 def test_a_refused_fit_says_so_and_why_wherever_it_is_asked(client, recording):  # noqa: F811

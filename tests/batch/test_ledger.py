@@ -44,6 +44,7 @@ def test_a_finished_file_is_known_again(kept, recording):
         Settings("jewel", "n50", {"lambda_per_s": 0.25}),
         Settings(None, "n50", {"lambda_per_s": 0.25}, (Calibration(np.eye(3)), "c.h5")),
         Settings(None, "n50", {"lambda_per_s": 0.25}, derived=True),
+        Settings(None, "n50", {"lambda_per_s": 0.25}, frames=(0,)),
     ],
 )
 def test_other_settings_make_it_unknown(kept, recording, settings):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.judging.misfit import in_words
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
@@ -34,6 +35,26 @@ def test_a_record_with_a_value_that_is_no_number_is_refused(bad):
     signal = noisy()
     signal[1, 4321] = bad
     assert refused(signal) == "not_finite"
+
+
+def test_the_first_value_that_is_no_number_is_named_by_sample_and_channel():
+    signal = noisy()
+    signal[0, 5000], signal[2, 4321] = math.nan, math.inf
+    result = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "thread")
+    assert result.reason.startswith("not_finite: 2 samples, the first is 4321 of channel 2;")
+
+
+@pytest.mark.parametrize(
+    ("power", "words"),
+    [
+        (0.034, "3.4 % of the signal's power"),
+        (0.98, "98 % of the signal's power"),
+        (0.999, "as much as the signal itself, or more,"),
+        (1.6, "as much as the signal itself, or more,"),
+    ],
+)
+def test_what_is_left_over_is_told_in_words_that_make_sense(power, words):
+    assert in_words(power) == words
 
 
 def test_pure_noise_is_refused():
@@ -142,6 +163,8 @@ def test_mistakes_of_the_caller_are_errors_that_name_them(arguments, message):
         ((np.zeros((3, 5)), 0.0, "dmdt"), "sampling_rate_hz"),
         ((np.zeros((3, 5)), 1e4, "tesla"), "quantity"),
         ((np.zeros((3, 5)), 1e4, "dmdt", 4, 3), "valid range"),
+        ((np.zeros((3, 5), dtype=complex), 1e4, "dmdt"), "complex"),
+        ((np.zeros((3, 5)), 1e4, "voltage", 0, None, None, 1j * np.eye(3)), "complex"),
     ],
 )
 def test_a_malformed_record_cannot_be_made(arguments, message):

@@ -7,7 +7,7 @@ from ..models import RingDownModel, rivals_of
 from ..refusal import Refusal, RefusedError
 from ..solving import solve, solve_coarsely
 from ..task import Task
-from .misfit import refuse_failed
+from .misfit import in_words, refuse_failed
 from .residual import Residual
 from .verdict import findings, residual_left
 
@@ -47,5 +47,5 @@ def _refuse_by_residual(task: Task, problem: Problem, best: Fitted, residual: Re
     found = findings(task, problem, best, residual)
     refuse_failed(residual, found, task.frequency_hz)
     if residual.coloured and residual.unexplained > _LEFT:
-        seen = f"{problem.model.name}: {100.0 * residual.unexplained:.2g} % of the signal's power is left over"
+        seen = f"{problem.model.name}: {in_words(residual.unexplained)} is left over"
         raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, seen)

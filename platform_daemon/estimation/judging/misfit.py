@@ -33,6 +33,7 @@ _BENT = 0.5  # of the misfit
 _HARDLY_BENT = 0.3
 _MOST_BEND = 1.5  # in linear approximation; nothing bends so far
 _LARGEST_BEND = 0.05  # of the signal at its peak: an error that m_r may not have
+_WHOLE = 0.99
 _PROBABLY = 0.6  # of the misfit, where no fit got through
 
 
@@ -73,9 +74,14 @@ def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, foun
     explained = second.share if second is not None and _is_tone(second) else 0.0
     misfit = residual.unexplained * (1.0 - min(explained, 1.0))
     if misfit > _LARGEST_MISFIT:
-        raise RefusedError(
-            Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {100.0 * misfit:.2g} % of the signal's power is left over"
-        )
+        raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {in_words(misfit)} is left over")
+
+
+def in_words(power: float) -> str:
+    """A share of the signal's power."""
+    return (
+        "as much as the signal itself, or more," if power > _WHOLE else f"{100.0 * power:.2g} % of the signal's power"
+    )
 
 
 def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> None:
@@ -153,7 +159,6 @@ def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) ->
         )
     if residual.coloured or chi2_per_dof > _LARGE_CHI2:
         warnings.append(
-            f"residual_not_white: flatness {residual.flatness.min():.2g}, "
-            f"{100.0 * residual.unexplained:.2g} % of the signal's power left over"
+            f"residual_not_white: flatness {residual.flatness.min():.2g}, {in_words(residual.unexplained)} left over"
         )
     return tuple(warnings)
