@@ -56,7 +56,7 @@ def test_a_file_that_does_not_say_its_variant_needs_one_named(tmp_path):
 
 
 def test_the_wrong_observable_is_refused_with_the_remedy():
-    with pytest.raises(RecordingError, match="as an angle .--observable"):
+    with pytest.raises(RecordingError, match=r"as an angle \(--observable"):
         load_specimen([PENDULUM], observable="dmdt")
     with pytest.raises(RecordingError, match="/time"):
         load_specimen([THREAD], observable="angle")

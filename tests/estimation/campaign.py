@@ -299,7 +299,7 @@ def main() -> int:
     parser.add_argument("--draws", type=int, default=10_000, help="of each dataset")
     parser.add_argument("--own-draws", type=int, default=2000, help="of each, with noise estimated from each record")
     parser.add_argument("--truths", type=int, default=2000, help="per variant and noise, in windows of 0.24 s")
-    parser.add_argument("--long-truths", type=int, default=200, help="the same down to 30 % of the amplitude")
+    parser.add_argument("--long-truths", type=int, default=200, help="the same down to 30 %% of the amplitude")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--out", type=Path, default=DOCUMENT)
     parser.add_argument("--journal", type=Path, help="folder that lets an interrupted campaign of the same code go on")
