@@ -91,7 +91,7 @@ def _best_fit(problem: Problem, start: Start, task: Task) -> Fitted:
         _refuse_faint(task, problem, first)
         refuse_beat(task)
         raise RefusedError(Refusal.NO_CONVERGENCE, failure)
-    problem.doubts = ambiguity(found, problem.free, dof)
+    problem.doubts = ambiguity(found, problem.model, problem.free, dof)
     return min(found, key=lambda fitted: fitted.normal.chi2)
 
 

@@ -7,16 +7,18 @@ from platform_daemon.estimation.least_squares import growing
 from platform_daemon.estimation.least_squares.ambiguity import ambiguity
 from platform_daemon.estimation.least_squares.gauss_newton import FitState, Normal
 from platform_daemon.estimation.least_squares.observation import DipoleObservation
+from platform_daemon.estimation.models import THREAD
 from platform_daemon.estimation.motion.trajectory import Dynamics
+from platform_daemon.estimation.motion.turning_points import turning_points
 
 DEGREES = 1000
 SIZE = 11
 FREE = np.ones(SIZE, dtype=bool)
 
 
-def minimum(amplitude, chi2, w=1300.0):
+def minimum(amplitude, chi2, w=1300.0, theta=1.0, loss=0.25):
     """With a standard deviation of 0.01 in everything."""
-    dynamics = Dynamics(w=w, theta=1.0, amplitude=amplitude, values=(0.25,))
+    dynamics = Dynamics(w=w, theta=theta, amplitude=amplitude, values=(loss,))
     observation = DipoleObservation(0.01, np.eye(3), np.eye(3))
     state = FitState(dynamics, observation, np.zeros(3))
     zero = np.zeros(3)
@@ -26,10 +28,10 @@ def minimum(amplitude, chi2, w=1300.0):
 
 
 def test_distinct_minima_of_comparable_chi2_are_told():
-    (warning,) = ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1610.0)], FREE, DEGREES)
+    (warning,) = ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1610.0)], THREAD, FREE, DEGREES)
     assert warning.startswith("start_ambiguous: chi2/dof = 1.6 at")
     assert "51.6 deg" in warning
-    assert ambiguity([minimum(0.5, 1610.0, 1301.0), minimum(0.5, 1600.0)], FREE, DEGREES)
+    assert ambiguity([minimum(0.5, 1610.0, 1301.0), minimum(0.5, 1600.0)], THREAD, FREE, DEGREES)
 
 
 @pytest.mark.parametrize(
@@ -42,10 +44,21 @@ def test_distinct_minima_of_comparable_chi2_are_told():
     ],
 )
 def test_one_minimum_and_clearly_worse_ones_are_not(found):
-    assert ambiguity(found, FREE, DEGREES) == ()
+    assert ambiguity(found, THREAD, FREE, DEGREES) == ()
 
 
 def test_what_was_held_tells_nothing():
     free = FREE.copy()
     free[2] = False
-    assert ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1600.0)], free, DEGREES) == ()
+    assert ambiguity([minimum(0.5, 1600.0), minimum(0.9, 1600.0)], THREAD, free, DEGREES) == ()
+
+
+def test_one_motion_counted_from_its_next_turning_point_is_no_other():
+    first = minimum(1.5, 1600.0, loss=80.0)
+    times, sizes = turning_points(THREAD, first.state.dynamics, 0.004)
+    theta = -1300.0 * times[1]
+    assert abs(sizes[1] - 1.5) > 0.2
+    next_one = minimum(-sizes[1], 1600.0, theta=theta, loss=80.0)
+    assert ambiguity([first, next_one], THREAD, FREE, DEGREES) == ()
+    assert ambiguity([next_one, first], THREAD, FREE, DEGREES) == ()
+    assert ambiguity([first, minimum(-1.5, 1600.0, theta=theta, loss=80.0)], THREAD, FREE, DEGREES)
