@@ -17,7 +17,7 @@ from .judging.verdict import judged, residual_left
 from .least_squares.growing import Fitted, Problem
 from .least_squares.knowledge import held
 from .models import RingDownModel, model_named, rivals_of
-from .noise.model import OWN, NoiseModel
+from .noise.model import OWN, OWN_FLOOR, OWN_RESIDUAL, NoiseModel
 from .numerics.threads import one_thread_for_products
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
@@ -27,6 +27,8 @@ from .signal.windows import Window, check_window
 from .solving import FAILURES, solve
 from .start.find import observes_dipole
 from .task import Task, task_of
+
+_HARDLY_ANY = 0.1  # of a misfit
 
 
 def fit_ring_down(
@@ -95,11 +97,8 @@ def _fit(task: Task, model: RingDownModel) -> FitResult:
             refuse_by_cause(task, model)
         raise
     residual = residual_left(task, problem, best)
-    if task.record.quantity == "angle" and task.noise.source == OWN and not residual.coloured:
-        # Beside so few harmonics of so few periods noise is seen too dimly for honest errors.
-        task = task.at_level(math.sqrt(best.normal.chi2 / task.degrees(problem)), "the fit's white residual")
-        problem, best = solve(task, model)
-        residual = residual_left(task, problem, best)
+    if task.record.quantity == "angle" and task.noise.source == OWN:
+        task, problem, best, residual = _at_seen_noise(task, problem, best, residual)
     doubts = (*problem.doubts, *few_at_full_scale(task.record))
     task = replace(task, doubts=doubts) if doubts else task
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
@@ -112,6 +111,26 @@ def _fit(task: Task, model: RingDownModel) -> FitResult:
     return replace(result, warnings=result.warnings + seen) if seen else result
 
 
+def _at_seen_noise(
+    task: Task, problem: Problem, best: Fitted, residual: Residual
+) -> tuple[Task, Problem, Fitted, Residual]:
+    """The fit of an angle at the noise that its residual shows, for beside few harmonics it is seen too dimly.
+
+    The residual's own size where it is nothing but noise; else what of it reaches above the harmonics.
+    """
+    if not residual.coloured:
+        task = task.at_level(math.sqrt(best.normal.chi2 / task.degrees(problem)), OWN_RESIDUAL)
+        problem, best = solve(task, problem.model)
+        return task, problem, best, residual_left(task, problem, best)
+    if residual.floor is None:
+        return task, problem, best, residual
+    task = task.with_white_noise(residual.floor.sd(task.record.sampling_rate_hz), OWN_FLOOR)
+    problem = replace(problem, noise_sd=task.noise_sd)
+    at = problem.evaluate(best.state, task.chosen.last)
+    best = replace(best, state=at.state, normal=at.normal, moments=at.moments)
+    return task, problem, best, residual_left(task, problem, best)
+
+
 def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) -> list[Comparison]:
     """The rivals of a model that explain the record better, where that could be.
 
@@ -120,7 +139,7 @@ def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) ->
     """
     found: list[Comparison | None] = []
     dof = task.degrees(problem)
-    rivals = rivals_of(problem.model) if task.record.quantity != "angle" else ()
+    rivals = rivals_of(problem.model, task.record.quantity)
     normal = best.normal
     wanted = bool(rivals) and needs_comparison(normal.chi2, normal.data_chi2, dof, coloured=residual.coloured)
     for other in rivals if wanted else ():
@@ -129,7 +148,11 @@ def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) ->
         except RefusedError:
             continue
         dof = task.degrees(other_problem)
-        found.append(compare(_explanation(problem, best, dof), _explanation(other_problem, other_best, dof), dof))
+        explained, other_way = _explanation(problem, best, dof), _explanation(other_problem, other_best, dof)
+        # What even the better model of an angle leaves over weighs like noise.
+        wider = residual_left(task, other_problem, other_best).widening if task.record.quantity == "angle" else 1.0
+        if compare(explained.in_noise(wider), other_way.in_noise(wider), dof) is not None:
+            found.append(compare(explained, other_way, dof))
     return [comparison for comparison in found if comparison is not None]
 
 
@@ -144,16 +167,20 @@ def _explanation(problem: Problem, best: Fitted, dof: int) -> Explanation:
 def _undisturbed(
     task: Task, problem: Problem, best: Fitted, residual: Residual
 ) -> tuple[Task, Problem, Fitted, Residual]:
-    """The task freed from hum and drift that the residual shows, the fit that is joint with them, what it leaves."""
-    if task.record.quantity == "angle":
-        return task, problem, best, residual
+    """The task freed from hum and drift that the residual shows, the fit that is joint with them, what it leaves.
+
+    In an angle of few periods a motion that the model does not follow looks like drift too: what is hum or drift
+    there leaves hardly anything once it is gone.
+    """
     try:
         beside = without_disturbances(problem, best, residual, task.chosen, task.noise, task.frequency_hz)
     except FAILURES:
         beside = None  # the verdict on the residual says what is wrong with it
     if beside is None:
         return task, problem, best, residual
-    chosen = replace(task.chosen, notes=(*task.chosen.notes, *beside.notes))
-    problem = beside.problem
-    task = replace(task, record=problem.record, noise=beside.noise, noise_sd=problem.noise_sd, chosen=chosen)
-    return task, problem, beside.fitted, residual_left(task, problem, beside.fitted)
+    chosen, after = replace(task.chosen, notes=(*task.chosen.notes, *beside.notes)), beside.problem
+    freed = replace(task, record=after.record, noise=beside.noise, noise_sd=after.noise_sd, chosen=chosen)
+    left = residual_left(freed, after, beside.fitted)
+    if task.record.quantity == "angle" and left.surplus > _HARDLY_ANY * residual.surplus:
+        return task, problem, best, residual
+    return freed, after, beside.fitted, left

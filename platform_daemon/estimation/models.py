@@ -65,6 +65,7 @@ class RingDownModel:
             for volts without, as it is for an angle. "free_gains": of every channel, whatever is known.
         known: parameters about which more is known than their default.
         rivals: models of other bearings; one that explains a record far better speaks against this one.
+        rivals_of_angle: the same where an angle is recorded: of a pendulum, whose dry friction knows no Hertz contact.
     """
 
     name: str
@@ -72,6 +73,7 @@ class RingDownModel:
     observation: ObservationKind = "by_quantity"
     known: tuple[Parameter, ...] = ()
     rivals: tuple[str, ...] = ()
+    rivals_of_angle: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [c.name for c in self.coefficients]
@@ -139,8 +141,9 @@ class RingDownModel:
         return replace(self, name=name, terms=(*self.terms, *terms))
 
 
-THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), rivals=("jewel",))
-JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION))
+_DRY = ("jewel_constant_friction",)
+THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), rivals=("jewel",), rivals_of_angle=_DRY)
+JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION), rivals_of_angle=_DRY)
 _MODELS = (
     THREAD,
     JEWEL,
@@ -149,11 +152,20 @@ _MODELS = (
         "jewel_constant_friction", (MAGNETIC_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION), rivals=("jewel",)
     ),
     # equ:ODE_norm.
-    RingDownModel("undamped", (MAGNETIC_RESTORING,), rivals=("thread", "jewel")),
+    RingDownModel("undamped", (MAGNETIC_RESTORING,), rivals=("thread", "jewel"), rivals_of_angle=("thread", *_DRY)),
     # The regime sin(phi) ~ phi of equ:ODE_norm, with the losses of either bearing.
-    RingDownModel("undamped_small_angle", (LINEAR_RESTORING,), rivals=("thread", "jewel")),
-    RingDownModel("thread_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING), rivals=("thread",)),
-    RingDownModel("jewel_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION), rivals=("jewel",)),
+    RingDownModel(
+        "undamped_small_angle", (LINEAR_RESTORING,), rivals=("thread", "jewel"), rivals_of_angle=("thread", *_DRY)
+    ),
+    RingDownModel(
+        "thread_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING), rivals=("thread",), rivals_of_angle=("thread", *_DRY)
+    ),
+    RingDownModel(
+        "jewel_small_angle",
+        (LINEAR_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION),
+        rivals=("jewel",),
+        rivals_of_angle=_DRY,
+    ),
 )
 MODELS = {model.name: model for model in _MODELS}
 
@@ -173,6 +185,6 @@ def model_named(name: str) -> RingDownModel:
     return MODELS[declared].with_terms(name, *(TERMS[term] for term in terms)) if terms else MODELS[declared]
 
 
-def rivals_of(model: RingDownModel) -> tuple[RingDownModel, ...]:
-    """The declared models that speak against this one if they explain a record far better."""
-    return tuple(MODELS[name] for name in model.rivals)
+def rivals_of(model: RingDownModel, quantity: str) -> tuple[RingDownModel, ...]:
+    """The declared models that speak against this one if they explain a record of this quantity far better."""
+    return tuple(MODELS[name] for name in (model.rivals_of_angle if quantity == "angle" else model.rivals))

@@ -47,6 +47,12 @@ class Task:
         """The task with so many times the noise."""
         return replace(self, noise=self.noise.at_level(ratio, source), noise_sd=self.noise_sd * ratio)
 
+    def with_white_noise(self, sd: float, source: str) -> Task:
+        """The task with white noise of this standard deviation in every channel."""
+        every = np.full(self.record.channels, sd)
+        noise = replace(NoiseModel.white(every, self.record.sampling_rate_hz), source=source)
+        return replace(self, noise=noise, noise_sd=np.maximum(every, _smallest_sd(self.record)))
+
     def degrees(self, problem: Problem) -> int:
         """Degrees of freedom of the residual."""
         return self.record.channels * self.samples - int(np.count_nonzero(problem.free))
@@ -91,6 +97,10 @@ def _usable_sd(noise: NoiseModel, record: RingDownRecord) -> np.ndarray:
     sd = np.asarray(noise.sd, dtype=np.float64)
     if sd.shape != (record.channels,) or not all(0.0 <= one < math.inf for one in sd.tolist()):
         raise ValueError(f"noise.sd must be {record.channels} finite numbers >= 0, not {sd!r}")
-    # A thousand samples, evenly spread, know the size of the signal well enough.
+    return np.maximum(sd, _smallest_sd(record))
+
+
+def _smallest_sd(record: RingDownRecord) -> float:
+    """Rounding of a noise-free record. A thousand samples, evenly spread, know the size of the signal well enough."""
     some = record.valid[:, :: max(1, record.valid.shape[1] // 1000)].ravel()
-    return np.maximum(sd, 1e-9 * math.sqrt(float(some @ some) / some.size))
+    return 1e-9 * math.sqrt(float(some @ some) / some.size)

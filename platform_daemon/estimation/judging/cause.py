@@ -31,7 +31,7 @@ def refuse_by_cause(task: Task, model: RingDownModel) -> None:
 
 def _refuse_by_rivals(task: Task, model: RingDownModel) -> None:
     """Another declared model goes through the record."""
-    for other in rivals_of(model):
+    for other in rivals_of(model, task.record.quantity):
         try:
             problem, best = solve(task, other)
         except RefusedError:

@@ -66,7 +66,7 @@ def _seen(residual: Residual, state: FitState, chosen: SampleRange, dt_s: float,
     # A cheap look first: hardly any record is disturbed.
     if first_look and not may_hold_tones(residual.transformed, residual.spectrum):
         return np.empty(0), degree
-    zones = _zones(state, _RESOLVED / _seconds(chosen, dt_s))
+    zones = zones_of(state, _RESOLVED / _seconds(chosen, dt_s))
     return find_tones(residual.scaled, residual.rate_hz, zones), degree
 
 
@@ -75,11 +75,11 @@ def _known_tones(noise: NoiseModel, state: FitState, chosen: SampleRange, dt_s: 
     tones, seconds = np.array(noise.tones_hz), _seconds(chosen, dt_s)
     if tones.size == 0:
         return tones
-    apart = ~_zones(state, _KNOWN_RESOLVED / seconds).holds(tones)
+    apart = ~zones_of(state, _KNOWN_RESOLVED / seconds).holds(tones)
     return np.asarray(tones[apart & (tones * seconds > _KNOWN_RESOLVED)])
 
 
-def _zones(state: FitState, margin_hz: float) -> Zones:
+def zones_of(state: FitState, margin_hz: float) -> Zones:
     """Where the harmonics are as the motion decays: slower than the natural frequency the wider it swings."""
     natural_hz = state.dynamics.w / (2.0 * math.pi)
     slowest = frequency_ratio(min(abs(state.dynamics.amplitude), _WIDEST))

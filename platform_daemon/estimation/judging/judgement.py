@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,10 @@ class Explanation:
     name: str
     chi2_per_dof: float
     losses: Mapping[str, float]
+
+    def in_noise(self, power: float) -> Explanation:
+        """The same beside noise of so many times the power."""
+        return replace(self, chi2_per_dof=self.chi2_per_dof / power)
 
 
 @dataclass(frozen=True)

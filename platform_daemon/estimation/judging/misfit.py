@@ -5,6 +5,7 @@ A small undeclared effect must pass, since diagnosis starts from it; what would 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +18,7 @@ from .residual import Residual
 _WORTH_A_SEARCH = 1e-4  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
 _SMALLEST_COMPANION = 0.03  # of the fitted oscillation
 _LARGEST_MISFIT = 0.02  # of the signal's power
-_APART = 3.0  # periods of the beat with the fitted motion
+APART = 3.0  # periods of the beat with the fitted motion
 _MOSTLY = 0.5  # of the misfit, more than one of a pair of side bands can have
 _ALONE = 0.8
 _SURE = 5.0  # standard deviations
@@ -127,7 +128,7 @@ def _refuse_clipped(residual: Residual) -> None:
 
 def _is_resonator(second: Companion) -> bool:
     """Not steady, not a harmonic of the fitted motion, and alone in the residual."""
-    if second.turns < _APART:
+    if second.turns < APART:
         # Close to a harmonic the misfit of the motion itself looks much the same.
         return second.harmonic == 1 and second.share > _ALONE
     return second.share > _MOSTLY and not _is_tone(second)
@@ -136,7 +137,7 @@ def _is_resonator(second: Companion) -> bool:
 def _is_tone(second: Companion) -> bool:
     """Beside the harmonics of the motion, and steady as far as can be seen."""
     decays = second.decay_per_s > max(_SURE * second.decay_sd_per_s, _STEADY / second.seconds)
-    return second.turns >= _APART and second.share > _MOSTLY and not decays
+    return second.turns >= APART and second.share > _MOSTLY and not decays
 
 
 def _described(second: Companion) -> str:
@@ -160,5 +161,21 @@ def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) ->
     if residual.coloured or chi2_per_dof > _LARGE_CHI2:
         warnings.append(
             f"residual_not_white: flatness {residual.flatness.min():.2g}, {in_words(residual.unexplained)} left over"
+            f"{_widened(residual)}"
         )
     return tuple(warnings)
+
+
+def _widened(residual: Residual) -> str:
+    """What was done to the errors, if anything."""
+    if residual.widening == 1.0:
+        return ""
+    return f"; errors made {math.sqrt(residual.widening):.2g} times as large, and too small still where it is no noise"
+
+
+def colour_notes(residual: Residual) -> tuple[str, ...]:
+    """What was done to the errors of a fit that leaves nothing but noise."""
+    if residual.widening == 1.0 or residual.coloured:
+        return ()
+    wider = math.sqrt(residual.widening)
+    return (f"the noise is {wider:.2g} times as large near the motion as white noise would be; errors follow it",)

@@ -17,13 +17,15 @@ from scipy.fft import prev_fast_len, rfft
 from ..least_squares.gauss_newton import FitState
 from ..models import RingDownModel
 from ..motion.trajectory import Dynamics, Trajectory
-from ..noise.model import NoiseModel
+from ..noise.colour import sd_at
+from ..noise.model import OF_RECORD, NoiseModel
 from ..numerics.arrays import Array, medians
 from ..numerics.jit import fast_kernel
 from ..numerics.line_search import block_means
 from ..passes.workspace import Workspace
 from ..record import RingDownRecord
 from ..signal.windows import SampleRange
+from .floor import POINTS_PER_PERIOD, Floor, floor_of
 
 _POINTS_PER_PERIOD = 12.0  # the band reaches to six times the fundamental: all harmonics that matter
 _CHUNK_BLOCKS = 1 << 10
@@ -46,6 +48,8 @@ class Residual:
         rate_hz: blocks per second.
         start_s: middle of the first block.
         noise: its spectrum says what is only colour.
+        floor: of an angle: what its residual tells of its own noise, where that can be told.
+        widening: so many times the variances that the noise explains, by what the floor shows.
     """
 
     data: Array
@@ -54,6 +58,8 @@ class Residual:
     rate_hz: float
     start_s: float
     noise: NoiseModel
+    floor: Floor | None = None
+    widening: float = 1.0
 
     @cached_property
     def scaled(self) -> Array:
@@ -105,8 +111,14 @@ class Residual:
 
     @cached_property
     def unexplained(self) -> float:
-        """Power left over beyond the median level of the residual's spectrum, relative to the model's power."""
-        floor = medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1)
+        """Power left over beyond the median level of the residual's spectrum, relative to the model's power.
+
+        Of an angle: beyond its floor, for there are few bins between the harmonics.
+        """
+        if self.floor is not None:
+            floor = (self.floor.sd(self.rate_hz) / self.sd) ** 2
+        else:
+            floor = medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1)
         excess = np.maximum(self._power.mean(axis=1) - floor, 0.0) * self.sd**2
         return float(excess.sum() / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
 
@@ -116,9 +128,16 @@ class Residual:
         left = self.data - self.model
         return float(np.vdot(left, left)) < _ROUNDING**2 * float(np.vdot(self.model, self.model))
 
+    @property
+    def surplus(self) -> float:
+        """Power beyond the noise, summed over the channels, in units of the noise."""
+        return float(np.sum(np.mean(self.scaled**2, axis=1) - 1.0))
+
     @cached_property
     def coloured(self) -> bool:
         """True if a channel's residual is beyond doubt not white, whatever its level."""
+        if self.floor is not None and (self.floor.sure or self.noise.source in OF_RECORD):
+            return self.floor.sure  # beside few harmonics the colour of an angle's noise is not known
         return self.colour_sigma > _SURE_SIGMA and float(self.flatness.min()) < _FLAT
 
     def outburst(self) -> tuple[float, float, float]:
@@ -181,26 +200,59 @@ def residual_of(
     noise_sd: Array,
 ) -> Residual:
     """The residual of a fitted state over its window; noise_sd (channels,) of single samples."""
-    period = 2.0 * np.pi / state.dynamics.w * record.sampling_rate_hz
-    block = max(1, int(period / _POINTS_PER_PERIOD))
-    blocks = (chosen.last - chosen.first) // block
-    data = block_means(record.samples, chosen.first, block, blocks)
-    gains, sd = state.observation.gains(state.dynamics.w), noise_sd / math.sqrt(block)
-    at = state.dynamics, chosen.first, blocks, block, record.dt_s, state.observation.observable
-    if state.dynamics.theta >= 0.0 and not workspace.model.time_dependent:
-        largest = abs(state.dynamics.amplitude) * float((np.abs(gains).max(axis=1) / sd).max())
-        motion = workspace.block_means(*at, 1.0 / max(largest, 1.0))
-    else:
-        # The tables know nothing of time, nor of what was before their first turning point.
-        motion = _integrated(workspace.model, *at)
+    block = _block(record, state, _POINTS_PER_PERIOD)
+    sd = noise_sd / math.sqrt(block)
+    data, model = _means(record, workspace, state, chosen, block, sd)
+    floor = _floor(record, workspace, state, chosen) if record.quantity == "angle" else None
     return Residual(
         data=data - state.offsets[:, None],
-        model=gains @ motion,
+        model=model,
         sd=sd,
         rate_hz=record.sampling_rate_hz / block,
         start_s=(chosen.first + 0.5 * (block - 1)) * record.dt_s,
         noise=noise,
+        floor=floor,
+        widening=1.0 if floor is None else _widening(floor, state, noise, noise_sd, record.sampling_rate_hz),
     )
+
+
+def _block(record: RingDownRecord, state: FitState, points: float) -> int:
+    """Samples in a block, of which there are so many in a period or a few more."""
+    return max(1, int(record.sampling_rate_hz / _frequency_hz(state) / points))
+
+
+def _means(
+    record: RingDownRecord, workspace: Workspace, state: FitState, chosen: SampleRange, block: int, sd: Array
+) -> tuple[Array, Array]:
+    """Block means of the samples and of the fitted signal, (channels, blocks) each; sd (channels,): digits wanted."""
+    blocks = (chosen.last - chosen.first) // block
+    data = block_means(record.samples, chosen.first, block, blocks)
+    gains = state.observation.gains(state.dynamics.w)
+    at = state.dynamics, chosen.first, blocks, block, record.dt_s, state.observation.observable
+    if state.dynamics.theta >= 0.0 and not workspace.model.time_dependent:
+        largest = abs(state.dynamics.amplitude) * float((np.abs(gains).max(axis=1) / sd).max())
+        return data, gains @ workspace.block_means(*at, 1.0 / max(largest, 1.0))
+    # The tables know nothing of time, nor of what was before their first turning point.
+    return data, gains @ _integrated(workspace.model, *at)
+
+
+def _widening(floor: Floor, state: FitState, noise: NoiseModel, noise_sd: Array, rate_hz: float) -> float:
+    """By how much the variances of an angle's fit are too small; the fit weighs with the noise at the fundamental."""
+    sd = max(float(sd_at(noise, np.array([_frequency_hz(state)]), rate_hz)[0, 0]), float(noise_sd[0]))
+    return floor.widening(sd, rate_hz)
+
+
+def _frequency_hz(state: FitState) -> float:
+    """Natural frequency."""
+    return 0.5 * state.dynamics.w / math.pi
+
+
+def _floor(record: RingDownRecord, workspace: Workspace, state: FitState, chosen: SampleRange) -> Floor | None:
+    """What the residual of an angle tells of its noise."""
+    block = _block(record, state, POINTS_PER_PERIOD)
+    data, model = _means(record, workspace, state, chosen, block, np.full(1, 1e-9 * abs(state.dynamics.amplitude)))
+    n = int(prev_fast_len(data.shape[1], real=True))
+    return floor_of((data - model)[0, :n], record.sampling_rate_hz / block, _frequency_hz(state))
 
 
 def _integrated(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from ..least_squares.growing import Fitted, Problem
 from ..least_squares.knowledge import refuse_out_of_bounds
 from ..least_squares.publish import by_convention, publish
@@ -13,10 +15,11 @@ from ..solving import FAILURES, refuse_beat
 from ..task import Task
 from .companion import find_companion
 from .compression import find_compression
+from .disturbances import zones_of
 from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
 from .leftover import leftover_of
 from .losses import tangled_losses
-from .misfit import Findings, is_worth_a_search, misfit_warnings, refuse_misfit
+from .misfit import APART, Findings, colour_notes, is_worth_a_search, misfit_warnings, refuse_misfit
 from .residual import Residual, residual_of
 from .twin import twin_warnings
 
@@ -36,8 +39,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
         refuse_beat(task)
     refuse_unexplained(model.name, r2, chi2)
     found = findings(task, problem, best, residual)
-    if record.quantity != "angle":
-        refuse_misfit(model.name, task.frequency_hz, residual, found)
+    refuse_misfit(model.name, task.frequency_hz, residual, found)
     state = by_convention(best.state, model)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
@@ -47,6 +49,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
     refuse_untrustworthy(model, public)
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
+    public = public.widened(residual.widening)
     tangle = tangled_losses(model, public)
     return FitResult(
         verdict="good",
@@ -56,7 +59,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
             *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
             *twin_warnings(state.observation, public),
         ),
-        notes=(*chosen.notes, *problem.knowledge.notes),
+        notes=(*chosen.notes, *problem.knowledge.notes, *colour_notes(residual)),
         parameters=public.parameters,
         covariance=public.covariance,
         covariance_names=public.names,
@@ -77,14 +80,23 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
 
 def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
     """What stands in the residual, if it is worth a search."""
-    if task.record.quantity == "angle" or not is_worth_a_search(residual):
+    if not is_worth_a_search(residual):
         return Findings()
     args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
     try:
         leftover = leftover_of(residual, *args)
-        return Findings(find_companion(leftover), find_compression(leftover))
+        second = find_companion(leftover)
+        if second is not None and task.record.quantity == "angle" and _may_be_motion(second.frequency_hz, task, best):
+            second = None
+        return Findings(second, find_compression(leftover))
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
+
+
+def _may_be_motion(frequency_hz: float, task: Task, best: Fitted) -> bool:
+    """True where the harmonics of a swing sweep along, or too near to tell: few periods hold a wide sweep."""
+    margin = APART / (task.samples * task.record.dt_s)
+    return bool(zones_of(best.state, margin).holds(np.array([frequency_hz]))[0])
 
 
 def residual_left(task: Task, problem: Problem, best: Fitted) -> Residual:

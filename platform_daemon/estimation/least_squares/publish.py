@@ -25,6 +25,14 @@ class Published:
     covariance: Array
     condition: float
 
+    def widened(self, by: float) -> Published:
+        """The same with so many times the variances."""
+        if by == 1.0:
+            return self
+        root = math.sqrt(by)
+        wider = {n: e if e.std is None else Estimate(e.value, root * e.std) for n, e in self.parameters.items()}
+        return replace(self, parameters=wider, covariance=by * self.covariance)
+
 
 def by_convention(state: FitState, model: RingDownModel) -> FitState:
     """Resolve phi -> -phi so that the observation obeys its sign convention; the state itself if it does already."""

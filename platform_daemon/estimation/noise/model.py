@@ -1,4 +1,7 @@
-"""Noise of every channel, measured beside the signal: between and above its harmonics, never from a fit residual."""
+"""Noise of every channel, measured beside the signal: between and above its harmonics, not from a fit's residual.
+
+Angles of few periods are the exception (OWN_RESIDUAL, OWN_FLOOR; judging/floor.py).
+"""
 
 from __future__ import annotations
 
@@ -30,6 +33,9 @@ _LINE_BINS = 6.5  # half width of a tone's line
 _TINY = 1e-300
 _MOST_KEPT = 256
 OWN = "the record itself"
+OWN_RESIDUAL = "the fit's white residual"
+OWN_FLOOR = "the fit's residual above the harmonics"
+OF_RECORD = (OWN, OWN_RESIDUAL, OWN_FLOOR)  # nobody measured it elsewhere
 _T = TypeVar("_T")
 
 
