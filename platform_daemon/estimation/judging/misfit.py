@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..refusal import Refusal, RefusedError
+from .clipping import Clipped
 from .companion import Companion
 from .compression import Compression
 from .residual import Residual
@@ -35,15 +36,23 @@ _HARDLY_BENT = 0.3
 _MOST_BEND = 1.5  # in linear approximation; nothing bends so far
 _LARGEST_BEND = 0.05  # of the signal at its peak: an error that m_r may not have
 _WHOLE = 0.99
+_CUT_OFF = 0.6  # of the misfit
 _PROBABLY = 0.6  # of the misfit, where no fit got through
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What was found in a misfit that was worth a search: a second oscillation, a receiver that compresses."""
+    """What was found in a misfit: a second oscillation, a receiver that compresses, flat tops."""
 
     second: Companion | None = None
     bent: Compression | None = None
+    clipped: Clipped | None = None
+
+    @property
+    def cut(self) -> Clipped | None:
+        """Flat tops that explain most of the misfit, and more of it than anything else does."""
+        others = [one.share for one in (self.second, self.bent) if one is not None]
+        return self.clipped if self.clipped is not None and self.clipped.share > max([_CUT_OFF, *others]) else None
 
     @property
     def may_be_clipped(self) -> bool:
@@ -65,6 +74,7 @@ def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, foun
     all. Losses are less robust: they can move by many of their standard deviations.
     """
     second = found.second
+    _refuse_cut(found.cut)
     refuse_compressed(found.bent)
     if residual.coloured and found.may_be_clipped:
         _refuse_clipped(residual)
@@ -90,12 +100,23 @@ def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> N
 
     No numbers are at stake, so that less is asked of a second oscillation than of one that refuses a good fit.
     """
+    _refuse_cut(found.cut)
     refuse_compressed(found.bent)
     if found.may_be_clipped:
         _refuse_clipped(residual)
     second = found.second
     if second is not None and second.share > _PROBABLY and second.relative > _SMALLEST_COMPANION:
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+
+
+def _refuse_cut(cut: Clipped | None) -> None:
+    """Refuse a channel that is without more than a twentieth of its peak."""
+    if cut is not None and cut.cut > _LARGEST_BEND:
+        raise RefusedError(Refusal.SATURATED, _missing(cut))
+
+
+def _missing(cut: Clipped) -> str:
+    return f"channel {cut.channel} is clipped at its {cut.side}: {100.0 * cut.cut:.2g} % of the peak are missing"
 
 
 def refuse_compressed(bent: Compression | None) -> None:
@@ -149,7 +170,9 @@ def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) ->
     """What the residual says about a result that may pass all the same."""
     warnings = []
     second, bent = found.second, found.bent
-    if bent is not None and bent.share > _BENT and bent.at_peak > 0.0:
+    if found.cut is not None:
+        warnings.append(f"saturated: {_missing(found.cut)}")
+    elif bent is not None and bent.share > _BENT and bent.at_peak > 0.0:
         warnings.append(f"saturated: {_bent(bent)}")
     time_s, share, significance = residual.outburst()
     if second is not None and (_is_tone(second) or _is_resonator(second)):

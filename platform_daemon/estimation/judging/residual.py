@@ -7,7 +7,7 @@ signal. Whiteness compares the residual with itself, bin by bin and stretch by s
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from statistics import median
 
@@ -65,6 +65,10 @@ class Residual:
     def scaled(self) -> Array:
         """Residual over noise, (channels, blocks)."""
         return np.asarray((self.data - self.model) / self.sd[:, None])
+
+    def beginning(self, n: int) -> Residual:
+        """The first n blocks."""
+        return replace(self, data=self.data[:, :n], model=self.model[:, :n])
 
     @property
     def transformed(self) -> Array:

@@ -13,11 +13,12 @@ from ..refusal import Refusal, RefusedError
 from ..result import FitResult, FittedModel
 from ..solving import FAILURES, refuse_beat
 from ..task import Task
-from .companion import find_companion
+from .clipping import PERIODS, find_clipped
+from .companion import Companion, find_companion
 from .compression import find_compression
 from .disturbances import zones_of
 from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
-from .leftover import leftover_of
+from .leftover import Leftover, leftover_of
 from .losses import tangled_losses
 from .misfit import APART, Findings, colour_notes, is_worth_a_search, misfit_warnings, refuse_misfit
 from .residual import Residual, residual_of
@@ -79,18 +80,27 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
 
 
 def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
-    """What stands in the residual, if it is worth a search."""
-    if not is_worth_a_search(residual):
+    """What stands in the residual, if it is not noise; a second oscillation and a bend only if worth a search."""
+    if not residual.coloured:
         return Findings()
+    beginning = int(PERIODS * residual.rate_hz / task.frequency_hz)
+    thorough = is_worth_a_search(residual)
     args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
     try:
-        leftover = leftover_of(residual, *args)
-        second = find_companion(leftover)
-        if second is not None and task.record.quantity == "angle" and _may_be_motion(second.frequency_hz, task, best):
-            second = None
-        return Findings(second, find_compression(leftover))
+        leftover = leftover_of(residual if thorough else residual.beginning(beginning), *args)
+        clipped = find_clipped(leftover.beginning(beginning))
+        if not thorough:
+            return Findings(clipped=clipped)
+        return Findings(_second(leftover, task, best), find_compression(leftover), clipped)
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
+
+
+def _second(leftover: Leftover, task: Task, best: Fitted) -> Companion | None:
+    """A second oscillation; in an angle none that may be the swing itself."""
+    second = find_companion(leftover)
+    angle = task.record.quantity == "angle"
+    return None if second is not None and angle and _may_be_motion(second.frequency_hz, task, best) else second
 
 
 def _may_be_motion(frequency_hz: float, task: Task, best: Fitted) -> bool:

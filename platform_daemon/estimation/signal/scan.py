@@ -29,6 +29,14 @@ def flat_runs(y: Array, lowest: float, highest: float) -> tuple[int, int]:
     return int(tops), int(bottoms)
 
 
+def peaks_at(y: Array, extreme: float) -> int:
+    """How many peaks of the samples y (n,) have four samples at the extreme; it swings back between any two peaks."""
+    at = np.flatnonzero(np.abs(y - extreme) <= 1e-9 * abs(extreme))
+    middle = 0.5 * (float(y.min()) + float(y.max()))
+    back = np.cumsum((y > middle) != (extreme > middle))[at]
+    return int(np.count_nonzero(np.unique(back, return_counts=True)[1] >= _FLAT))
+
+
 @fast_kernel
 def _extremes(y):  # type: ignore[no-untyped-def]
     """What `extremes` returns. Chunks that do not reach the extremes are looked at once only."""

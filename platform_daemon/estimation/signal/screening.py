@@ -8,7 +8,7 @@ from ..record import RingDownRecord
 from ..refusal import Refusal, RefusedError
 from .oscillation import find_oscillation
 from .saturation import saturation
-from .scan import extremes, flat_runs
+from .scan import extremes, flat_runs, peaks_at
 from .spectrum import Line
 
 FEWEST_PERIODS = 5.0
@@ -17,6 +17,7 @@ _LARGEST = 1e100
 _SIGNIFICANT = 60.0
 _CLIPPED_SAMPLES = 8
 _FLAT_RUNS = 8
+_FEWEST_RUNS = 2
 
 
 def screen(record: RingDownRecord) -> Line:
@@ -81,10 +82,14 @@ def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest
         clipped = int(np.count_nonzero(np.abs(y) >= 0.9999 * record.full_scale))
         if clipped >= _CLIPPED_SAMPLES:
             raise RefusedError(Refusal.SATURATED, f"{clipped} samples of channel {channel} at full scale")
-    if reached < _FLAT_RUNS:
+    if reached < _FEWEST_RUNS:
         return
     tops, bottoms = flat_runs(y, lowest, highest)
     for runs, extreme in ((tops, highest), (bottoms, lowest)):
+        if runs < _FEWEST_RUNS or extreme == 0.0:
+            continue
+        # What is held at the extreme before its release is one top, however the steps of an encoder flicker.
+        enough = runs >= _FLAT_RUNS or peaks_at(y, extreme) >= _FEWEST_RUNS
         # Coarse quantisation holds the top level too, but the next one as often.
-        if runs >= _FLAT_RUNS and extreme != 0.0 and saturation(y[None]) is not None:
+        if enough and saturation(y[None]) is not None:
             raise RefusedError(Refusal.SATURATED, f"{runs} flat tops in channel {channel}")
