@@ -32,6 +32,7 @@ class AngleSeries:
     path: Path
     record: RingDownRecord
     clock: tuple[str, ...]
+    frames: int = 1
 
     @property
     def finite(self) -> bool:

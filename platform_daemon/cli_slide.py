@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -19,6 +19,10 @@ from platform_daemon.cli_options import (
     VariantOption,
     variant_named,
 )
+
+if TYPE_CHECKING:
+    from platform_daemon.adopted.names import Variant
+    from platform_daemon.estimation.sliding import SlidingFit
 
 
 def slide(
@@ -36,32 +40,57 @@ def slide(
     force: ForceOption = False,
 ) -> None:
     """Fit window by window: with a complete model f_nat, m_r, lambda and T_f/I are flat lines."""
-    from platform_daemon.estimation.sliding import LambdaMode
     from platform_daemon.fit_request import FitRefused
     from platform_daemon.plots_sliding import save_sliding_png
-    from platform_daemon.sliding import flatness_lines, slide_frame, sliding_report
-    from platform_daemon.store import open_recording, read_calibration
+    from platform_daemon.sliding import flatness_lines, sliding_report
 
-    if damping not in ("auto", "free", "fixed"):
-        raise InputError(f"no mode {damping!r}", where="--lambda", remedy="give auto, free or fixed")
-    recording = open_recording(file)
-    if calibration is not None:
-        recording = recording.with_calibration(read_calibration(calibration), str(calibration))
     must_not_exist(out, force)
     must_not_exist(json_file, force)
-    mode: LambdaMode = damping  # type: ignore[assignment]
-    names = "--window", "--step"
-    chosen = variant_named(variant, models)
     try:
-        found = slide_frame(recording, frame, chosen, window, step, mode, terms=term or (), options=names)
+        found, held = _slid(
+            file, frame, damping, (window, step), variant_named(variant, models), term or [], calibration
+        )
     except FitRefused as refused:
         print(f"error: {refused}", file=sys.stderr)
         raise typer.Exit(3) from None
     print("\n".join(flatness_lines(found)))
     if out is not None:
-        save_sliding_png(found, f"{file.name}, frame {frame}, {variant or recording.variant}", out)
+        save_sliding_png(found, f"{file.name}, frame {frame}, {variant or held}", out)
         print(out)
     write_json(json_file, {"file": str(file), "frame": frame, **sliding_report(found)})
     if not any(w.fit.verdict == "good" for w in found.windows):
         print("every window was refused", file=sys.stderr)
         raise typer.Exit(3)
+
+
+def _slid(
+    file: Path,
+    frame: int,
+    damping: str,
+    lengths: tuple[float | None, float | None],
+    variant: Variant | None,
+    terms: list[str],
+    calibration: Path | None,
+) -> tuple[SlidingFit, str | None]:
+    """The fits along a frame, or along an angle; with what the file says it holds.  Raises InputError."""
+    from platform_daemon.angle_fits import PENDULUM, refuse_calibration
+    from platform_daemon.angle_series import is_time_series, read_angles
+    from platform_daemon.estimation.sliding import LambdaMode
+    from platform_daemon.sliding import slide_angles, slide_frame
+    from platform_daemon.store import open_recording, read_calibration
+
+    if damping not in ("auto", "free", "fixed"):
+        raise InputError(f"no mode {damping!r}", where="--lambda", remedy="give auto, free or fixed")
+    mode: LambdaMode = damping  # type: ignore[assignment]
+    other = None if calibration is None else (read_calibration(calibration), str(calibration))
+    names = "--window", "--step"
+    if is_time_series(file):
+        series = read_angles(file)
+        refuse_calibration(series, other)
+        if frame:
+            raise InputError(f"frame {frame} does not exist", where=str(file), remedy="an angle file has frame 0 only")
+        return slide_angles(series, variant, *lengths, mode, terms=terms, options=names), PENDULUM
+    recording = open_recording(file)
+    if other is not None:
+        recording = recording.with_calibration(*other)
+    return slide_frame(recording, frame, variant, *lengths, mode, terms=terms, options=names), recording.variant

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 
 from drivers.errors import InputError
+from platform_daemon.angle_series import AngleSeries
 from platform_daemon.store import Recording
 
 _PART = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
@@ -25,7 +26,7 @@ def parse_frames(text: str) -> tuple[int, ...]:
     return tuple(sorted(found))
 
 
-def chosen_frames(recording: Recording, asked: Sequence[int] | None) -> tuple[int, ...]:
+def chosen_frames(recording: Recording | AngleSeries, asked: Sequence[int] | None) -> tuple[int, ...]:
     """The frames asked for, in order, each once; None: all.  Raises InputError for one that does not exist."""
     if asked is None:
         return tuple(range(recording.frames))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import Any
 
 from drivers.errors import InputError
 from platform_daemon.adopted.names import Variant, model_of
+from platform_daemon.angle_fits import angle_variant
+from platform_daemon.angle_series import AngleSeries
 from platform_daemon.estimation.sliding import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
 from platform_daemon.fit_request import FitRefused, choose_variant
 from platform_daemon.recording_noise import recording_noise
@@ -34,14 +37,37 @@ def slide_frame(
     recording, chosen = choose_variant(recording, variant, terms)
     record, _ = ring_down(recording.rx_volts(frame), recording.sequence.rate_hz, recording.calibration)
     noise = recording_noise(recording).for_shot(record).model
-    try:
+    with _said_of(f"frame {frame}", options):
         return fit_sliding(record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise)
+
+
+def slide_angles(
+    series: AngleSeries,
+    variant: Variant | None,
+    window_s: float | None,
+    step_s: float | None,
+    lambda_mode: LambdaMode = "auto",
+    *,
+    terms: Sequence[str] = (),
+    options: tuple[str, str] = ("window_s", "step_s"),
+) -> SlidingFit:
+    """The same of an angle file."""
+    model = model_of(angle_variant(series, variant, terms))
+    with _said_of(str(series.path), options):
+        return fit_sliding(series.record, model, window_s, step_s, lambda_mode=lambda_mode)
+
+
+@contextmanager
+def _said_of(where: str, options: tuple[str, str]) -> Iterator[None]:
+    """Lengths that do not fit, or cannot be chosen, as errors of the caller."""
+    try:
+        yield
     except ReferenceRefusedError as refused:
         remedy = f"give the length of the windows with {options[0]}, in seconds"
-        raise FitRefused("no windows", where=f"frame {frame}", why=str(refused), remedy=remedy) from None
+        raise FitRefused("no windows", where=where, why=str(refused), remedy=remedy) from None
     except ValueError as error:
         remedy = f"give other lengths with {' and '.join(options)}, in seconds"
-        raise InputError("no windows", where=f"frame {frame}", why=str(error), remedy=remedy) from None
+        raise InputError("no windows", where=where, why=str(error), remedy=remedy) from None
 
 
 def sliding_report(found: SlidingFit) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from platform_daemon.estimation.refusal import Refusal
 from platform_daemon.fit_request import FitRequest
 from platform_daemon.store import open_recording
 from tests.batch.files import copies, links, same
+from tests.diagnosis.files import pendulum, swing
 from tests.test_cli import COMMAND, assert_one_line_error, here, run, wait_for
 
 SHORT = ("--window", "0.1")
@@ -153,3 +154,34 @@ def test_a_clipped_frame_is_refused_with_what_to_do(tmp_path):
     assert fit.code is Refusal.SATURATED
     assert fit.reason.startswith("saturated: ")
     assert fit.reason.endswith(Refusal.SATURATED.value)
+
+
+def test_an_angle_is_fitted_among_recordings(tmp_path):
+    (path,), angle = copies(tmp_path, 1), pendulum(tmp_path, *swing())
+    done = run("fit", path, angle, "--window", "10", "--derived", "--json", tmp_path / "all.json")
+    assert done.returncode == 0, done.stderr
+    recording, report = json.loads((tmp_path / "all.json").read_text())["files"]
+    (frame,) = report["frames"]
+    assert (report["variant"], report["notes"], set(report)) == ("thread", [], set(recording))
+    assert set(frame["parameters"]) == {"f_nat_hz", "lambda_per_s", "phi_max_rad", "psi_start_rad"}
+    assert frame["parameters"]["lambda_per_s"]["value"] == pytest.approx(0.15, rel=0.05)
+    assert frame["derived"]["quality_factor"] == pytest.approx(2 * 3.1416 / 0.15, rel=0.05)
+
+
+def test_what_an_angle_has_not_is_an_error_that_says_so(tmp_path):
+    angle = pendulum(tmp_path, *swing())
+    assert_one_line_error(here("fit", angle, "--fix", "m_r_am2=0.01"), 2, "without calibration")
+    (path,) = copies(tmp_path, 1)
+    assert_one_line_error(here("fit", angle, "--calibration", path), 2, "no calibration applies")
+    assert_one_line_error(here("fit", angle, "--variant", "rubber"), 2, "rubber")
+    assert_one_line_error(here("slide", angle, "--frame", "1"), 2, "frame 1")
+    assert_one_line_error(here("info", angle), 2, "fit, slide and diagnose take an angle")
+
+
+def test_slide_goes_along_an_angle(tmp_path):
+    angle = pendulum(tmp_path, *swing(seconds=40.0, decay_per_s=0.02))
+    done = here("slide", angle, "--variant", "thread_small_angle", "--window", "8", "--json", tmp_path / "s.json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "s.json").read_text())
+    assert [w["verdict"] for w in report["windows"]] == ["good"] * 5
+    assert report["flatness"]["f_nat_hz"]["mean"] == pytest.approx(2.0, abs=1e-3)

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Query
 
 from drivers.errors import InputError
 from platform_daemon.adopted import model_of, resolve
+from platform_daemon.angle_series import is_time_series
 from platform_daemon.api.context import Context, Shared
 from platform_daemon.api.models import PredictBody, ProblemModel
 from platform_daemon.api.recording_routes import opened
@@ -20,6 +21,7 @@ from platform_daemon.harmonics import frame_harmonics
 from platform_daemon.planning import PAPER_DEFLECTION_DEG, predict
 from platform_daemon.settings import load_specimen
 from platform_daemon.sliding import slide_frame, sliding_report
+from platform_daemon.store import resolve as path_of
 
 router = APIRouter(tags=["derived"])
 ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
@@ -35,7 +37,7 @@ def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
     report, recording = _report(identifier, context)
     model = _model(report, context)
     frames = [{"frame": f["frame"], **frame_quantities(model, f)} for f in report["frames"]]
-    return {"frames": frames, **series_quantities(report, frame_times_s(opened(recording, context)))}
+    return {"frames": frames, **series_quantities(report, _times_s(recording, context))}
 
 
 @router.get("/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=ERRORS)
@@ -53,6 +55,12 @@ def get_envelopes(
         return {"frame": frame, **frame_envelopes(_model(report, context), chosen, points)}
     except ValueError as error:
         raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
+
+
+def _times_s(recording: str, context: Context) -> list[float | None]:
+    """Of every frame of a recording; an angle file is one frame."""
+    angles = is_time_series(path_of(context.recordings, recording))
+    return [0.0] if angles else frame_times_s(opened(recording, context))
 
 
 def _model(report: dict[str, Any], context: Context) -> RingDownModel:

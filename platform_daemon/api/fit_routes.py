@@ -9,13 +9,16 @@ from fastapi import APIRouter, Response
 
 from platform_daemon.adopted import resolve
 from platform_daemon.analysis import fit_recording
+from platform_daemon.angle_fits import angle_variant, angles_report, fit_angles
+from platform_daemon.angle_series import AngleSeries, is_time_series, read_angles
 from platform_daemon.api.context import Shared, job_body
 from platform_daemon.api.models import FitBody, JobModel, ProblemModel
-from platform_daemon.api.recording_routes import opened
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.files import write_whole
 from platform_daemon.fit_request import FitRequest, check_fixed, choose_variant, why_refused
 from platform_daemon.frame_choice import chosen_frames
+from platform_daemon.store import Recording, open_recording
+from platform_daemon.store import resolve as path_of
 
 router = APIRouter(prefix="/fits", tags=["fits"])
 ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
@@ -27,14 +30,11 @@ def _body(job: Job) -> dict[str, Any]:
 
 @router.post("", summary="Fit a recording", status_code=202, response_model=JobModel, responses=ERRORS)
 def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
-    """Fit every excited frame of a recording, or of those in `frames`.
+    """Fit an angle file, or every excited frame of a recording, or of those in `frames`.
 
     `result` is the same object that `platform-daemon fit --json` writes.
     """
-    recording = opened(body.recording, context)
-    recording, variant = choose_variant(recording, resolve(body.variant, context.models), body.terms)
-    ask = FitRequest(variant, body.window, body.fixed or None, body.hints or None)
-    check_fixed(ask, calibrated=recording.calibration is not None)
+    recording, ask = _asked(body, context)
     frames = chosen_frames(recording, body.frames)
 
     def work(job: Job) -> None:
@@ -43,7 +43,11 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
             if job.cancel_requested.is_set():
                 raise Cancelled
 
-        job.result = {**fit_recording(recording, ask, frames, progress=tell), "file": recording.path.name}
+        if isinstance(recording, AngleSeries):
+            found = angles_report(recording, ask, [fit_angles(recording, ask)])
+        else:
+            found = fit_recording(recording, ask, frames, progress=tell)
+        job.result = {**found, "file": recording.path.name}
         refused = why_refused(job.result["frames"])
         if refused is not None:
             job.warnings.append(f"every frame was refused: {refused}")
@@ -52,6 +56,21 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
     job = context.engine.analyse(body.model_dump(mode="json"), len(frames), work)
     response.headers["Location"] = f"/fits/{job.identifier}"
     return _body(job)
+
+
+def _asked(body: FitBody, context: Shared) -> tuple[Recording | AngleSeries, FitRequest]:
+    """What is to be fitted, and how.  Raises InputError."""
+    wanted, path = resolve(body.variant, context.models), path_of(context.recordings, body.recording)
+    recording: Recording | AngleSeries
+    if is_time_series(path):
+        recording = read_angles(path)
+        variant, calibrated = angle_variant(recording, wanted, body.terms), False
+    else:
+        recording, variant = choose_variant(open_recording(path), wanted, body.terms)
+        calibrated = recording.calibration is not None
+    ask = FitRequest(variant, body.window, body.fixed or None, body.hints or None)
+    check_fixed(ask, calibrated=calibrated)
+    return recording, ask
 
 
 @router.get("", summary="All fits", response_model=list[JobModel])

@@ -11,6 +11,8 @@ from typing import Any
 
 from platform_daemon.adopted.names import Variant
 from platform_daemon.analysis import fit_stored_frame, recording_report
+from platform_daemon.angle_fits import angle_variant, angles_report, fit_angles, refuse_calibration
+from platform_daemon.angle_series import AngleSeries, is_time_series, read_angles
 from platform_daemon.derived import frame_quantities, frame_times_s, series_quantities
 from platform_daemon.fit_request import FitRequest, Window, check_fixed, choose_variant
 from platform_daemon.frame_choice import chosen_frames
@@ -49,16 +51,32 @@ class Source:
 
 
 @contextmanager
-def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording, FitRequest]]:
-    """The recording under the batch's calibration, and what to ask of it.  Raises InputError."""
+def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording | AngleSeries, FitRequest]]:
+    """The recording under the batch's calibration, or the angles, and what to ask of them.  Raises InputError."""
     with _readable(source) as path:
-        recording = open_recording(path)
-        if settings.calibration is not None:
-            recording = recording.with_calibration(*settings.calibration)
-        recording, variant = choose_variant(recording, settings.variant, settings.terms)
-        ask = FitRequest(variant, settings.window, settings.fixed, settings.hints)
-        check_fixed(ask, calibrated=recording.calibration is not None)
-        yield recording, ask
+        yield _angles(path, settings) if is_time_series(path) else _recording(path, settings)
+
+
+def _recording(path: Path, settings: Settings) -> tuple[Recording, FitRequest]:
+    recording = open_recording(path)
+    if settings.calibration is not None:
+        recording = recording.with_calibration(*settings.calibration)
+    recording, variant = choose_variant(recording, settings.variant, settings.terms)
+    return recording, _asked(variant, settings, calibrated=recording.calibration is not None)
+
+
+def _angles(path: Path, settings: Settings) -> tuple[AngleSeries, FitRequest]:
+    series = read_angles(path)
+    refuse_calibration(series, settings.calibration)
+    variant = angle_variant(series, settings.variant, settings.terms)
+    return series, _asked(variant, settings, calibrated=False)
+
+
+def _asked(variant: Variant, settings: Settings, *, calibrated: bool) -> FitRequest:
+    """Raises InputError for what cannot be held."""
+    ask = FitRequest(variant, settings.window, settings.fixed, settings.hints)
+    check_fixed(ask, calibrated=calibrated)
+    return ask
 
 
 @contextmanager
@@ -86,17 +104,22 @@ def fit_part(source: Source, settings: Settings, first: int, last: int) -> list[
         return [_fit_frame(recording, k, ask, settings.derived) for k in part]
 
 
-def _fit_frame(recording: Recording, k: int, ask: FitRequest, derived: bool) -> dict[str, Any]:
-    frame = fit_stored_frame(recording, k, ask)
+def _fit_frame(recording: Recording | AngleSeries, k: int, ask: FitRequest, derived: bool) -> dict[str, Any]:
+    frame = fit_angles(recording, ask) if isinstance(recording, AngleSeries) else fit_stored_frame(recording, k, ask)
     return {**frame, "derived": frame_quantities(ask.model, frame)} if derived else frame
 
 
 def put_together(source: Source, settings: Settings, frames: list[dict[str, Any]]) -> dict[str, Any]:
     """The report of a file from those of all its frames.  Raises InputError if no frame could be read."""
     with opened(source, settings) as (recording, ask):
-        report = {**recording_report(recording, ask, frames), "file": str(source.path)}
+        if isinstance(recording, AngleSeries):
+            found = angles_report(recording, ask, frames)
+            times_s: list[float | None] = [0.0]
+        else:
+            found, times_s = recording_report(recording, ask, frames), frame_times_s(recording)
+        report = {**found, "file": str(source.path)}
         if settings.derived:
-            report["derived"] = series_quantities(report, frame_times_s(recording))
+            report["derived"] = series_quantities(report, times_s)
         return report
 
 

@@ -95,13 +95,15 @@ def _data_shape(source: Source) -> tuple[int, int, int]:
 
 def _no_data(source: Source) -> RecordingError:
     names = source.names("/")
+    remedy = ANOTHER_LAYOUT
     if {"time", "signal"} <= set(names):
         what = "is a time series (/time, /signal), not a recording of coil voltages"
+        remedy = f"fit, slide and diagnose take an angle as it is; for everything else {ANOTHER_LAYOUT}"
     elif set(names) == {"calibration"}:
         what = "holds a calibration only, no recording"
     else:
         what = f"/data is missing; the file has {', '.join('/' + n for n in names[:8]) or 'no objects'}"
-    return source.defect(what, DATA, "a dataset (frame, channel, sample) in volts", ANOTHER_LAYOUT)
+    return source.defect(what, DATA, "a dataset (frame, channel, sample) in volts", remedy)
 
 
 def _sequence(source: Source, samples: int) -> SequenceInfo:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from tests.api.test_api import client, finished, problem, recording  # noqa: F401
+from tests.diagnosis.files import pendulum, swing
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,20 @@ def test_envelopes_begin_at_the_fitted_amplitude_and_the_frequency_rises_to_f_na
     shift = np.array(found["frequency_minus_f_nat_hz"])
     assert np.all(np.diff(shift) > 0)
     assert np.all(shift < 0)
+
+
+def test_an_angle_in_the_folder_of_recordings_is_fitted_with_its_quality_factor(client):  # noqa: F811
+    path = pendulum(client.folder.recordings, *swing(), name="pendulum.h5")
+    try:
+        answer = client.post("/fits", json={"recording": "pendulum", "window": 10.0})
+        job = finished(client, answer.headers["location"])
+        assert value(job, "f_nat_hz") == pytest.approx(2.0, abs=0.05)
+        assert "m_r_am2" not in job["result"]["frames"][0]["parameters"]
+        found = client.get(f"/fits/{job['id']}/derived").json()
+        assert found["frames"][0]["quality_factor"] == pytest.approx(2 * math.pi / 0.15, rel=0.1)
+        problem(client.post("/fits", json={"recording": "pendulum", "fixed": {"m_r_am2": 0.01}}), 422)
+    finally:
+        path.unlink()
 
 
 def test_harmonics_of_a_frame_and_of_the_last_shot_agree_with_the_fit(client, recording, fit):  # noqa: F811
