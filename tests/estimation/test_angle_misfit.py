@@ -104,3 +104,10 @@ def test_the_floor_is_the_noise_whatever_stands_at_the_harmonics():
 
 def test_too_few_bins_show_no_floor():
     assert floor_of(np.random.default_rng(0).normal(size=200), 20.0, 5.0) is None
+
+
+@pytest.mark.parametrize(("amplitude", "periods"), [(1.2, 40.0), (2.2, 8.0), (0.3, 20.0)])
+def test_the_digits_of_a_record_without_noise_are_no_misfit(amplitude, periods):
+    fit = fitted(swing(amplitude, periods))
+    exact = fit.model_signal(4000, RATE)[0]
+    assert codes(fitted(exact, noise=1e-17)) <= {"window_too_short"}

@@ -141,7 +141,8 @@ class Residual:
     def coloured(self) -> bool:
         """True if a channel's residual is beyond doubt not white, whatever its level."""
         if self.floor is not None and (self.floor.sure or self.noise.source in OF_RECORD):
-            return self.floor.sure  # beside few harmonics the colour of an angle's noise is not known
+            # Beside few harmonics the colour of an angle's noise is not known.
+            return self.floor.sure and not self.is_rounding
         return self.colour_sigma > _SURE_SIGMA and float(self.flatness.min()) < _FLAT
 
     def outburst(self) -> tuple[float, float, float]:
