@@ -10,6 +10,7 @@ import numpy as np
 
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
+from .crest import crest_factor
 
 Window = Literal["n50", "d30"] | float
 N50_SECONDS = 0.24
@@ -55,7 +56,11 @@ def select_window(record: RingDownRecord, window: Window, frequency_hz: float, n
 
 
 def _decay_window(record: RingDownRecord, frequency_hz: float, noise_sd: Array) -> SampleRange:
-    """D30: up to the point where the strongest channel has decayed to 30 % of its maximum."""
+    """D30: up to the point where the peaks of the strongest channel have decayed to 30 % of its maximum.
+
+    Its rms in blocks of periods says when, for noise spoils that least; but the shape of the waveform changes with the
+    amplitude, and with it what the peaks are in units of the rms.
+    """
     y = record.valid
     channel = int(np.argmax(np.sum(y[:, : max(1, y.shape[1] // 4)] ** 2, axis=1)))
     for periods in (2, 6, 20):
@@ -66,12 +71,13 @@ def _decay_window(record: RingDownRecord, frequency_hz: float, noise_sd: Array) 
         # Average over more periods until noise cannot fake a crossing.
         if envelope[0] > 10.0 * noise_sd[channel] / math.sqrt(length):
             break
-    below = np.flatnonzero(envelope < _DECAYED * envelope.max()) if envelope.size else np.empty(0, dtype=int)
+    level = _level(y[channel], envelope, length, record.sampling_rate_hz, frequency_hz) if envelope.size else 0.0
+    below = np.flatnonzero(envelope < level)
     if below.size == 0:
         return SampleRange(
             record.valid_from, record.end, ("record ends before the signal decayed to 30 %: used whole",)
         )
-    crossing = _crossing(envelope, int(below[0]))
+    crossing = _crossing(envelope, int(below[0]), level)
     centre = record.valid_from + (crossing + 0.5) * length
     return SampleRange(record.valid_from, min(record.end, int(centre)))
 
@@ -82,9 +88,18 @@ def _envelope(signal: Array, length: int, sd: float) -> Array:
     return np.sqrt(np.maximum(2.0 * (blocks.var(axis=1) - sd**2), 0.0))
 
 
-def _crossing(envelope: Array, index: int) -> float:
-    """Fractional block where the envelope crosses 30 % before `index`."""
-    level = _DECAYED * float(envelope.max())
+def _level(signal: Array, envelope: Array, length: int, rate_hz: float, frequency_hz: float) -> float:
+    """The envelope where the peaks are at 30 % of the largest."""
+    largest = int(np.argmax(envelope))
+    level = _DECAYED * float(envelope[largest])
+    below = np.flatnonzero(envelope[largest:] < level)
+    there = largest + int(below[0]) if below.size else envelope.size - 1
+    first, last = (crest_factor(signal, int((k + 0.5) * length), rate_hz, frequency_hz) for k in (largest, there))
+    return level if first is None or last is None else level * first / last
+
+
+def _crossing(envelope: Array, index: int, level: float) -> float:
+    """Fractional block where the envelope crosses a level before `index`."""
     if index == 0 or envelope[index - 1] <= envelope[index]:
         return float(index)
     return index - 1 + float((envelope[index - 1] - level) / (envelope[index - 1] - envelope[index]))
