@@ -18,9 +18,9 @@ The way of one shot through the room:
     motion/                       swing_chain, swing_walk: half swings in time, looked up in swing_table (collocation,
                                   swing_band); trajectory: the same sample by sample (trace, half_swing, tableau,
                                   sampling); swing_state, start_label, turning_points
-    judging/                    residual, floor (the noise an angle's residual shows), disturbances (hum, drift),
-                                leftover: with what the fit could still move; companion, compression, clipping, misfit:
-                                does it matter?; hints, losses, twin, judgement: doubts;
+    judging/                    residual, block_residual, floor (the noise an angle's residual shows), disturbances
+                                (hum, drift), leftover: with what the fit could still move; companion, compression,
+                                clipping, misfit: does it matter?; hints, losses, twin, judgement: doubts;
                                 cause: why no fit got through; verdict: good or refused
     result                      parameters with covariance and warnings, or a refusal
 

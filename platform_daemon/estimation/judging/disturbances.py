@@ -14,7 +14,8 @@ from ..noise.steady import Zones, drift_degree, find_tones, may_hold_tones
 from ..numerics.arrays import Array
 from ..signal.harmonics import frequency_ratio
 from ..signal.windows import SampleRange
-from .residual import Residual, residual_of
+from .block_residual import residual_of
+from .residual import Residual
 
 _ROUNDS = 2  # a strong disturbance hides a weak one
 _RESOLVED = 4.0  # over the length of the window, in Hz: what is nearer to a harmonic cannot be told from it

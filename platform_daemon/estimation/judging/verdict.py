@@ -13,6 +13,7 @@ from ..refusal import Refusal, RefusedError
 from ..result import FitResult, FittedModel
 from ..solving import FAILURES, refuse_beat
 from ..task import Task
+from .block_residual import residual_of
 from .clipping import PERIODS, find_clipped
 from .companion import Companion, find_companion
 from .compression import find_compression
@@ -21,7 +22,7 @@ from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrus
 from .leftover import Leftover, leftover_of
 from .losses import tangled_losses
 from .misfit import APART, Findings, colour_notes, is_worth_a_search, misfit_warnings, refuse_misfit
-from .residual import Residual, residual_of
+from .residual import Residual
 from .twin import twin_warnings
 
 
