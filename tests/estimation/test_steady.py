@@ -40,6 +40,22 @@ def test_what_decays_is_not_steady():
     assert find_tones(blocks(1) + 3.0 * SIDES * line, BLOCK_RATE_HZ, None).size == 0
 
 
+@pytest.mark.parametrize("frequency_hz", [299.2, 720.0])
+@pytest.mark.parametrize("rate_per_s", [0.3, 0.6])
+def test_what_decays_like_a_resonator_is_no_mains_either(frequency_hz, rate_per_s):
+    line = np.exp(-rate_per_s * seconds()) * np.sin(2 * np.pi * frequency_hz * seconds())
+    assert find_tones(blocks(1) + 20.0 * SIDES * line, BLOCK_RATE_HZ, None).size == 0
+
+
+@pytest.mark.parametrize("shape", [(0.0,), (-0.03,), (0.1,), (-0.09, 0.02, 0.03), (-0.05, -0.05, 0.04)])
+def test_mains_that_wanders_is_still_mains(shape):
+    """Its size, by coefficients of Legendre polynomials in time, may change, but hardly at the same rate throughout."""
+    x = np.linspace(-1.0, 1.0, seconds().size)
+    size = 1.0 + np.polynomial.legendre.legval(x, [0.0, *(0.5 * c for c in shape)])
+    line = size * np.sin(2 * np.pi * 300.0 * seconds())
+    assert find_tones(blocks(1) + 100.0 * SIDES * line, BLOCK_RATE_HZ, None) == pytest.approx([300.0], abs=0.1)
+
+
 def test_what_changes_its_pitch_is_not_steady():
     t = seconds()
     line = np.sin(2 * np.pi * (331.0 * t + 10.0 * t**2))

@@ -27,6 +27,8 @@ _MANY_PEAKS = 24
 _STRETCHES = 8
 _CHANGE_SIGMA = 4.0
 _CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; mains is less steady
+_MAINS_FALL = 0.04  # of its size over the window that a voltage of mains may do; larger changes of a load are steps
+_ALIKE, _ALIKE_SIGMA = 0.1, 3.0  # departures from an exponential decay: of the fall, or by chance
 _CHIRP, _MAINS_CHIRP = 0.4, 2.0  # rad per window squared: a quarter of it is the phase at either end
 _MAINS_HZ = (50.0, 60.0)
 _MAINS_TOLERANCE = 0.005
@@ -157,8 +159,25 @@ def _keeps_size(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
     place = np.linspace(-0.5, 0.5, _STRETCHES)
     slope = float(place @ sizes / (place @ place))
     sd = noise / float(np.sqrt(place @ place))
-    allowed = (_MAINS_CHANGE if _is_mains(frequency_hz) else _CHANGE) * float(sizes.mean())
+    mains = _is_mains(frequency_hz)
+    if mains and _decays(sizes, noise):
+        return False
+    allowed = (_MAINS_CHANGE if mains else _CHANGE) * float(sizes.mean())
     return abs(slope) < max(_CHANGE_SIGMA * sd, allowed)
+
+
+def _decays(sizes: Array, noise: float) -> bool:
+    """Sizes in equal stretches (n,) fall as those of a resonator: exponentially all the time, and by enough.
+
+    Mains wanders: its size may change as much, but hardly at the same rate throughout.
+    """
+    place = np.linspace(-0.5, 0.5, sizes.size)
+    logarithms = np.log(np.maximum(sizes, 1e-300))
+    fall = -float(place @ logarithms / (place @ place))
+    departures = np.abs(logarithms - logarithms.mean() + fall * place)
+    relative = noise / float(sizes.mean())
+    sure = fall > max(_MAINS_FALL, _CHANGE_SIGMA * relative / float(np.sqrt(place @ place)))
+    return bool(sure and departures.max() < max(_ALIKE * fall, _ALIKE_SIGMA * relative))
 
 
 def _keeps_pitch(residual: Array, frequency_hz: float, rate_hz: float, level: Array) -> bool:
