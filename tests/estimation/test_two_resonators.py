@@ -105,3 +105,60 @@ def test_a_single_resonator_is_white_and_raises_no_doubt(seed, variant):
     assert not any(w.startswith(("residual", "side_mode", "steady_tone")) for w in result.warnings), result.warnings
     assert min(result.whiteness_by_channel) > 0.8
     assert result.condition >= 1.0
+
+
+def turned(of, ratio, size, **changes):
+    """A resonator about another axis, at a multiple of the frequency, whose dm/dt has this share of the first one's."""
+    f = ratio * of.f_nat_hz
+    m_r = size * of.m_r_am2 * of.phi_max_rad / (ratio * 0.3)
+    more = {"rodrigues": (1.1, -0.4, 0.7), "phi_max_rad": 0.3, "psi_start_rad": 2.0, "tf_over_i_rad_per_s2": 0.0}
+    return of.with_(f_nat_hz=f, m_r_am2=m_r, **{**more, "lambda_per_s": 0.3, **changes})
+
+
+@pytest.mark.parametrize(("of", "variant"), [(THREAD, "thread"), (JEWEL, "jewel")])
+@pytest.mark.parametrize("ratio", [0.3, 1.95, 2.97, 3.53, 4.19, 5.4])
+@pytest.mark.parametrize("size", [0.06, 0.2])
+def test_a_second_resonator_is_refused_with_its_size_beside_harmonics_and_far_above_them(of, variant, ratio, size):
+    result = fit(dmdt(of, 0.24) + dmdt(turned(of, ratio, size), 0.24), variant)
+    assert result.reason.startswith("two_resonators"), result.reason
+    assert any(f == pytest.approx(ratio * of.f_nat_hz, rel=0.01) for f in frequencies(result.reason))
+    told = float(re.search(r"with ([\d.e+]+) %", result.reason)[1])
+    assert told == pytest.approx(100.0 * size, rel=0.15)
+
+
+def test_a_second_resonator_that_takes_most_of_the_power_is_refused_by_name():
+    result = fit(dmdt(THREAD, 0.24) + dmdt(turned(THREAD, 4.19, 0.6), 0.24))
+    assert result.reason.startswith("two_resonators"), result.reason
+
+
+@pytest.mark.parametrize(("of", "variant"), [(THREAD, "thread"), (JEWEL, "jewel")])
+def test_beside_a_side_mode_the_warning_says_what_the_losses_really_are(of, variant):
+    result = fit(dmdt(of, 0.24) + dmdt(turned(of, 1.01, 0.006), 0.24), variant)
+    assert result.verdict == "good", result.reason
+    (warning,) = [w for w in result.warnings if w.startswith("side_mode")]
+    told = dict(re.findall(r"beside it (\w+) is ([-\d.e+]+)", warning))
+    losses = [n for n in ("lambda_per_s", "tf_over_i_rad_per_s2") if n in result.parameters]
+    assert sorted(told) == sorted(losses)
+    for name in losses:
+        estimate, truth = result.parameters[name], of.value(name)
+        assert abs(estimate.value - truth) > 5.0 * estimate.std
+        assert abs(float(told[name]) - truth) < 0.2 * abs(estimate.value - truth)
+
+
+def test_a_side_mode_that_moves_a_loss_by_more_than_half_is_refused():
+    result = fit(dmdt(JEWEL, 0.24) + dmdt(turned(JEWEL, 0.98, 0.02, psi_start_rad=0.5), 0.24), "jewel")
+    assert result.reason.startswith("two_resonators"), result.reason
+    assert "beside it lambda_per_s moves by" in result.reason
+
+
+@pytest.mark.parametrize("pole_s", [1e-4, 4e-4])
+def test_harmonics_that_a_slow_receiver_changes_are_no_second_resonator(pole_s):
+    result = fit(dmdt(THREAD, 0.24, pole_s=pole_s, lead_s=0.01))
+    assert result.verdict == "good", result.reason
+    assert not any(w.startswith("side_mode") for w in result.warnings), result.warnings
+
+
+def test_a_second_resonator_that_passes_for_noise_is_refused_all_the_same():
+    """Far below the fundamental, in a short record without blank shots, its leakage is a colour of the noise."""
+    result = fit(dmdt(JEWEL, 0.24) + dmdt(turned(JEWEL, 0.315, 0.1), 0.24), "jewel")
+    assert result.reason.startswith("two_resonators"), result.reason

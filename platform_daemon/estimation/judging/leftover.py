@@ -10,9 +10,10 @@ from scipy.fft import rfft
 
 from ..least_squares.assemble import coefficients
 from ..least_squares.gauss_newton import FitState
+from ..least_squares.publish import public_jacobian
 from ..models import RingDownModel
 from ..motion.trajectory import Trajectory
-from ..numerics.arrays import Array
+from ..numerics.arrays import Array, ComplexArray
 from .residual import Residual
 
 _CHUNK_BLOCKS = 1 << 10
@@ -29,6 +30,8 @@ class Leftover:
         sd: (channels,) the noise.
         rate_hz: points per second.
         fundamental_hz: of the fitted motion at its beginning.
+        names, values: (m,) of the published parameters.
+        published: (m, p) their derivatives by all parameters of the fit.
     """
 
     scaled: Array
@@ -37,6 +40,9 @@ class Leftover:
     sd: Array
     rate_hz: float
     fundamental_hz: float
+    names: tuple[str, ...]
+    values: Array
+    published: Array
 
     def beginning(self, n: int) -> Leftover:
         """The first n points."""
@@ -53,6 +59,7 @@ def leftover_of(
     derivatives = _derivatives(model, state, first, residual.scaled.shape[1], block, dt_s)[free]
     # Elliptic integral to second order: good to a thousandth at 60 degrees.
     slowing = 1.0 - state.dynamics.amplitude**2 / 16.0
+    names, values, published = public_jacobian(model, state)
     return Leftover(
         scaled=residual.scaled,
         motion=residual.model / residual.sd[:, None],
@@ -60,6 +67,9 @@ def leftover_of(
         sd=residual.sd,
         rate_hz=residual.rate_hz,
         fundamental_hz=state.dynamics.w / (2.0 * math.pi) * slowing,
+        names=tuple(names),
+        values=values,
+        published=published[:, free],
     )
 
 
@@ -99,13 +109,28 @@ def noise_of(left: Array) -> float:
     return float(np.median(np.abs(rfft(left, axis=1)) ** 2)) / (left.shape[1] * math.log(2.0))
 
 
-def _gains(motion: Array) -> Array:
-    """The fitted motion of each channel and its quadrature, (2 channels, channels, n)."""
+def phase_of(given: Leftover) -> Array:
+    """Phase in rad of the fitted motion, (n,), from the direction in which it is strongest."""
+    motion = given.motion * given.sd[:, None]
+    strongest = np.linalg.svd(motion @ motion.T)[0][:, 0]
+    phase = np.unwrap(np.angle(_analytic((strongest @ motion)[None, :])[0]))
+    # A single channel may see little but the second harmonic.
+    turns = (phase[-1] - phase[0]) / (2.0 * math.pi)
+    harmonic = max(1, round(turns * given.rate_hz / phase.size / given.fundamental_hz))
+    return np.asarray(phase / harmonic)
+
+
+def _analytic(signal: Array) -> ComplexArray:
+    """The signal (channels, n) and its quadrature, as a complex number."""
     from scipy.signal import hilbert  # here, because hardly any fit gets this far
 
-    channels = motion.shape[0]
-    quadrature = np.imag(hilbert(motion, axis=1))
-    return np.concatenate([np.eye(channels)[:, :, None] * part[:, None, :] for part in (motion, quadrature)])
+    return np.asarray(hilbert(signal, axis=1))
+
+
+def _gains(motion: Array) -> Array:
+    """The fitted motion of each channel and its quadrature, (2 channels, channels, n)."""
+    quadrature = _analytic(motion).imag
+    return np.concatenate([np.eye(motion.shape[0])[:, :, None] * part[:, None, :] for part in (motion, quadrature)])
 
 
 def _orthonormal(rows: Array) -> Array:

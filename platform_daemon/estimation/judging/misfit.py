@@ -6,20 +6,29 @@ A small undeclared effect must pass, since diagnosis starts from it; what would 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..refusal import Refusal, RefusedError
+from ..result import Estimate
+from .alongside import Move
 from .clipping import Clipped
 from .companion import Companion
 from .compression import Compression
 from .residual import Residual
 
-_WORTH_A_SEARCH = 1e-4  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
+_WORTH_A_SEARCH = 1e-5  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
+_WORTH_A_BEND = 1e-4  # the same for a receiver that compresses
 _SMALLEST_COMPANION = 0.03  # of the fitted oscillation
+_SMALLEST_SIDE_MODE = 0.003
+_LARGEST_MOVES = {"m_r_am2": 0.05, "phi_max_rad": 0.05}  # shares of themselves: errors that a result may not have
+_LARGEST_LOSS_MOVE = 0.5
 _LARGEST_MISFIT = 0.02  # of the signal's power
 APART = 3.0  # periods of the beat with the fitted motion
+_LOCKED = 0.3  # the same: a harmonic of the motion itself
+_NO_HARMONIC = 0.1  # of the fitted oscillation: more than a small effect can add to a harmonic
 _MOSTLY = 0.5  # of the misfit, more than one of a pair of side bands can have
 _ALONE = 0.8
 _SURE = 5.0  # standard deviations
@@ -62,26 +71,24 @@ class Findings:
 
 
 def is_worth_a_search(residual: Residual) -> bool:
-    """A residual that is not noise, and large enough for a second resonator that would spoil the numbers."""
-    return residual.coloured and residual.unexplained > _WORTH_A_SEARCH
+    """A residual that is not noise, and large enough for a second resonator that would spoil the numbers.
 
-
-def refuse_misfit(model_name: str, frequency_hz: float, residual: Residual, found: Findings) -> None:
-    """Refuse flat tops, two resonators, and a residual above 2 % of the signal's power that no steady tone explains.
-
-    A second oscillation below 3 % of the fitted one is an undeclared effect (a side mode) and passes with a warning:
-    it cannot move m_r or the angle by more than about its own size, and 5 % is the error that a result may have at
-    all. Losses are less robust: they can move by many of their standard deviations.
+    A strong line may have passed for the noise of the record and its colour.
     """
-    second = found.second
-    _refuse_cut(found.cut)
-    refuse_compressed(found.bent)
-    if residual.coloured and found.may_be_clipped:
-        _refuse_clipped(residual)
-    if second is not None and _is_resonator(second) and second.relative > _SMALLEST_COMPANION:
-        raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
+    coloured = residual.coloured and residual.unexplained > _WORTH_A_SEARCH
+    return coloured or residual.line_power > _WORTH_A_SEARCH
+
+
+def may_be_bent(residual: Residual) -> bool:
+    """Large enough for a receiver that compresses by more than a percent or two."""
+    return residual.unexplained > _WORTH_A_BEND
+
+
+def refuse_misfit(model_name: str, residual: Residual, found: Findings) -> None:
+    """Refuse a residual above 2 % of the signal's power that no steady tone explains."""
     if not residual.coloured:
         return
+    second = found.second
     explained = second.share if second is not None and _is_tone(second) else 0.0
     misfit = residual.unexplained * (1.0 - min(explained, 1.0))
     if misfit > _LARGEST_MISFIT:
@@ -93,6 +100,30 @@ def in_words(power: float) -> str:
     return (
         "as much as the signal itself, or more," if power > _WHOLE else f"{100.0 * power:.2g} % of the signal's power"
     )
+
+
+def refuse_shape(residual: Residual, found: Findings) -> None:
+    """Refuse flat tops, and a receiver that bends the signal."""
+    _refuse_cut(found.cut)
+    refuse_compressed(found.bent)
+    if residual.coloured and found.may_be_clipped:
+        _refuse_clipped(residual)
+
+
+def refuse_second(second: Companion | None, losses: Sequence[str], frequency_hz: float) -> None:
+    """Refuse a second oscillation that is large and decays, or that moves a result by more than it may be wrong.
+
+    One below 3 % of the fitted oscillation is an undeclared effect (a side mode) and passes with a warning, if the fit
+    does not move too far when it is taken along: m_r and phi_max by 5 %, a loss by half of itself.
+    """
+    if second is None or not (_is_resonator(second) or _is_tone(second)):
+        return
+    limits = {**_LARGEST_MOVES, **dict.fromkeys(losses, _LARGEST_LOSS_MOVE)}
+    sure = [m for m in second.moves if m.name in limits and m.is_sure(_SURE) and second.plain_share > _ALONE]
+    far = [m for m in sure if abs(m.share) > limits[m.name]]
+    if far or (second.relative > _SMALLEST_COMPANION and not _is_tone(second)):
+        moved = "".join(f"; beside it {m.name} moves by {100.0 * m.share:+.2g} %" for m in far[:1])
+        raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}{moved}")
 
 
 def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> None:
@@ -148,11 +179,17 @@ def _refuse_clipped(residual: Residual) -> None:
 
 
 def _is_resonator(second: Companion) -> bool:
-    """Not steady, not a harmonic of the fitted motion, and alone in the residual."""
-    if second.turns < APART:
-        # Close to a harmonic the misfit of the motion itself looks much the same.
-        return second.harmonic == 1 and second.share > _ALONE
-    return second.share > _MOSTLY and not _is_tone(second)
+    """Not steady, not a harmonic of the fitted motion, alone in the residual, and not too faint to be told."""
+    if second.relative < _SMALLEST_SIDE_MODE:
+        return False
+    if second.turns >= APART:
+        return second.share > _MOSTLY and not _is_tone(second)
+    # Close to a harmonic the misfit of the motion itself looks much the same. At the fundamental that is a sweep or a
+    # change of the decay; at others it keeps the phase of the motion, and is small.
+    if second.harmonic == 1:
+        return second.plain_share > _ALONE
+    locked = second.turns < _LOCKED and second.relative < _NO_HARMONIC
+    return second.share > _ALONE and not locked
 
 
 def _is_tone(second: Companion) -> bool:
@@ -166,8 +203,10 @@ def _described(second: Companion) -> str:
     return f"{second.frequency_hz:.6g} Hz, with {100.0 * second.relative:.2g} % of the fitted oscillation's size"
 
 
-def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) -> tuple[str, ...]:
-    """What the residual says about a result that may pass all the same."""
+def misfit_warnings(
+    residual: Residual, chi2_per_dof: float, found: Findings, losses: Mapping[str, Estimate]
+) -> tuple[str, ...]:
+    """What the residual says about a result that may pass all the same; losses: the fitted ones."""
     warnings = []
     second, bent = found.second, found.bent
     if found.cut is not None:
@@ -175,8 +214,11 @@ def misfit_warnings(residual: Residual, chi2_per_dof: float, found: Findings) ->
     elif bent is not None and bent.share > _BENT and bent.at_peak > 0.0:
         warnings.append(f"saturated: {_bent(bent)}")
     time_s, share, significance = residual.outburst()
-    if second is not None and (_is_tone(second) or _is_resonator(second)):
-        warnings.append(f"{'steady_tone' if _is_tone(second) else 'side_mode'}: {_described(second)}")
+    if second is not None and _is_tone(second):
+        warnings.append(f"steady_tone: {_described(second)}")
+    elif second is not None and _is_resonator(second):
+        moved = "".join(_moved(m, losses[m.name]) for m in second.moves if m.name in losses)
+        warnings.append(f"side_mode: {_described(second)}{moved}")
     elif share > _BURST_SHARE and significance > _BURST_SIGMA:
         warnings.append(
             f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch?"
@@ -202,3 +244,10 @@ def colour_notes(residual: Residual) -> tuple[str, ...]:
         return ()
     wider = math.sqrt(residual.widening)
     return (f"the noise is {wider:.2g} times as large near the motion as white noise would be; errors follow it",)
+
+
+def _moved(move: Move, estimate: Estimate) -> str:
+    """By how much a loss moves if the second oscillation is fitted too; nothing if it is held."""
+    if estimate.std is None:
+        return ""
+    return f"; beside it {move.name} is {move.value + move.shift:.3g}, {move.shift / estimate.std:+.2g} of its std away"

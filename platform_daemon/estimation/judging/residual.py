@@ -25,6 +25,8 @@ _SURE_SIGMA = 8.0
 _FLAT = 0.9  # noise of unknown colour, drawn in wide bands, is hardly less flat than this
 _ROUNDING = 1e-9  # of the signal
 _STRETCHES = 16
+_WEAK_LINE = 1e-5  # of the model's power: not worth a look
+_LINE = 100.0  # over the median of the spectrum: hardly ever noise
 _OCTAVE_BANDS = 4
 
 
@@ -126,6 +128,16 @@ class Residual:
     def surplus(self) -> float:
         """Power beyond the noise, summed over the channels, in units of the noise."""
         return float(np.sum(np.mean(self.scaled**2, axis=1) - 1.0))
+
+    @cached_property
+    def line_power(self) -> float:
+        """Power of the strongest line of any channel, relative to the model's; 0: none stands out of its spectrum."""
+        strongest = self._power.max(axis=1) * self.sd**2
+        channel = int(strongest.argmax())
+        power = 2.0 / self._length * float(strongest[channel] / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
+        if power < _WEAK_LINE or self._power[channel].max() < _LINE * np.median(self._power[channel]):
+            return 0.0
+        return power
 
     @cached_property
     def coloured(self) -> bool:

@@ -21,7 +21,17 @@ from .disturbances import zones_of
 from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
 from .leftover import Leftover, leftover_of
 from .losses import tangled_losses
-from .misfit import APART, Findings, colour_notes, is_worth_a_search, misfit_warnings, refuse_misfit
+from .misfit import (
+    APART,
+    Findings,
+    colour_notes,
+    is_worth_a_search,
+    may_be_bent,
+    misfit_warnings,
+    refuse_misfit,
+    refuse_second,
+    refuse_shape,
+)
 from .residual import Residual
 from .twin import twin_warnings
 
@@ -37,11 +47,14 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     dof = task.degrees(problem)
     chi2 = best.normal.chi2 / dof
     by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
+    found = findings(task, problem, best, residual)
     if is_unexplained(r2, chi2):
         refuse_beat(task)
+        refuse_second(found.second, model.losses, task.frequency_hz)
     refuse_unexplained(model.name, r2, chi2)
-    found = findings(task, problem, best, residual)
-    refuse_misfit(model.name, task.frequency_hz, residual, found)
+    refuse_shape(residual, found)
+    refuse_second(found.second, model.losses, task.frequency_hz)
+    refuse_misfit(model.name, residual, found)
     state = by_convention(best.state, model)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
@@ -56,7 +69,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     return FitResult(
         verdict="good",
         warnings=(
-            *misfit_warnings(residual, chi2, found),
+            *misfit_warnings(residual, chi2, found, {n: public.parameters[n] for n in model.losses}),
             *task.doubts,
             *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
             *twin_warnings(state.observation, public),
@@ -82,17 +95,20 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
 
 def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
     """What stands in the residual, if it is not noise; a second oscillation and a bend only if worth a search."""
-    if not residual.coloured:
+    # An angle of few digits leaves small lines everywhere.
+    angle = task.record.quantity == "angle"
+    thorough = residual.coloured and may_be_bent(residual) if angle else is_worth_a_search(residual)
+    if not (residual.coloured or thorough):
         return Findings()
     beginning = int(PERIODS * residual.rate_hz / task.frequency_hz)
-    thorough = is_worth_a_search(residual)
     args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
     try:
         leftover = leftover_of(residual if thorough else residual.beginning(beginning), *args)
         clipped = find_clipped(leftover.beginning(beginning))
         if not thorough:
             return Findings(clipped=clipped)
-        return Findings(_second(leftover, task, best), find_compression(leftover), clipped)
+        bent = find_compression(leftover) if may_be_bent(residual) else None
+        return Findings(_second(leftover, task, best), bent, clipped)
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 

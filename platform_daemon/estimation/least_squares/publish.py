@@ -42,7 +42,7 @@ def by_convention(state: FitState, model: RingDownModel) -> FitState:
 
 def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndarray) -> Published:
     """Public values and covariance of a fitted state (already by convention); `normal` was taken at that state."""
-    names, values, jacobian = _public_jacobian(model, state)
+    names, values, jacobian = public_jacobian(model, state)
     internal, condition = covariance(normal, free)
     spread = jacobian[:, free]
     estimated: list[bool] = (spread != 0.0).any(axis=1).tolist()
@@ -57,7 +57,7 @@ def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndar
     return Published(parameters, kept, matrix, condition)
 
 
-def _public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], Array, Array]:
+def public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], Array, Array]:
     """Names, values (k,) and Jacobian (k, size) of all public parameters, in the public order."""
     d = state.dynamics
     coefficients = len(d.values)
