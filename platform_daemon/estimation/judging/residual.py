@@ -132,12 +132,14 @@ class Residual:
     @cached_property
     def line_power(self) -> float:
         """Power of the strongest line of any channel, relative to the model's; 0: none stands out of its spectrum."""
-        strongest = self._power.max(axis=1) * self.sd**2
-        channel = int(strongest.argmax())
-        power = 2.0 / self._length * float(strongest[channel] / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
-        if power < _WEAK_LINE or self._power[channel].max() < _LINE * np.median(self._power[channel]):
+        blocks = self.data.shape[1]
+        share = 2.0 / self._length * blocks / max(float(np.vdot(self.model, self.model)), 1e-300)
+        # Hardly any record gets beyond this cheap bound.
+        if float(self._power.max()) * max(self.sd.tolist()) ** 2 * share < _WEAK_LINE:
             return 0.0
-        return power
+        lines = self._power.max(axis=1) * self.sd**2 * share
+        lines[self._power.max(axis=1) < _LINE * medians(self._power)] = 0.0
+        return float(lines.max())
 
     @cached_property
     def coloured(self) -> bool:
