@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from .compile_beside import compile_beside
 from .judging.cause import refuse_by_cause
 from .judging.disturbances import without_disturbances
 from .judging.hints import hint_notes, hinted, needed_hints
-from .judging.judgement import Comparison, Explanation, compare, needs_comparison, refuse_decided
+from .judging.judgement import is_much_or_hidden
 from .judging.residual import Residual
-from .judging.verdict import judged, residual_left
+from .judging.rivals import Comparison, Explanation, compare, refuse_decided
+from .judging.slow_misfit import slow_misfit_sigma
+from .judging.verdict import judged, published, residual_left
 from .least_squares.growing import Fitted, Problem
 from .least_squares.knowledge import held
 from .models import RingDownModel, model_named, rivals_of
@@ -29,6 +33,7 @@ from .start.find import observes_dipole
 from .task import Task, task_of
 
 _HARDLY_ANY = 0.1  # of a misfit
+_SLOW_MISFIT = 2.5  # standard deviations, from which it is worth a second fit
 
 
 def fit_ring_down(
@@ -101,8 +106,9 @@ def _fit(task: Task, model: RingDownModel) -> FitResult:
         task, problem, best, residual = _at_seen_noise(task, problem, best, residual)
     doubts = (*problem.doubts, *few_at_full_scale(task.record))
     task = replace(task, doubts=doubts) if doubts else task
+    given = task
     task, problem, best, residual = _undisturbed(task, problem, best, residual)
-    better = _compared(task, problem, best, residual)
+    better = _compared(given, problem, best, residual)
     refuse_decided([other for other in better if other.complete])
     result = judged(task, problem, best, residual)
     # What leaves a misfit itself can be right only where the residual does not show another cause.
@@ -134,34 +140,47 @@ def _at_seen_noise(
 def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) -> list[Comparison]:
     """The rivals of a model that explain the record better, where that could be.
 
-    The rivals are given the record that is freed from hum and drift already, with the same noise, so that all are
-    measured against the same data. What the model's joint fit with them has absorbed speaks for the model.
+    Every rival is fitted jointly with the hum and the drift that it needs itself: a wrong model takes its own misfit
+    for such.
     """
-    found: list[Comparison | None] = []
-    dof = task.degrees(problem)
     rivals = rivals_of(problem.model, task.record.quantity)
-    normal = best.normal
-    wanted = bool(rivals) and needs_comparison(normal.chi2, normal.data_chi2, dof, coloured=residual.coloured)
-    for other in rivals if wanted else ():
-        try:
-            other_problem, other_best = solve(task, other)
-        except RefusedError:
-            continue
-        dof = task.degrees(other_problem)
-        explained, other_way = _explanation(problem, best, dof), _explanation(other_problem, other_best, dof)
-        # What even the better model of an angle leaves over weighs like noise.
-        wider = residual_left(task, other_problem, other_best).widening if task.record.quantity == "angle" else 1.0
-        if compare(explained.in_noise(wider), other_way.in_noise(wider), dof) is not None:
-            found.append(compare(explained, other_way, dof))
+    rivals = tuple(other for other in rivals if _can_matter(task, problem, best, residual, other))
+    if not rivals:
+        return []
+    try:
+        own = _explanation(task, problem, best, residual)
+    except RefusedError:
+        return []  # it will be refused for that
+    theirs = sorted(_heard(task, rivals), key=lambda other: other.chi2_per_dof)
+    found = [compare(own, other, task.degrees(problem)) for other in theirs]
     return [comparison for comparison in found if comparison is not None]
 
 
-def _explanation(problem: Problem, best: Fitted, dof: int) -> Explanation:
+def _can_matter(task: Task, problem: Problem, best: Fitted, residual: Residual, other: RingDownModel) -> bool:
+    """A law with as many coefficients is always asked: what one leaves of another's record is little."""
+    normal, dof = best.normal, task.degrees(problem)
+    alike = len(other.coefficients) == len(problem.model.coefficients)
+    seen = residual.coloured or slow_misfit_sigma(residual) > _SLOW_MISFIT
+    return alike or seen or is_much_or_hidden(normal.chi2, normal.data_chi2, dof)
+
+
+def _heard(task: Task, rivals: Sequence[RingDownModel]) -> Iterator[Explanation]:
+    """What rivals make of a task, as far as they get through it."""
+    for model in rivals:
+        try:
+            problem, best = solve(task, model)
+            yield _explanation(*_undisturbed(task, problem, best, residual_left(task, problem, best)))
+        except RefusedError:
+            continue
+
+
+def _explanation(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Explanation:
     """A fit as its rivals see it."""
-    model = problem.model
-    names = [c.name for c in model.coefficients]
-    values = dict(zip(names, best.state.dynamics.values, strict=True))
-    return Explanation(model.name, best.normal.chi2 / dof, {name: values[name] for name in model.losses})
+    model, dof = problem.model, task.degrees(problem)
+    chi2, size = best.normal.chi2 / dof, int(np.count_nonzero(problem.free))
+    public = published(task, problem, best)
+    excess = residual.excess / dof
+    return Explanation(model.name, chi2, excess, size, model.losses, public.parameters, residual.widening)
 
 
 def _undisturbed(

@@ -158,7 +158,10 @@ _MODELS = (
         "undamped_small_angle", (LINEAR_RESTORING,), rivals=("thread", "jewel"), rivals_of_angle=("thread", *_DRY)
     ),
     RingDownModel(
-        "thread_small_angle", (LINEAR_RESTORING, VISCOUS_DAMPING), rivals=("thread",), rivals_of_angle=("thread", *_DRY)
+        "thread_small_angle",
+        (LINEAR_RESTORING, VISCOUS_DAMPING),
+        rivals=("thread", "jewel"),
+        rivals_of_angle=("thread", *_DRY),
     ),
     RingDownModel(
         "jewel_small_angle",

@@ -132,3 +132,52 @@ def test_hum_neither_hides_nor_makes_another_variant(hum):
     assert code(fit(dmdt(JEWEL, SECONDS) + tone, "thread")) == "model_does_not_explain"
     right = fit(dmdt(THREAD, SECONDS) + tone, "thread")
     assert (code(right), "other_variant" in names(right)) == ("good", False)
+
+
+@pytest.mark.parametrize(
+    ("of", "variant"),
+    [
+        ("thread", "thread_small_angle"),
+        ("thread", "jewel_small_angle"),
+        ("jewel", "thread_small_angle"),
+        ("jewel", "jewel_small_angle"),
+        ("jewel", "thread"),
+    ],
+)
+@pytest.mark.parametrize("seconds", [0.1, 0.24])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_variant_that_another_one_shows_to_be_wrong_is_refused_and_the_other_one_named(of, variant, seconds, seed):
+    truth = random_truth(np.random.default_rng(seed), of, f_range=(200.0, 350.0), deg_range=(30.0, 45.0))
+    result = fit(dmdt(truth, seconds), variant, seed=seed)
+    assert code(result) == "model_does_not_explain", (result.parameters, result.warnings)
+    assert "reaches" in result.reason or "left over" in result.reason
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_friction_taken_for_constant_is_refused_once_the_window_shows_it(seed):
+    truth = random_truth(np.random.default_rng(seed), "jewel", deg_range=(45.0, 65.0))
+    result = fit(dmdt(truth, 1.0), "jewel_constant_friction", seed=seed, window="d30")
+    assert code(result) == "model_does_not_explain", (result.parameters, result.warnings)
+    assert "lambda_per_s" in result.reason
+
+
+def test_friction_whose_law_a_short_window_cannot_tell_is_never_fitted_in_silence():
+    result = fit(dmdt(JEWEL.with_(phi_max_rad=0.6), 0.24), "jewel_constant_friction", 1.0)
+    lam = result.parameters["lambda_per_s"].value if code(result) == "good" else JEWEL.lambda_per_s
+    assert abs(lam / JEWEL.lambda_per_s - 1.0) < 0.1 or "other_variant" in names(result)
+
+
+@pytest.mark.parametrize("strength", [3.0, 10.0])
+@pytest.mark.parametrize("seed", range(2))
+def test_a_thread_with_a_little_friction_passes_with_a_warning_at_most(strength, seed):
+    truth = random_truth(np.random.default_rng(seed), "thread", f_range=(150.0, 250.0), deg_range=(20.0, 40.0))
+    result = fit(dmdt(truth.with_(tf_over_i_rad_per_s2=strength), 1.5), "thread", seed=seed)
+    assert code(result) == "good", result.reason
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_hum_beside_the_resonance_makes_no_other_variant(seed):
+    tone = 0.15 * np.sin(2 * np.pi * 200.0 * np.arange(round(0.24 * RATE_HZ)) / RATE_HZ + seed)
+    result = fit(dmdt(THREAD, 0.24) + tone, "thread", seed=seed)
+    assert code(result) == "good", result.reason
+    assert "other_variant" not in names(result)

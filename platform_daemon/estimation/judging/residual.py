@@ -24,6 +24,7 @@ _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flat
 _SURE_SIGMA = 8.0
 _FLAT = 0.9  # noise of unknown colour, drawn in wide bands, is hardly less flat than this
 _ROUNDING = 1e-9  # of the signal
+_SURE = 4.0  # standard deviations of the power of noise
 _STRETCHES = 16
 _WEAK_LINE = 1e-5  # of the model's power: not worth a look
 _LINE = 100.0  # over the median of the spectrum: hardly ever noise
@@ -105,17 +106,17 @@ class Residual:
         bins = self.spectrum.shape[1]
         return -math.log(max(self.flatness.min(), 1e-300)) * math.sqrt(bins) / _FLATNESS_SD
 
+    @property
+    def _level(self) -> Array:
+        """Power of the noise by the median of the spectrum; of an angle by its floor, for it has few bins, (channels,)."""
+        if self.floor is not None:
+            return np.asarray((self.floor.sd(self.rate_hz) / self.sd) ** 2)
+        return np.asarray(medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1))
+
     @cached_property
     def unexplained(self) -> float:
-        """Power left over beyond the median level of the residual's spectrum, relative to the model's power.
-
-        Of an angle: beyond its floor, for there are few bins between the harmonics.
-        """
-        if self.floor is not None:
-            floor = (self.floor.sd(self.rate_hz) / self.sd) ** 2
-        else:
-            floor = medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1)
-        excess = np.maximum(self._power.mean(axis=1) - floor, 0.0) * self.sd**2
+        """Power left over beyond the noise that the residual's spectrum shows, relative to the model's power."""
+        excess = np.maximum(self._power.mean(axis=1) - self._level, 0.0) * self.sd**2
         return float(excess.sum() / max(np.mean(self.model**2, axis=1).sum(), 1e-300))
 
     @property
@@ -140,6 +141,12 @@ class Residual:
         lines = self._power.max(axis=1) * self.sd**2 * share
         lines[self._power.max(axis=1) < _LINE * medians(self._power)] = 0.0
         return float(lines.max())
+
+    @property
+    def excess(self) -> float:
+        """Chi^2 of the block means that surely stands out of the noise that the residual's spectrum shows."""
+        beyond = float(np.maximum(self._power.mean(axis=1) - self._level, 0.0).sum()) * self.scaled.shape[1]
+        return max(0.0, beyond - _SURE * math.sqrt(2.0 * self.scaled.size))
 
     @cached_property
     def coloured(self) -> bool:

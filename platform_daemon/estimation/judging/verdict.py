@@ -8,7 +8,7 @@ import numpy as np
 
 from ..least_squares.growing import Fitted, Problem
 from ..least_squares.knowledge import refuse_out_of_bounds
-from ..least_squares.publish import by_convention, publish
+from ..least_squares.publish import Published, by_convention, publish
 from ..refusal import Refusal, RefusedError
 from ..result import FitResult, FittedModel
 from ..solving import FAILURES, refuse_beat
@@ -55,13 +55,8 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     refuse_shape(residual, found)
     refuse_second(found.second, model.losses, task.frequency_hz)
     refuse_misfit(model.name, residual, found)
+    public = published(task, problem, best)
     state = by_convention(best.state, model)
-    try:
-        # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
-        normal = best.normal if state is best.state else problem.evaluate(state, chosen.last).normal
-        public = publish(model, state, normal, problem.free)
-    except FAILURES as error:
-        raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
     refuse_untrustworthy(model, public)
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
     public = public.widened(residual.widening)
@@ -91,6 +86,17 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
         noise_source=task.noise.source,
         fitted=FittedModel(model, state),
     )
+
+
+def published(task: Task, problem: Problem, best: Fitted) -> Published:
+    """The public parameters of a minimum."""
+    state = by_convention(best.state, problem.model)
+    try:
+        # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
+        normal = best.normal if state is best.state else problem.evaluate(state, task.chosen.last).normal
+        return publish(problem.model, state, normal, problem.free)
+    except FAILURES as error:
+        raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
 
 
 def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
