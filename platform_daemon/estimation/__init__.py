@@ -6,7 +6,8 @@ The way of one shot through the room:
     task                        what is to be fitted: a record that passed
     signal/                       screening (oscillation, scan, saturation), windows (periods, crest); what samples tell
                                   alone: spectrum, harmonics, swings of an angle, two resonators that beat
-    noise/                        per channel and frequency (model, welch, colour), over a series, steady lines
+    noise/                        per channel and frequency (model, welch, colour, level: how well known), of a series,
+                                  steady lines
     solving                     from all start values to one minimum
     start/                        find: start values from a snapshot of the first periods; those of an angle; value
     models, terms/                what is fitted: torques and their derivatives

@@ -7,7 +7,7 @@ import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
 
-from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
+from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 
 JEWEL = Truth(f_nat_hz=213.25, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.93, psi_start_rad=3.86)
 
@@ -53,3 +53,32 @@ def test_what_a_strong_signal_hides_in_its_harmonics_is_still_told():
     noise = NoiseModel.white(0.02 * NOISE_SD, RATE_HZ)
     result = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "thread", 0.24, noise=noise)
     assert any("not_white" in w for w in result.warnings) or result.verdict == "refused"
+
+
+@pytest.mark.parametrize(("frequency_hz", "periods"), [(600.0, 6.2), (600.0, 20.0), (215.0, 20.0)])
+@pytest.mark.parametrize("variant", ["thread", "jewel"])
+def test_a_short_clean_record_whose_own_noise_is_seen_dimly_is_called_white(frequency_hz, periods, variant):
+    rng = np.random.default_rng(5)
+    near = (0.99 * frequency_hz, 1.01 * frequency_hz)
+    for _ in range(12):
+        truth = random_truth(rng, variant, f_range=near, deg_range=(20.0, 60.0))
+        seconds = periods / frequency_hz
+        record = RingDownRecord(with_noise(dmdt(truth, seconds), rng), RATE_HZ, "dmdt")
+        warnings = fit_ring_down(record, variant, seconds).warnings
+        assert not any(w.startswith("residual_not_white") for w in warnings), warnings
+
+
+def test_the_same_chi2_is_no_chance_where_the_noise_is_known():
+    signal = with_noise(dmdt(Truth(), 0.24), np.random.default_rng(6), 1.1 * NOISE_SD)
+    noise = NoiseModel.white(NOISE_SD, RATE_HZ)
+    (warning,) = fit_ring_down(RingDownRecord(signal, RATE_HZ, "dmdt"), "thread", 0.24, noise=noise).warnings
+    assert warning.startswith("residual_not_white")
+
+
+@pytest.mark.parametrize("variant", ["thread", "jewel"])
+@pytest.mark.parametrize("seed", range(4))
+def test_the_rounding_of_a_record_without_noise_is_no_misfit(variant, seed):
+    truth = random_truth(np.random.default_rng(seed), variant, deg_range=(20.0, 60.0))
+    result = fit_ring_down(RingDownRecord(dmdt(truth, 0.5), RATE_HZ, "dmdt"), variant, 0.5)
+    assert result.verdict == "good", result.reason
+    assert result.warnings == ()

@@ -5,6 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, estimate_noise
+from platform_daemon.estimation.noise.level import level_sd
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
@@ -74,3 +75,16 @@ def test_hum_at_half_the_frequency_is_not_taken_for_the_fundamental(hum_hz):
 def test_white_noise_of_known_size_integrates_to_its_variance():
     noise = NoiseModel.white(NOISE_SD, RATE_HZ)
     assert np.allclose(np.trapezoid(noise.psd, noise.frequency_hz, axis=1), NOISE_SD**2)
+
+
+@pytest.mark.parametrize(("frequency_hz", "periods"), [(600.0, 6.2), (215.0, 8.0), (215.0, 60.0)])
+def test_how_well_a_level_is_known_is_told_by_the_noise_model(frequency_hz, periods):
+    rng, truth = np.random.default_rng(7), Truth(f_nat_hz=frequency_hz)
+    clean = dmdt(truth, periods / frequency_hz)
+    models = [noise_of(with_noise(clean, rng)) for _ in range(40)]
+    scatter = np.std([np.log(m.sd**2 / NOISE_SD**2) for m in models])
+    assert 0.7 * scatter < np.mean([level_sd(m) for m in models]) < 1.5 * scatter
+
+
+def test_the_level_of_given_noise_is_known():
+    assert level_sd(NoiseModel.white(NOISE_SD, RATE_HZ)) == 0.0

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..noise.level import level_sd
+from ..noise.model import NoiseModel
 from ..refusal import Refusal, RefusedError
 from ..result import Estimate
 from .alongside import Move
@@ -36,6 +38,7 @@ _STEADY = 0.02  # decay over the window below which a tone is steady
 _BURST_SHARE = 0.15  # of the residual's power, in a sixteenth of the window
 _BURST_SIGMA = 20.0
 _LARGE_CHI2 = 1.1
+_BEYOND_CHANCE = 4.0  # standard deviations of chi^2 and of the noise that it is measured with
 _TOPS = 12  # block means
 _BEYOND = 1.005
 _CLEAR = 4.0  # standard deviations of a block mean
@@ -203,10 +206,20 @@ def _described(second: Companion) -> str:
     return f"{second.frequency_hz:.6g} Hz, with {100.0 * second.relative:.2g} % of the fitted oscillation's size"
 
 
+def is_large(chi2_per_dof: float, dof: int, noise: NoiseModel) -> bool:
+    """More than noise leaves, as well as its level is known."""
+    if chi2_per_dof <= _LARGE_CHI2:
+        return False
+    sd = math.sqrt(2.0 / dof + noise.kept(level_sd) ** 2 / noise.sd.size)
+    return math.log(chi2_per_dof) > _BEYOND_CHANCE * sd
+
+
 def misfit_warnings(
-    residual: Residual, chi2_per_dof: float, found: Findings, losses: Mapping[str, Estimate]
+    residual: Residual, found: Findings, losses: Mapping[str, Estimate], *, chi2_is_large: bool
 ) -> tuple[str, ...]:
     """What the residual says about a result that may pass all the same; losses: the fitted ones."""
+    if residual.is_rounding:
+        return ()
     warnings = []
     second, bent = found.second, found.bent
     if found.cut is not None:
@@ -223,7 +236,7 @@ def misfit_warnings(
         warnings.append(
             f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch?"
         )
-    if residual.coloured or chi2_per_dof > _LARGE_CHI2:
+    if residual.coloured or chi2_is_large:
         warnings.append(
             f"residual_not_white: flatness {residual.flatness.min():.2g}, {in_words(residual.unexplained)} left over"
             f"{_widened(residual)}"

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.fft import prev_fast_len, rfft
 
 from ..noise.model import OF_RECORD, NoiseModel
-from ..numerics.arrays import Array, medians
+from ..numerics.arrays import Array, IntArray, medians
 from ..numerics.jit import fast_kernel
 from .floor import Floor
 
@@ -23,12 +23,13 @@ _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distr
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
 _SURE_SIGMA = 8.0
 _FLAT = 0.9  # noise of unknown colour, drawn in wide bands, is hardly less flat than this
-_ROUNDING = 1e-9  # of the signal
+_ROUNDING = 1e-8  # of the signal: the digits of the motion
 _SURE = 4.0  # standard deviations of the power of noise
 _STRETCHES = 16
 _WEAK_LINE = 1e-5  # of the model's power: not worth a look
 _LINE = 100.0  # over the median of the spectrum: hardly ever noise
 _OCTAVE_BANDS = 4
+_SMALLEST_BAND = 6.0  # independent values
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,7 @@ class Residual:
 
     @property
     def _level(self) -> Array:
-        """Power of the noise by the median of the spectrum; of an angle by its floor, for it has few bins, (channels,)."""
+        """Power of the noise, (channels,), by the median of the spectrum; of an angle (few bins) by its floor."""
         if self.floor is not None:
             return np.asarray((self.floor.sd(self.rate_hz) / self.sd) ** 2)
         return np.asarray(medians(self.spectrum) / math.log(2.0) * self._colour.mean(axis=1))
@@ -197,11 +198,28 @@ def _colour(noise: NoiseModel, length: int, rate_hz: float) -> Array:
 
 
 def _bands(noise: NoiseModel) -> tuple[Array, Array]:
-    """Middles (m,) in Hz of wide bands and the mean logarithm of the density in them, (channels, m)."""
-    grid, psd = noise.frequency_hz, noise.psd
-    octaves = max(1.0, math.log2(grid.size / 8.0))
-    edges = np.unique(np.geomspace(8, grid.size, int(_OCTAVE_BANDS * octaves)).astype(int)[:-1])
-    edges = np.concatenate([[0], edges[edges < grid.size]])
-    counts = np.diff(np.append(edges, grid.size))
-    levels = np.add.reduceat(np.log(np.maximum(psd, 1e-300)), edges, axis=1) / counts
-    return np.add.reduceat(grid, edges) / counts, levels
+    """Middles (m,) in Hz of wide bands and the mean logarithm of the density in them, (channels, m).
+
+    Bins that were only interpolated tell nothing; a band holds so many of the others that it is no chance.
+    """
+    grid, degrees = noise.frequency_hz, noise.degrees
+    told = np.full(grid.size, 1e9) if degrees is None else degrees / noise.correlated_bins
+    seen = np.flatnonzero(told > 0.0)
+    if seen.size == 0:
+        return grid[:1], np.zeros((noise.psd.shape[0], 1))
+    edges = _edges(seen, told[seen], grid.size)
+    counts = np.diff(np.append(edges, seen.size))
+    levels = np.add.reduceat(np.log(np.maximum(noise.psd[:, seen], 1e-300)), edges, axis=1) / counts
+    return np.add.reduceat(grid[seen], edges) / counts, levels
+
+
+def _edges(seen: IntArray, told: Array, bins: int) -> IntArray:
+    """Where bands begin in a list of bins, seen (k,), that hold so many independent values each, told (k,)."""
+    octaves = max(1.0, math.log2(bins / 8.0))
+    limits = np.searchsorted(seen, np.geomspace(8, bins, int(_OCTAVE_BANDS * octaves)).astype(int)[:-1]).tolist()
+    sums = np.concatenate([[0.0], np.cumsum(told)]).tolist()
+    edges = [0]
+    for limit in limits:
+        if sums[limit] - sums[edges[-1]] >= _SMALLEST_BAND and sums[-1] - sums[limit] >= _SMALLEST_BAND:
+            edges.append(limit)
+    return np.array(edges)

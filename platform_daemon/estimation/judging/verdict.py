@@ -25,6 +25,7 @@ from .misfit import (
     APART,
     Findings,
     colour_notes,
+    is_large,
     is_worth_a_search,
     may_be_bent,
     misfit_warnings,
@@ -64,7 +65,12 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     return FitResult(
         verdict="good",
         warnings=(
-            *misfit_warnings(residual, chi2, found, {n: public.parameters[n] for n in model.losses}),
+            *misfit_warnings(
+                residual,
+                found,
+                {n: public.parameters[n] for n in model.losses},
+                chi2_is_large=is_large(chi2, dof, task.noise),
+            ),
             *task.doubts,
             *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
             *twin_warnings(state.observation, public),

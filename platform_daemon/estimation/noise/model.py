@@ -22,7 +22,7 @@ _QUIETEST = 0.25  # share of the bins, by their level, that folded harmonics lea
 _STANDS_OUT = 3.7  # over the level of the noise
 _FEWEST_BINS = 16  # beside the harmonics, that tell the level of the noise
 _MOST_HARMONICS = 24
-_BRIDGEHEAD = 40  # bins at most, from which the level beside a gap is read
+BRIDGEHEAD = 40  # bins at most, from which the level beside a gap is read
 _SEGMENT_PERIODS = 28.0
 _SEGMENT_SAMPLES = 1024  # at least, where few samples a period fold all harmonics into a narrow band
 _SEGMENT_WITHOUT_SIGNAL = 4096
@@ -200,7 +200,7 @@ def bridge(psd: Array, mask: np.ndarray, degrees: Array) -> Array:
         return out
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        width = min(max(12, end - begin), _BRIDGEHEAD)
+        width = min(max(12, end - begin), BRIDGEHEAD)
         sides = [slice(max(0, begin - width), begin), slice(end, end + width)]
         seen = [side for side in sides if keep[side].any()] or [slice(0, mask.size)]
         left, right = (_levels(psd[:, s][:, keep[s]], degrees[s][keep[s]]) for s in (seen[0], seen[-1]))
