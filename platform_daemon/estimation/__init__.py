@@ -22,8 +22,8 @@ The way of one shot through the room:
     judging/                    residual, block_residual, floor (the noise an angle's residual shows), disturbances
                                 (hum, drift), leftover: with what the fit could still move; companion (wave: its shape,
                                 alongside: fitted too), compression, clipping, misfit, slow_misfit: does it matter?;
-                                hints, losses, twin, judgement, rivals: doubts; cause: why no fit got through; verdict:
-                                good or refused
+                                hints, losses, separation, twin, judgement, rivals: doubts; cause: why no fit got
+                                through; verdict: good or refused
     result                      parameters with covariance and warnings, or a refusal
 
 Each of these folders knows only those after it: judging, start, least_squares, noise, signal, passes, motion, terms,

@@ -1,11 +1,18 @@
 """Warnings name what is doubtful, and what would help."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation import Estimate, NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.judging.losses import Tangle, tangle_warning
+from platform_daemon.estimation.judging.separation import separating_window_s
+from platform_daemon.estimation.judging.verdict import published, residual_left
+from platform_daemon.estimation.models import JEWEL as JEWEL_MODEL
+from platform_daemon.estimation.solving import solve
+from platform_daemon.estimation.task import task_of
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 
@@ -28,6 +35,42 @@ def test_losses_that_a_window_cannot_tell_apart_come_with_the_window_that_would(
     enough = float(re.search(r"about ([\d.]+) s", warning)[1])
     assert 0.12 < enough < 0.6
     assert not any(w.startswith("lambda_tf") for w in warnings_of(truth, "jewel", enough, 10.0))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_window_that_is_named_does_tell_the_losses_apart(seed):
+    rng = np.random.default_rng(seed)
+    truth = random_truth(rng, "jewel", deg_range=(15.0, 65.0))
+    scale, seconds = rng.uniform(3.0, 20.0), 12.0 / truth.f_nat_hz
+    signal, noise = with_noise(dmdt(truth, 3.0), rng, scale * NOISE_SD), NoiseModel.white(scale * NOISE_SD, RATE_HZ)
+    record = RingDownRecord(signal, RATE_HZ, "dmdt")
+    short = fit_ring_down(record, "jewel", seconds, noise=noise)
+    (warning,) = [w for w in short.warnings if w.startswith("lambda_tf_not_separable")]
+    enough = float(re.search(r"about ([\d.]+) s", warning)[1])
+    assert seconds < enough < 20.0 * seconds
+    result = fit_ring_down(record, "jewel", enough, noise=noise)
+    assert not any(w.startswith("lambda_tf") for w in result.warnings)
+    losses = [result.parameters[name] for name in ("lambda_per_s", "tf_over_i_rad_per_s2")]
+    assert min(loss.std / abs(loss.value) for loss in losses) < 0.2
+
+
+def test_losses_that_no_window_tells_apart_are_said_to_be_so():
+    noise = NoiseModel.white(NOISE_SD, RATE_HZ)
+    record = RingDownRecord(with_noise(dmdt(JEWEL, 0.24), np.random.default_rng(3)), RATE_HZ, "dmdt")
+    task = task_of(record, 0.24, noise, {})
+    problem, best = solve(task, JEWEL_MODEL)
+    public, residual = published(task, problem, best), residual_left(task, problem, best)
+    tangle = Tangle(("tf_over_i_rad_per_s2", "lambda_per_s"), -0.999)
+
+    def window(times):
+        known = {name: Estimate(e.value, times * e.std) for name, e in public.parameters.items()}
+        return separating_window_s(problem, best.state, residual, replace(public, parameters=known), tangle)
+
+    assert window(1.0) == pytest.approx(0.24, rel=0.01)
+    assert 0.3 < window(100.0) < 2.0
+    # The friction stops the rotor after two seconds.
+    assert window(1e5) is None
+    assert "the motion ends before" in tangle_warning(tangle, None)
 
 
 def test_a_window_of_few_periods_is_called_short():

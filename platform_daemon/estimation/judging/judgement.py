@@ -65,11 +65,9 @@ def refuse_faint(public: Published) -> None:
         raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
 
 
-def doubts(
-    model: RingDownModel, public: Published, tangle: Tangle | None, window_s: float, periods: float
-) -> tuple[str, ...]:
-    """Named warnings about the parameters of a good result of a window of so many seconds and periods."""
-    warnings = [*loss_warnings(model, public, tangle, window_s)]
+def doubts(model: RingDownModel, public: Published, tangle: Tangle | None, periods: float) -> tuple[str, ...]:
+    """Named warnings about the parameters of a good result of a window of so many periods."""
+    warnings = [*loss_warnings(model, public, tangle)]
     if periods < _FEW_PERIODS:
         warnings.append(f"window_too_short: {periods:.1f} periods; the errors hold only if the model is exact")
     return tuple(warnings)

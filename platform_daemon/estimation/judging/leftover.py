@@ -56,7 +56,7 @@ def leftover_of(
 ) -> Leftover:
     """Integrate the motion anew with its sensitivities; first: sample at which the window begins."""
     block = round(1.0 / (residual.rate_hz * dt_s))
-    derivatives = _derivatives(model, state, first, residual.scaled.shape[1], block, dt_s)[free]
+    derivatives = derivatives_of(model, state, first, residual.scaled.shape[1], block, dt_s)[free]
     # Elliptic integral to second order: good to a thousandth at 60 degrees.
     slowing = 1.0 - state.dynamics.amplitude**2 / 16.0
     names, values, published = public_jacobian(model, state)
@@ -73,7 +73,7 @@ def leftover_of(
     )
 
 
-def _derivatives(model: RingDownModel, state: FitState, first: int, blocks: int, block: int, dt_s: float) -> Array:
+def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: int, block: int, dt_s: float) -> Array:
     """Block means of the signal's derivatives by all parameters, (size, channels, blocks)."""
     d, seen = state.dynamics, state.observation
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)

@@ -12,8 +12,6 @@ from ..models import RingDownModel
 
 _TANGLED = 0.99  # correlation
 _UNSEPARATED = 0.2  # relative error of either
-_SEPARATED = 0.1  # relative error of a loss that is told apart from the other
-_SEPARATION_POWER = 1.0 / 2.7  # that error falls at least with the length of the window to the power of 2.7
 _SEEN = 2.0  # standard deviations
 _SURELY = 3.0
 
@@ -25,12 +23,10 @@ class Tangle:
     Attributes:
         names: the losses, the one with the smaller relative error first.
         correlation: of their errors.
-        relative_error: of the first one.
     """
 
     names: tuple[str, str]
     correlation: float
-    relative_error: float
 
 
 def tangled_losses(model: RingDownModel, public: Published) -> Tangle | None:
@@ -55,22 +51,27 @@ def _tangle(public: Published, one: str, other: str) -> Tangle | None:
     better, worse = sorted(errors, key=lambda name: errors[name])
     if abs(correlation) < _TANGLED or errors[better] < _UNSEPARATED:
         return None
-    return Tangle((better, worse), correlation, errors[better])
+    return Tangle((better, worse), correlation)
 
 
-def separating_window_s(tangle: Tangle, window_s: float) -> float:
-    """The window, in s, that would tell the two losses apart."""
-    return window_s * max(1.5, (tangle.relative_error / _SEPARATED) ** _SEPARATION_POWER)
+def tangle_warning(tangle: Tangle, enough_s: float | None) -> str:
+    """Losses that the window cannot tell apart; enough_s: the window that would, None if there is no such."""
+    help_ = "the motion ends before a longer window tells them" if enough_s is None else ""
+    help_ = help_ or f"or lengthen the window to about {_rounded_up(enough_s or 0.0):.2g} s"
+    return (
+        f"lambda_tf_not_separable: the window determines only the sum of {' and '.join(tangle.names)} "
+        f"(correlation {tangle.correlation:.4f}); fix or hint one, {help_}"
+    )
 
 
-def loss_warnings(model: RingDownModel, public: Published, tangle: Tangle | None, window_s: float) -> Iterator[str]:
-    """Losses that the window cannot tell apart, that feed energy in, or that are not there."""
-    if tangle is not None:
-        yield (
-            f"lambda_tf_not_separable: the window determines only the sum of {' and '.join(tangle.names)} "
-            f"(correlation {tangle.correlation:.4f}); fix one, or lengthen the window to about "
-            f"{separating_window_s(tangle, window_s):.2g} s"
-        )
+def _rounded_up(seconds: float) -> float:
+    """To two digits."""
+    step = 10.0 ** (math.floor(math.log10(seconds)) - 1)
+    return math.ceil(seconds / step) * step
+
+
+def loss_warnings(model: RingDownModel, public: Published, tangle: Tangle | None) -> Iterator[str]:
+    """Losses that feed energy in, or that are not there."""
     for name in model.losses:
         loss = public.parameters[name]
         if loss.std is None:

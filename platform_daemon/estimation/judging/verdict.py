@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from ..least_squares.gauss_newton import FitState
 from ..least_squares.growing import Fitted, Problem
 from ..least_squares.knowledge import refuse_out_of_bounds
 from ..least_squares.publish import Published, by_convention, publish
@@ -20,7 +21,7 @@ from .compression import find_compression
 from .disturbances import zones_of
 from .judgement import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
 from .leftover import Leftover, leftover_of
-from .losses import tangled_losses
+from .losses import Tangle, tangle_warning, tangled_losses
 from .misfit import (
     APART,
     Findings,
@@ -34,6 +35,7 @@ from .misfit import (
     refuse_shape,
 )
 from .residual import Residual
+from .separation import separating_window_s
 from .twin import twin_warnings
 
 
@@ -62,6 +64,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
     public = public.widened(residual.widening)
     tangle = tangled_losses(model, public)
+    tangled = () if tangle is None else (_tangle_seen(problem, state, residual, public, tangle),)
     return FitResult(
         verdict="good",
         warnings=(
@@ -72,7 +75,8 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
                 chi2_is_large=is_large(chi2, dof, task.noise),
             ),
             *task.doubts,
-            *doubts(model, public, tangle, task.samples * record.dt_s, task.periods),
+            *tangled,
+            *doubts(model, public, tangle, task.periods),
             *twin_warnings(state.observation, public),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes, *colour_notes(residual)),
@@ -92,6 +96,11 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
         noise_source=task.noise.source,
         fitted=FittedModel(model, state),
     )
+
+
+def _tangle_seen(problem: Problem, state: FitState, residual: Residual, public: Published, tangle: Tangle) -> str:
+    """The losses that cannot be told apart, with the window in which they could be."""
+    return tangle_warning(tangle, separating_window_s(problem, state, residual, public, tangle))
 
 
 def published(task: Task, problem: Problem, best: Fitted) -> Published:

@@ -1,0 +1,105 @@
+"""The shortest window that would tell two losses apart: predicted from the fit's own derivatives, exactly.
+
+The motion is followed beyond the window, and the Fisher information (the normal matrix) of every longer one gives the
+errors of the losses there, before anything is measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..least_squares.gauss_newton import FitState
+from ..least_squares.growing import Problem
+from ..least_squares.publish import Published
+from ..motion.trajectory import LostTrajectoryError
+from ..numerics.arrays import Array
+from .leftover import derivatives_of
+from .losses import Tangle
+from .residual import Residual
+
+_STEP = 2.0**0.125  # from one window to the next
+_LOOKS = (3.0, 12.0, 48.0)  # windows, as far as the motion is followed
+_REACH = 1.5  # standard deviations, to which the truth may lie aside
+_POINTS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # of that reach
+_KNOWN = 0.14  # relative error of the loss that is told better: room for chance below a fifth
+_SEEN = 0.25  # of the other one, in the middle of the reach
+_UNTANGLED = 0.98  # correlation
+
+
+def separating_window_s(
+    problem: Problem, state: FitState, residual: Residual, public: Published, tangle: Tangle
+) -> float | None:
+    """The window in s, or None if the motion ends before the two losses can be told apart.
+
+    Their sum is known, and neither is negative; the longer window has to tell how they share it, however they do.
+    """
+    names = [c.name for c in problem.model.coefficients]
+    places = [names.index(name) for name in tangle.names]
+    stds = np.array([public.parameters[name].std or 0.0 for name in tangle.names])
+    sizes = _plausible(public, tangle, stds)
+    values = list(state.dynamics.values)
+    for place, size in zip(places, sizes[:, _POINTS.size // 2].tolist(), strict=True):
+        values[place] = size
+    state = replace(state, dynamics=replace(state.dynamics, values=tuple(values)))
+    for look in _LOOKS:
+        try:
+            found = _errors(problem, state, residual, [3 + place for place in places], look)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return None
+        # What the noise's colour does to the errors, it does in longer windows too.
+        scale = stds / found[0][1]
+        for window_s, sd, correlation in found:
+            if _is_told((scale * sd)[:, None] / sizes, correlation):
+                return window_s
+    return None
+
+
+def _plausible(public: Published, tangle: Tangle, stds: Array) -> Array:
+    """Values of the two losses, (2, points), along their well-known sum: neither negative, not far from the fit."""
+    one, other = (public.parameters[name].value for name in tangle.names)
+    slope = -float(stds[1] / stds[0])
+    # From where one of them is 0 to where the other is.
+    first, last = sorted([-one, -other / slope])
+    # Beyond either end of the reach there is a standard deviation at least, if the sum leaves room for it.
+    low, high = min(-_REACH * stds[0], last - stds[0]), max(_REACH * stds[0], first + stds[0])
+    low, high = max(first, low), min(last, high)
+    aside = low + (high - low) * _POINTS
+    return np.maximum(np.array([one + aside, other + slope * aside]), 1e-3 * stds[:, None])
+
+
+def _is_told(relative: Array, correlation: float) -> bool:
+    """Past the rule by which losses are called inseparable, at every point; neither lost in its error in the middle.
+
+    relative: (2, points) errors.
+    """
+    better = bool(np.all(relative.min(axis=0) < _KNOWN)) or abs(correlation) < _UNTANGLED
+    return better and float(relative[:, _POINTS.size // 2].max()) < _SEEN
+
+
+def _errors(
+    problem: Problem, state: FitState, residual: Residual, losses: list[int], look: float
+) -> list[tuple[float, Array, float]]:
+    """(window in s, errors of the two losses, their correlation) for the window itself and ever longer ones."""
+    step_s, blocks = 1.0 / residual.rate_hz, residual.scaled.shape[1]
+    first = round(problem.first * problem.record.dt_s / step_s)
+    ends = (blocks * _STEP ** np.arange(int(np.log(look) / np.log(_STEP)) + 1)).astype(int)
+    # A dozen samples per period tell as much as all of them, of less noise each.
+    rows = derivatives_of(problem.model, state, first, int(ends[-1]), 1, step_s)[problem.free]
+    rows = rows / residual.sd[:, None]
+    where = [int(np.count_nonzero(problem.free[:k])) for k in losses]
+    fisher, begin, found = np.zeros((rows.shape[0], rows.shape[0])), 0, []
+    for end in ends.tolist():
+        piece = rows[..., begin:end].reshape(rows.shape[0], -1)
+        fisher, begin = fisher + piece @ piece.T, end
+        pair = _inverse(fisher)[np.ix_(where, where)]
+        sd = np.sqrt(pair.diagonal())
+        found.append(((first + end) * step_s, sd, float(pair[0, 1] / (sd[0] * sd[1]))))
+    return found
+
+
+def _inverse(fisher: Array) -> Array:
+    """Scaled to unit diagonal first."""
+    scale = 1.0 / np.sqrt(fisher.diagonal())
+    return np.asarray(np.linalg.inv(fisher * np.outer(scale, scale)) * np.outer(scale, scale))
