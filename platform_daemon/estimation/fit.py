@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .compile_beside import compile_beside
-from .judging.cause import refuse_by_cause
+from .judging.cause import refuse_by_cause, refuse_lost_contact
 from .judging.disturbances import without_disturbances
 from .judging.hints import hint_notes, hinted, needed_hints
 from .judging.judgement import is_much_or_hidden
@@ -90,6 +90,10 @@ def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
     try:
         return _fit(task, model)
     except RefusedError as refused:
+        try:
+            refuse_lost_contact(task, model, refused)
+        except RefusedError as named:
+            return FitResult.refused(named)
         return FitResult.refused(refused)
 
 

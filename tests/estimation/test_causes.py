@@ -181,3 +181,23 @@ def test_hum_beside_the_resonance_makes_no_other_variant(seed):
     result = fit(dmdt(THREAD, 0.24) + tone, "thread", seed=seed)
     assert code(result) == "good", result.reason
     assert "other_variant" not in names(result)
+
+
+@pytest.mark.parametrize("degrees", [95.0, 108.0, 120.0, 135.0])
+@pytest.mark.parametrize("window", [0.1, 0.24, "d30"])
+def test_a_jewel_beyond_its_contact_is_told_so_however_far_beyond(degrees, window):
+    truth = random_truth(np.random.default_rng(int(degrees)), "jewel").with_(phi_max_rad=np.radians(degrees))
+    result = fit(dmdt(truth, 0.6), "jewel", window=window)
+    assert code(result) == "contact_lost", result.reason
+
+
+@pytest.mark.parametrize("degrees", [60.0, 82.0])
+@pytest.mark.parametrize("kind", ["clipped", "glued"])
+def test_what_spoils_a_jewel_below_90_degrees_is_not_called_lost_contact(degrees, kind):
+    clean = dmdt(JEWEL.with_(phi_max_rad=np.radians(degrees)), SECONDS)
+    half = clean.shape[1] // 2
+    spoiled = {
+        "clipped": MIXING @ np.clip(clean, -3.0, 3.0),
+        "glued": np.hstack([clean[:, :half], clean[:, :half]]),
+    }[kind]
+    assert code(fit(spoiled, "jewel")) not in {"good", "contact_lost"}

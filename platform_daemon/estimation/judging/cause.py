@@ -1,9 +1,15 @@
-"""Why no fit got through: another variant would, the receiver compresses, there are two resonators, much is left."""
+"""Why no fit got through: another variant would, the receiver compresses, there are two resonators, much is left.
+
+Or the contact was lost, which only a model without the contact can tell.
+"""
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 from ..least_squares.growing import Fitted, Problem
-from ..models import RingDownModel, rivals_of
+from ..models import THREAD, RingDownModel, rivals_of
 from ..refusal import Refusal, RefusedError
 from ..solving import solve, solve_coarsely
 from ..task import Task
@@ -13,6 +19,45 @@ from .verdict import findings, residual_left
 
 _EXPLAINED = 1.5  # chi^2 over degrees of freedom
 _LEFT = 1e-3  # of the signal's power
+_FIRST_PERIODS = 7.0  # at a wide swing the frequency changes fast
+_CLOSELY = 0.05  # chi^2 over degrees of freedom, of a coarse fit
+_SURELY_BEYOND = 1.05  # times the limit, for an amplitude that is seen coarsely
+_TROUBLE = (
+    Refusal.NO_CONVERGENCE,
+    Refusal.TOO_SHORT,
+    Refusal.AMPLITUDE_BELOW_FLOOR,
+    Refusal.MODEL_DOES_NOT_EXPLAIN,
+    Refusal.OUT_OF_RANGE,
+)
+
+
+def refuse_lost_contact(task: Task, model: RingDownModel, refused: RefusedError) -> None:
+    """Refuse a swing beyond the angle where the model's torques hold, if a fit was refused for what that leads to.
+
+    The second harmonic of so wide a swing exceeds the first, and is taken for it: half the frequency is tried as well.
+    """
+    limit = model.largest_angle_rad
+    if refused.code not in _TROUBLE or limit == math.pi or task.record.quantity == "angle":
+        return
+    for frequency_hz in (task.frequency_hz, 0.5 * task.frequency_hz):
+        reached = _first_amplitude_rad(task, frequency_hz)
+        if reached is not None and reached > _SURELY_BEYOND * limit:
+            seen = f"{model.name}: the deflection reaches about {math.degrees(reached):.0f} deg"
+            raise RefusedError(Refusal.CONTACT_LOST, seen) from refused
+
+
+def _first_amplitude_rad(task: Task, frequency_hz: float) -> float | None:
+    """Amplitude of the first few periods by a model that holds at all angles; None if it does not describe them."""
+    last = task.chosen.first + round(_FIRST_PERIODS / frequency_hz * task.record.sampling_rate_hz)
+    chosen = replace(task.chosen, last=min(last, task.chosen.last))
+    beginning = replace(task, chosen=chosen, frequency_hz=frequency_hz, fixed={})
+    try:
+        coarse = solve_coarsely(beginning, THREAD)
+    except RefusedError:
+        return None
+    if coarse is None or coarse[1].normal.chi2 > _CLOSELY * beginning.degrees(coarse[0]):
+        return None
+    return abs(coarse[1].state.dynamics.amplitude)
 
 
 def refuse_by_cause(task: Task, model: RingDownModel) -> None:

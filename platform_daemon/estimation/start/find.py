@@ -29,7 +29,7 @@ from .value import Start
 
 _FIRST_PERIODS = 10
 _TRUSTED_SNR = 8.0
-_AMPLITUDE_RANGE = (2e-3, 1.4)
+_AMPLITUDE_RANGE = (2e-3, 2.7)
 _SMALL_AMPLITUDE = 0.02  # rad; below, noise makes up much of what is seen
 _BLIND_AMPLITUDES = (0.12, 0.35, 0.7, 1.1)
 _WIDEST = 3.0  # rad
