@@ -5,7 +5,8 @@ The way of one shot through the room:
     fit                         the whole way, from here on
     task                        what is to be fitted: a record that passed
     signal/                       screening (oscillation, scan, saturation), windows (periods, crest); what samples tell
-                                  alone: spectrum, harmonics, swings of an angle, two resonators that beat
+                                  alone: spectrum, harmonics, swings of an angle; two_lines: resonators that beat, or
+                                  are far_lines
     noise/                        per channel and frequency (model, welch, colour, level: how well known), of a series,
                                   steady lines
     solving                     from all start values to one minimum

@@ -18,7 +18,7 @@ from .models import RingDownModel
 from .motion.start_label import NoLabelError
 from .motion.trajectory import LostTrajectoryError
 from .refusal import Refusal, RefusedError
-from .signal.beat import find_beat
+from .signal.two_lines import refuse_two_lines
 from .start.find import Start, find_start, observes_dipole
 from .task import Task
 
@@ -107,11 +107,5 @@ def _refuse_faint(task: Task, problem: Problem, state: FitState) -> None:
 
 def refuse_beat(task: Task) -> None:
     """Two resonators as the reason why a fit went wrong; a window may end where they first cancel each other."""
-    record = task.record
-    if record.quantity == "angle":
-        return
-    beat = find_beat(record, record.valid_from, record.end, task.frequency_hz, task.noise_sd)
-    if beat is not None:
-        one, other = beat.frequencies_hz
-        seen = f"{one:.6g} Hz and {other:.6g} Hz, the second with {100.0 * beat.ratio:.2g} % of the first's size"
-        raise RefusedError(Refusal.TWO_RESONATORS, seen)
+    if task.record.quantity != "angle":
+        refuse_two_lines(task.record, task.frequency_hz, task.noise_sd)

@@ -15,6 +15,7 @@ from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .signal.periods import FEW_PERIODS, counted_periods
 from .signal.screening import FEWEST_PERIODS, refuse_few_periods, screen
+from .signal.two_lines import refuse_two_lines
 from .signal.windows import SampleRange, Window, select_window
 
 _SLOWEST_HZ = 20.0  # a fifth of the slowest resonator whose dm/dt can be seen
@@ -73,8 +74,14 @@ def task_of(record: RingDownRecord, window: Window, noise: NoiseModel | None, fi
         seen = record.samples[:, chosen.first : chosen.last]
         counted = counted_periods(seen, record.dt_s, line.frequency_hz)
         task = replace(task, frequency_hz=counted / (task.samples * record.dt_s))
-    _refuse_slow_change(task, window)
-    refuse_few_periods(task.samples * record.dt_s, task.frequency_hz)
+    try:
+        _refuse_slow_change(task, window)
+        refuse_few_periods(task.samples * record.dt_s, task.frequency_hz)
+    except RefusedError:
+        # A beat can be why so few periods came before the decay to 30 %.
+        if window == "d30" and record.quantity != "angle" and line.frequency_hz > _SLOWEST_HZ:
+            refuse_two_lines(record, line.frequency_hz, sd)
+        raise
     return task
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.estimation.signal.far_lines import find_far_lines
 
 from .generator import RATE_HZ, Truth, dmdt, random_truth, with_noise
 
@@ -162,3 +163,36 @@ def test_a_second_resonator_that_passes_for_noise_is_refused_all_the_same():
     """Far below the fundamental, in a short record without blank shots, its leakage is a colour of the noise."""
     result = fit(dmdt(JEWEL, 0.24) + dmdt(turned(JEWEL, 0.315, 0.1), 0.24), "jewel")
     assert result.reason.startswith("two_resonators"), result.reason
+
+
+POSE = random_truth(np.random.default_rng(3), "thread").rodrigues
+OTHER = THREAD.with_(lambda_per_s=0.3, psi_start_rad=2.0, rodrigues=POSE)
+
+
+def test_a_beat_that_ends_the_window_early_is_named_not_the_short_window():
+    for shift_hz in (12.0, 15.0, 18.0):
+        clean = dmdt(THREAD, 1.0) + dmdt(OTHER.with_(f_nat_hz=THREAD.f_nat_hz + shift_hz), 1.0)
+        record = RingDownRecord(with_noise(clean, np.random.default_rng(1)), RATE_HZ, "dmdt")
+        result = fit_ring_down(record, "thread", "d30")
+        assert result.reason.startswith("two_resonators"), result.reason
+        assert abs(np.subtract(*frequencies(result.reason))) == pytest.approx(shift_hz, abs=2.0)
+
+
+@pytest.mark.parametrize("frequency_hz", [385.0, 400.0])
+@pytest.mark.parametrize("window", [0.24, "d30"])
+def test_a_second_resonator_far_away_is_named_where_no_fit_gets_through(frequency_hz, window):
+    clean = dmdt(THREAD, 1.0) + dmdt(OTHER.with_(f_nat_hz=frequency_hz), 1.0)
+    record = RingDownRecord(with_noise(clean, np.random.default_rng(1)), RATE_HZ, "dmdt")
+    result = fit_ring_down(record, "thread", window)
+    assert result.reason.startswith("two_resonators"), result.reason
+    slowing = 1 - THREAD.phi_max_rad**2 / 16
+    assert sorted(frequencies(result.reason)) == pytest.approx(
+        [slowing * THREAD.f_nat_hz, slowing * frequency_hz], abs=3.0
+    )
+
+
+def test_one_wide_swing_has_no_far_line():
+    for degrees in (40.0, 80.0, 110.0):
+        clean = dmdt(THREAD.with_(phi_max_rad=math.radians(degrees)), 0.5)
+        record = RingDownRecord(with_noise(clean, np.random.default_rng(2)), RATE_HZ, "dmdt")
+        assert find_far_lines(record, THREAD.f_nat_hz) is None

@@ -28,6 +28,7 @@ _TROUBLE = (
     Refusal.AMPLITUDE_BELOW_FLOOR,
     Refusal.MODEL_DOES_NOT_EXPLAIN,
     Refusal.OUT_OF_RANGE,
+    Refusal.TWO_RESONATORS,
 )
 
 

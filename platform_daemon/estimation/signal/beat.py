@@ -22,6 +22,7 @@ _LEFT_BY_TWO = 0.25  # of the envelope's power
 _ABOVE_NOISE = 3.0  # neighbouring points share samples
 _BEATING = 0.005  # of what one rotation leaves
 _LEFT_BY_ONE = 0.05
+_APART = 0.1  # over the stretch: nearer ones are one
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ def find_beat(record: RingDownRecord, first: int, last: int, frequency_hz: float
     order = np.argsort(-amplitudes)
     found = frequency_hz + np.angle(poles[order]) / (2.0 * math.pi * hop_s)
     ratio = float(amplitudes[order[1]] / amplitudes[order[0]])
-    return Beat((float(found[0]), float(found[1])), ratio) if ratio > _SMALLEST else None
+    apart = abs(found[0] - found[1]) > _APART / (envelope.shape[1] * hop_s)
+    return Beat((float(found[0]), float(found[1])), ratio) if apart and ratio > _SMALLEST else None
 
 
 def _envelope(record: RingDownRecord, first: int, last: int, frequency_hz: float) -> tuple[ComplexArray, float, float]:
