@@ -35,9 +35,12 @@ def test_dry_friction_in_few_periods_is_no_noise_of_a_thread(amplitude, periods,
     angle = swing(amplitude, periods, viscous=0.013, dry=0.03 * amplitude / periods)
     plain = fitted(swing(amplitude, periods, viscous=0.013), noise=noise)
     thread, dry = fitted(angle, noise=noise), fitted(angle, "jewel_constant_friction", noise)
-    assert {"residual_not_white", "other_variant"} <= codes(thread)
     assert dry.verdict == "good"
     assert codes(dry) <= {"window_too_short"}
+    if thread.verdict == "refused":
+        assert "jewel_constant_friction reaches" in thread.reason
+        return
+    assert {"residual_not_white", "other_variant"} <= codes(thread)
     assert thread.parameters["lambda_per_s"].std > 1.5 * plain.parameters["lambda_per_s"].std
     assert "errors made" in next(w for w in thread.warnings if w.startswith("residual_not_white"))
 

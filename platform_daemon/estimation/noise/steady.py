@@ -160,7 +160,8 @@ def _keeps_size(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
     slope = float(place @ sizes / (place @ place))
     sd = noise / float(np.sqrt(place @ place))
     mains = _is_mains(frequency_hz)
-    if mains and _decays(sizes, noise):
+    # In less than two periods a stretch shows its own phase too.
+    if mains and n * frequency_hz / rate_hz > 2.0 and _decays(sizes, noise):
         return False
     allowed = (_MAINS_CHANGE if mains else _CHANGE) * float(sizes.mean())
     return abs(slope) < max(_CHANGE_SIGMA * sd, allowed)
