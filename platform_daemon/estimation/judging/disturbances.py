@@ -65,7 +65,7 @@ def _seen(residual: Residual, state: FitState, chosen: SampleRange, dt_s: float,
     """Frequencies of steady tones in a residual, (tones,), and the degree of its drift."""
     degree = drift_degree(residual.scaled)
     # A cheap look first: hardly any record is disturbed.
-    if first_look and not may_hold_tones(residual.transformed, residual.spectrum):
+    if first_look and not may_hold_tones(residual.transformed, residual.with_lines):
         return np.empty(0), degree
     zones = zones_of(state, _RESOLVED / _seconds(chosen, dt_s))
     return find_tones(residual.scaled, residual.rate_hz, zones), degree

@@ -88,6 +88,11 @@ class Residual:
         return self._seen[0]
 
     @property
+    def with_lines(self) -> Array:
+        """The spectrum in which steady lines show: noise that the record itself tells has them in its colour."""
+        return self._power if self.noise.source in OF_RECORD else self.spectrum
+
+    @property
     def spectrum(self) -> Array:
         """Power of the residual over the density of the noise, (channels, bins), without the bin of the offset."""
         return self._seen[1]
