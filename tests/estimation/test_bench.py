@@ -6,7 +6,7 @@ import numpy as np
 
 from platform_daemon.estimation.bench.campaign import campaign_text, run_campaign
 from platform_daemon.estimation.bench.fits import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
-from platform_daemon.estimation.bench.process import linearity, peak_memory, processes_text
+from platform_daemon.estimation.bench.process import _FIRST_FIT, linearity, peak_memory, processes_text
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.warm import made_up
 
@@ -26,6 +26,11 @@ def test_a_short_benchmark_gives_times_ratios_and_a_table():
 def test_the_paper_s_method_can_be_left_out():
     row = run_bench(repeats=1, paper_seconds=0.0, datasets=DATASETS[2:3])["datasets"]["TN50"]
     assert row["paper_s"] is row["paper_finished"] is row["paper_over_fit"] is None
+
+
+def test_what_a_first_process_runs_fits(capsys):
+    exec(_FIRST_FIT, {})
+    assert '"verdict": "good"' in capsys.readouterr().out
 
 
 def test_records_are_the_same_every_time():

@@ -14,14 +14,14 @@ from typing import Any
 
 from ..fit import fit_ring_down
 from ..noise.model import estimate_noise
-from ..warm import warm_up
+from ..warm import made_up, warm_up
 from .fits import DATASETS, Dataset, make_record, milliseconds
 
 _LENGTHS = (1, 2, 4)
 _FIRST_FIT = f"""
 import json, time
-from {__package__} import fit_ring_down
-from {__package__}.warm import made_up
+from {fit_ring_down.__module__} import fit_ring_down
+from {made_up.__module__} import made_up
 record, noise = made_up()
 verdict = fit_ring_down(record, "thread", noise=noise).verdict
 print(json.dumps({{"verdict": verdict, "processor_s": time.process_time()}}))
