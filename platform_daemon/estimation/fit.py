@@ -164,7 +164,7 @@ def _can_matter(task: Task, problem: Problem, best: Fitted, residual: Residual, 
     """A law with as many coefficients is always asked: what one leaves of another's record is little."""
     normal, dof = best.normal, task.degrees(problem)
     alike = len(other.coefficients) == len(problem.model.coefficients)
-    seen = residual.coloured or slow_misfit_sigma(residual) > _SLOW_MISFIT
+    seen = residual.coloured or slow_misfit_sigma(residual, best.left) > _SLOW_MISFIT
     return alike or seen or is_much_or_hidden(normal.chi2, normal.data_chi2, dof)
 
 

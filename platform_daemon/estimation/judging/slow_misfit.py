@@ -15,14 +15,16 @@ from .residual import Residual
 _STRETCHES = 8
 
 
-def slow_misfit_sigma(residual: Residual) -> float:
-    """By how many standard deviations the amplitude and phase in eight stretches are off together."""
+def slow_misfit_sigma(residual: Residual, left: float) -> float:
+    """By how many standard deviations the amplitude and phase in eight stretches are off together.
+
+    left: chi^2 that the residual has above the minimum, which a last small step would take off there.
+    """
     if residual.scaled.shape[1] < 3 * _STRETCHES:
         return 0.0
+    seen = float(_along_motion(residual.scaled, residual.model, residual.sd, _STRETCHES)) - left
     numbers = 2.0 * _STRETCHES
-    return float(_along_motion(residual.scaled, residual.model, residual.sd, _STRETCHES) - numbers) / math.sqrt(
-        2.0 * numbers
-    )
+    return (seen - numbers) / math.sqrt(2.0 * numbers)
 
 
 @fast_kernel

@@ -210,12 +210,14 @@ class Fitted:
     """The minimum, with its normal equations; the moments of one small step before it.
 
     tabulated: a state as good as the minimum, the one before if the last step was negligible: its tables exist.
+    left: chi^2 of the tabulated state above that of the minimum.
     """
 
     state: FitState
     tabulated: FitState
     normal: Normal
     moments: Moments
+    left: float = 0.0
 
 
 def fit_growing(
@@ -243,8 +245,10 @@ def fit_growing(
     final = _Stage(problem, last, ALL, EXACT, None).minimise(state, schedule.final)
     normal = problem.after(final.before, final.step)
     chi2_sd = math.sqrt(2.0 * problem.record.channels * normal.samples)
-    negligible = final.before.normal.chi2 - normal.chi2 < _NEGLIGIBLE_FALL * chi2_sd
-    return Fitted(final.state, final.before.state if negligible else final.state, normal, final.before.moments)
+    fall = final.before.normal.chi2 - normal.chi2
+    if fall < _NEGLIGIBLE_FALL * chi2_sd:
+        return Fitted(final.state, final.before.state, normal, final.before.moments, max(fall, 0.0))
+    return Fitted(final.state, final.state, normal, final.before.moments)
 
 
 def _growth(problem: Problem, found: _Minimum, length: int, growth: float) -> float:

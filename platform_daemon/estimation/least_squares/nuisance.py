@@ -164,5 +164,5 @@ def fit_beside(
     problem = replace(problem, record=cleaned(problem.record, nuisance, amplitudes))
     at = problem.evaluate(state, nuisance.last)
     joint = replace(problem.after(at, np.zeros(state.size)), gradient=normal.gradient, matrix=normal.matrix)
-    fitted = replace(best, state=at.state, tabulated=at.state, normal=joint, moments=at.moments)
+    fitted = replace(best, state=at.state, tabulated=at.state, normal=joint, moments=at.moments, left=0.0)
     return Beside(problem, fitted, noise, notes_of(nuisance, amplitudes))

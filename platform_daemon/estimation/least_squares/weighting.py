@@ -51,6 +51,7 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
         best,
         state=state,
         tabulated=state,
+        left=0.0,
         normal=replace(left, gradient=normal.gradient, matrix=normal.matrix),
         moments=at.moments,
     )
