@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 MOMENT = "m_r_am2"
-COLUMNS = (  # parameter, heading, factor from SI to the unit shown
+Column = tuple[str, str, float]
+COLUMNS: tuple[Column, ...] = (  # parameter, heading, factor from SI to the unit shown
     ("f_nat_hz", "f_nat / Hz", 1.0),
     (MOMENT, "m_r / mAm²", 1e3),
     ("lambda_per_s", "λ / s⁻¹", 1.0),
@@ -34,14 +35,15 @@ def fit_table_text(report: Mapping[str, Any]) -> str:
     """One file's fits as a table: a row per frame, then mean and scatter."""
     title = f"{report['file']}  {report['variant']}, window {report['window']}"
     table = Table(title=title, title_justify="left")
-    for heading in ("frame", *(c[1] for c in COLUMNS), "R² / %", "nRMSE / %", "χ²/dof"):
+    summary = report["summary"]
+    columns = _columns(summary)
+    for heading in ("frame", *(c[1] for c in columns), "R² / %", "nRMSE / %", "χ²/dof"):
         table.add_column(heading, justify="right")
     for frame in report["frames"]:
-        table.add_row(*_row(frame))
-    summary = report["summary"]
+        table.add_row(*_row(frame, columns))
     if any(s["std"] is not None for s in summary.values()):
         table.add_section()
-        cells = [number(s["mean"], s["std"], c[2]) if (s := summary.get(c[0])) else "-" for c in COLUMNS]
+        cells = [number(s["mean"], s["std"], c[2]) if (s := summary.get(c[0])) else "-" for c in columns]
         table.add_row("mean(scatter)", *cells, "", "", "")
     console = Console(width=150)
     with console.capture() as capture:
@@ -49,6 +51,14 @@ def fit_table_text(report: Mapping[str, Any]) -> str:
         for note in _notes(report):
             console.print(note, highlight=False, markup=False)  # [frame 1] is no mark-up
     return capture.get().rstrip()
+
+
+def _columns(found: Collection[str]) -> tuple[Column, ...]:
+    """Columns of what was fitted; coefficients of further terms by their names, which hold their units."""
+    if not found:
+        return COLUMNS
+    others = [n for n in found if n not in {c[0] for c in COLUMNS} and not n.startswith("rodrigues")]
+    return (*(c for c in COLUMNS if c[0] in found), *((name, name, 1.0) for name in others))
 
 
 def fit_line(report: Mapping[str, Any]) -> str:
@@ -63,11 +73,11 @@ def fit_line(report: Mapping[str, Any]) -> str:
     return ", ".join(parts)
 
 
-def _row(frame: Mapping[str, Any]) -> list[str]:
+def _row(frame: Mapping[str, Any], columns: Sequence[Column]) -> list[str]:
     p = frame["parameters"]
     if frame["verdict"] != "good":
-        return [str(frame["frame"]), "refused", *[""] * (len(COLUMNS) - 1 + 3)]
-    cells = [number(p[c[0]]["value"], p[c[0]]["std"], c[2]) if c[0] in p else "-" for c in COLUMNS]
+        return [str(frame["frame"]), "refused", *[""] * (len(columns) - 1 + 3)]
+    cells = [number(p[c[0]]["value"], p[c[0]]["std"], c[2]) if c[0] in p else "-" for c in columns]
     quality = (f"{100 * frame['r2']:.4f}", f"{100 * frame['nrmse']:.3f}", f"{frame['chi2_per_dof']:.3f}")
     return [str(frame["frame"]), *cells, *quality]
 

@@ -168,6 +168,12 @@ def test_an_angle_is_fitted_among_recordings(tmp_path):
     assert frame["derived"]["quality_factor"] == pytest.approx(2 * 3.1416 / 0.15, rel=0.05)
 
 
+def test_the_table_shows_what_was_fitted_and_nothing_else(tmp_path):
+    shown = here("fit", pendulum(tmp_path, *swing()), "--variant", "jewel_constant_friction", "--window", "10").stdout
+    assert "coulomb_rad_per_s2" in shown
+    assert "m_r" not in shown
+
+
 def test_what_an_angle_has_not_is_an_error_that_says_so(tmp_path):
     angle = pendulum(tmp_path, *swing())
     assert_one_line_error(here("fit", angle, "--fix", "m_r_am2=0.01"), 2, "without calibration")
