@@ -8,16 +8,18 @@ from pathlib import Path
 import numba
 import pytest
 
-from platform_daemon.estimation import warm_up
+from platform_daemon.estimation import fit_ring_down, warm_up
 from platform_daemon.estimation.compile_beside import compile_beside
 from platform_daemon.estimation.motion.sampling import fill_basis
 from platform_daemon.estimation.motion.swing_chain import walk_swings
 from platform_daemon.estimation.motion.swing_table import build_table
 from platform_daemon.estimation.motion.trace import trace_half_swings
+from platform_daemon.estimation.motion.trajectory import Trajectory
 from platform_daemon.estimation.numerics import jit
 from platform_daemon.estimation.numerics.jit import is_cached, part
 from platform_daemon.estimation.passes.moments import collect_swings
 from platform_daemon.estimation.terms import TERMS
+from platform_daemon.estimation.warm import made_up
 
 
 def test_the_cache_of_every_kernel_depends_on_the_sources_of_all_kernels():
@@ -52,6 +54,15 @@ def test_a_part_is_compiled_once_whatever_the_options_of_its_callers_and_is_plai
     fast = numba.njit(fastmath=True, nogil=True)(lambda x: doubled(x) - 1.0)
     assert (exact(3.0), fast(3.0), doubled(3.0)) == (7.0, 5.0, 6.0)
     assert len(doubled.compiled.overloads) == 1
+
+
+def test_the_made_up_record_passes_as_clean_so_that_no_more_than_a_clean_fit_needs_is_compiled_first(monkeypatch):
+    def asked(*_args, **_keys):
+        raise AssertionError("the residual was looked into")
+
+    monkeypatch.setattr(Trajectory, "__init__", asked)
+    record, noise = made_up()
+    assert fit_ring_down(record, "thread", noise=noise).verdict == "good"
 
 
 def test_no_other_process_compiles_what_the_cache_holds():
