@@ -56,11 +56,13 @@ def _tangle(public: Published, one: str, other: str) -> Tangle | None:
 
 def tangle_warning(tangle: Tangle, enough_s: float | None) -> str:
     """Losses that the window cannot tell apart; enough_s: the window that would, None if there is no such."""
-    help_ = "the motion ends before a longer window tells them" if enough_s is None else ""
-    help_ = help_ or f"or lengthen the window to about {_rounded_up(enough_s or 0.0):.2g} s"
+    if enough_s is None:
+        longer = "the motion ends before a longer window tells them"
+    else:
+        longer = f"or lengthen the window to about {_rounded_up(enough_s):.2g} s"
     return (
         f"lambda_tf_not_separable: the window determines only the sum of {' and '.join(tangle.names)} "
-        f"(correlation {tangle.correlation:.4f}); fix or hint one, {help_}"
+        f"(correlation {tangle.correlation:.4f}); fix or hint one, {longer}"
     )
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..numerics.arrays import Array
-from .model import BRIDGEHEAD, NoiseModel
+from .model import NoiseModel, gaps
 
 _MEDIAN = 0.5 * math.pi  # variance of a median over that of a mean
 
@@ -27,11 +27,7 @@ def level_sd(noise: NoiseModel) -> float:
 def _lent(keep: np.ndarray) -> Array:
     """By how many bins of gaps every bin stands for them as well, as `bridge` fills them from both sides."""
     out = np.zeros(keep.size)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], (~keep).astype(np.int8), [0]])))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        width = min(max(12, end - begin), BRIDGEHEAD)
-        sides = [slice(max(0, begin - width), begin), slice(end, end + width)]
-        seen = [side for side in sides if keep[side].any()] or [slice(0, keep.size)]
+    for begin, end, seen in gaps(keep):
         for side in seen:
             out[side] += keep[side] * (end - begin) / (len(seen) * np.count_nonzero(keep[side]))
     return out

@@ -5,7 +5,7 @@ Angles of few periods are the exception (OWN_RESIDUAL, OWN_FLOOR; judging/floor.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar, cast
 
@@ -22,7 +22,7 @@ _QUIETEST = 0.25  # share of the bins, by their level, that folded harmonics lea
 _STANDS_OUT = 3.7  # over the level of the noise
 _FEWEST_BINS = 16  # beside the harmonics, that tell the level of the noise
 _MOST_HARMONICS = 24
-BRIDGEHEAD = 40  # bins at most, from which the level beside a gap is read
+_BRIDGEHEAD = 40  # bins at most, from which the level beside a gap is read
 _SEGMENT_PERIODS = 28.0
 _SEGMENT_SAMPLES = 1024  # at least, where few samples a period fold all harmonics into a narrow band
 _SEGMENT_WITHOUT_SIGNAL = 4096
@@ -198,16 +198,21 @@ def bridge(psd: Array, mask: np.ndarray, degrees: Array) -> Array:
     if not keep.any():
         out[:] = np.median(psd, axis=1, keepdims=True)
         return out
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        width = min(max(12, end - begin), BRIDGEHEAD)
-        sides = [slice(max(0, begin - width), begin), slice(end, end + width)]
-        seen = [side for side in sides if keep[side].any()] or [slice(0, mask.size)]
+    for begin, end, seen in gaps(keep):
         left, right = (_levels(psd[:, s][:, keep[s]], degrees[s][keep[s]]) for s in (seen[0], seen[-1]))
         # Noise falls off like a power of frequency, if at all: bridge in the logarithm.
         slope = np.log(right / left) / max(end - begin - 1, 1)
         out[:, begin:end] = left[:, None] * np.exp(np.outer(slope, np.arange(end - begin)))
     return out
+
+
+def gaps(keep: np.ndarray) -> Iterator[tuple[int, int, list[slice]]]:
+    """Runs begin .. end-1 of bins that are not kept, and the neighbours on either side that stand for them."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], (~keep).astype(np.int8), [0]]))).tolist()
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        width = min(max(12, end - begin), _BRIDGEHEAD)
+        sides = [slice(max(0, begin - width), begin), slice(end, end + width)]
+        yield begin, end, [side for side in sides if keep[side].any()] or [slice(0, keep.size)]
 
 
 def _levels(density: Array, degrees: Array) -> Array:
