@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from platform_daemon.cli_tables import COLUMNS, number
+from platform_daemon.reports.tables import COLUMNS, number
 from platform_daemon.settings import locate
 from platform_daemon.store import read_truth
 

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from platform_daemon.adopted import Library
+from platform_daemon.analysis.model_registry import Library
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
+from platform_daemon.engine.job_records import Journal
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.journal import Journal
-from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.settings import load_platform
 
 # The same examples every time: a red run must be red again.  `make campaign` draws new ones.

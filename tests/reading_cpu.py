@@ -10,7 +10,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from drivers.contract.timelines import short_shot
+from drivers.conformance.timelines import short_shot
 from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.options import card_table
 from tests.emulated_series import emulator

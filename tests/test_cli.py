@@ -15,7 +15,7 @@ import httpx2
 import numpy as np
 import pytest
 
-from platform_daemon.cli import main
+from platform_daemon.cli.main import main
 
 COMMAND = Path(sys.executable).with_name("platform-daemon")
 DATA = Path(__file__).parent / "data"

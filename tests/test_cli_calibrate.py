@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.cli import main
+from platform_daemon.cli.main import main
 from platform_daemon.engine.engine import Engine
 from platform_daemon.store import read_calibration, read_transmit_calibration
 

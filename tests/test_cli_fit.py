@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 import pytest
 
-from platform_daemon.analysis import fit_frame
+from platform_daemon.analysis.fit import fit_frame
+from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.estimation.refusal import Refusal
-from platform_daemon.fit_request import FitRequest
 from platform_daemon.store import open_recording
 from tests.batch.files import copies, links, same
 from tests.diagnosis.files import pendulum, swing

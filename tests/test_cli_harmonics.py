@@ -6,10 +6,10 @@ import h5py
 import numpy as np
 import pytest
 
-from platform_daemon.analysis import fit_stored_frame
-from platform_daemon.fit_request import FitRequest
-from platform_daemon.frame_choice import parse_frames
-from platform_daemon.harmonics import frame_harmonics
+from platform_daemon.analysis.fit import fit_stored_frame
+from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.analysis.frames import parse_frames
+from platform_daemon.analysis.harmonics import frame_harmonics
 from platform_daemon.store import open_recording
 from tests.test_cli import DATA, assert_one_line_error, here
 

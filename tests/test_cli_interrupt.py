@@ -12,7 +12,7 @@ def python(program):
 
 LOST = """
 import signal, time, weakref
-from platform_daemon.cli_interrupt import no_interrupt_lost
+from platform_daemon.cli.interrupts import no_interrupt_lost
 
 class Something:
     pass
@@ -62,7 +62,7 @@ def test_what_a_lost_interrupt_made_of_a_command_is_no_error_of_the_command():
 
 
 FORGOTTEN = """
-from platform_daemon.cli_interrupt import no_interrupt_lost
+from platform_daemon.cli.interrupts import no_interrupt_lost
 
 class Something:
     def __del__(self):
@@ -81,8 +81,8 @@ def test_anything_else_is_told_as_before():
 
 COMPUTING = """
 import time
-from platform_daemon.cli_interrupt import end_at_once
-from platform_daemon.diagnosis.pool import shot_pool
+from platform_daemon.cli.interrupts import end_at_once
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 
 try:
     with shot_pool() as pool:
@@ -100,7 +100,7 @@ def test_an_interrupt_does_not_wait_for_a_thread_that_computes():
 
 HELD_DOWN = """
 import signal, time
-from platform_daemon.cli_interrupt import heed_one_interrupt
+from platform_daemon.cli.interrupts import heed_one_interrupt
 
 heed_one_interrupt()
 try:

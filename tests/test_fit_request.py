@@ -7,12 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from drivers.errors import InputError
-from platform_daemon import analysis
-from platform_daemon.derived import series_quantities
-from platform_daemon.estimation.models import MODELS
-from platform_daemon.estimation.terms import TERMS
-from platform_daemon.fit_request import FitRequest, check_fixed, checked_variant, parse_values, why_refused
-from platform_daemon.series_summary import summary
+from platform_daemon.analysis import fit
+from platform_daemon.analysis.derived import series_quantities
+from platform_daemon.analysis.fit_request import FitRequest, check_fixed, checked_variant, parse_values, why_refused
+from platform_daemon.analysis.series.summary import summary
+from platform_daemon.estimation.physics.models import MODELS
+from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.store import open_recording
 from tests.test_cli import DATA
 
@@ -122,8 +122,8 @@ def test_reasons_are_told_once_with_their_frames_and_only_if_none_is_good():
 
 def test_a_picture_is_calibrated_once(monkeypatch):
     calls = []
-    real = analysis.ring_down
-    monkeypatch.setattr(analysis, "ring_down", lambda *args: calls.append(1) or real(*args))
-    shown = analysis.picture(open_recording(DATA / "example_thread.mmr.h5"), 0, "undamped", 0.1)
+    real = fit.ring_down
+    monkeypatch.setattr(fit, "ring_down", lambda *args: calls.append(1) or real(*args))
+    shown = fit.picture(open_recording(DATA / "example_thread.mmr.h5"), 0, "undamped", 0.1)
     assert len(calls) == 1
     assert shown.model is not None or "refused" in shown.caption

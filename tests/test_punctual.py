@@ -10,7 +10,7 @@ import weakref
 
 import pytest
 
-from platform_daemon.punctual import be_punctual
+from platform_daemon.engine.latency import be_punctual
 
 
 class Ring:

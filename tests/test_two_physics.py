@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.models import JEWEL, THREAD
-from platform_daemon.estimation.motion.sampling import DIPOLE
-from platform_daemon.estimation.motion.trajectory import Dynamics, Trajectory
-from sim_backend.motion import move
-from sim_backend.torque import DAMPING, HERTZ, SLOTS, STIFFNESS
-from sim_backend.trajectory import states
+from platform_daemon.estimation.physics.models import JEWEL, THREAD
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.physics.trajectory.direct import Dynamics, Trajectory
+from sim_backend.rotor.motion import move
+from sim_backend.rotor.torque import DAMPING, HERTZ, SLOTS, STIFFNESS
+from sim_backend.rotor.trajectory import states
 
 RATE_HZ = 125e6 / 2048
 CASES = {

@@ -8,10 +8,11 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
-from platform_daemon.adopted import Library
-from platform_daemon.api.problems import problem
+from platform_daemon.analysis.model_registry import Library
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
+
+from .problems import problem
 
 
 @dataclass(frozen=True)

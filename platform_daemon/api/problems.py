@@ -13,7 +13,7 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from drivers import errors
-from platform_daemon.adopted import UnknownModel
+from platform_daemon.analysis.model_registry import UnknownModel
 from platform_daemon.engine.engine import UnknownId
 from platform_daemon.store import StorageError, UnknownRecording
 

@@ -8,6 +8,6 @@ would) - missing_torque.py (what has no name) - diagnose.py (the whole) - report
 
 from .diagnose import Diagnosis, DiagnosisError, diagnose
 from .report import as_json
-from .shots import Shot
+from .shots.shot import Shot
 
 __all__ = ["Diagnosis", "DiagnosisError", "Shot", "as_json", "diagnose"]

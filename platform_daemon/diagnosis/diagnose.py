@@ -10,30 +10,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation.physics.models import RingDownModel
 
-from .design import discrimination
-from .effects.base import Candidate
+from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
 from .effects.torque import drift_candidate, stribeck_candidates, torque_candidates
-from .generic import residues
-from .heldout import HeldOut
-from .hypothesis import Hypothesis
-from .integrity import Flaw, flaws, without_gaps
-from .lookalikes import gain_of
-from .missing_torque import MissingTorque, missing_torque
-from .naming import Named, gap_effects, named_effects
-from .notes import notes, undecided
-from .parameters import Mean, means, widened, window_disagreement
-from .pool import shot_pool
-from .proof import proved
-from .proposals import Ambiguity, Proposal, proposals
-from .quiet import beside_tones
-from .refit import Refit, refit
-from .search import Found, Progress, search
-from .shots import Shot
-from .start import Refused, start
-from .verdict import Verdict, judge
+from .findings.accepted_effects import Named, gap_effects, named_effects
+from .findings.experiment_design import discrimination
+from .findings.missing_torque import MissingTorque, missing_torque
+from .findings.next_measurements import Ambiguity, Proposal, proposals
+from .findings.notes import notes, undecided
+from .findings.verdict import Verdict, judge
+from .regression.hypothesis import Hypothesis
+from .regression.joint_fit import Refit, refit
+from .regression.parameters import Mean, means, widened, window_disagreement
+from .selection.confounders import gain_of
+from .selection.data_integrity import Flaw, flaws, without_gaps
+from .selection.omnibus_test import residues
+from .selection.stepwise import Found, Progress, search
+from .selection.tone_free_noise import beside_tones
+from .shots.initial_fits import Refused, start
+from .shots.shot import Shot
+from .shots.thread_pool import shot_pool
+from .validation.cross_validation import HeldOut
+from .validation.validated_effects import proved
 
 _HERTZ_LAW_RAD = 0.5 * math.pi
 

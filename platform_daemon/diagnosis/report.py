@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 from .diagnose import Diagnosis
-from .missing_torque import MissingTorque
-from .naming import Named
-from .search import Tried
-from .significance import chance
+from .findings.accepted_effects import Named
+from .findings.missing_torque import MissingTorque
+from .selection.significance import chance
+from .selection.stepwise import Tried
 
 _ANGLE_UNITS = {"A m^2/s": "rad"}  # of what stands beside the signal
 

@@ -14,19 +14,20 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
-from platform_daemon.adopted import Library
-from platform_daemon.engine.acquisition import Acquisition
-from platform_daemon.engine.adoption import AdoptionRequest, CalibrationFiles, Chain
-from platform_daemon.engine.calibration import CalibrationRequest, calibration_work
-from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.engine.journal import Journal
-from platform_daemon.engine.live import LiveHarmonics
-from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
-from platform_daemon.engine.reset import reset_amplifier
-from platform_daemon.engine.self_test import SelfTestOptions
-from platform_daemon.engine.status import Readback
+from platform_daemon.analysis.model_registry import Library
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
+
+from .calibration_in_use import AdoptionRequest, CalibrationFiles, Chain
+from .job_records import Journal
+from .jobs import Job, JobState
+from .live_estimate import LiveHarmonics
+from .planning import AcquisitionPlan, AcquisitionRequest, plan_acquisition
+from .readback import Readback
+from .work.calibration import CalibrationRequest, calibration_work
+from .work.reset_fault import reset_amplifier
+from .work.self_test import SelfTestOptions
+from .work.series import Acquisition
 
 log = structlog.get_logger()
 ON_HARDWARE = ("acquisition", "calibration")  # kinds of jobs that move something

@@ -20,8 +20,9 @@ from drivers.io_card import ChunkFlags
 from drivers.platform import Platform
 from drivers.timeline import Line, Timeline
 from drivers.tx_rx_switch import SwitchPosition
-from platform_daemon.engine.input_range import RangeWatch
-from platform_daemon.engine.jobs import Cancelled
+
+from .input_range import RangeWatch
+from .jobs import Cancelled
 
 CHUNK_S = 0.1  # how often cancel is looked at and progress reported
 

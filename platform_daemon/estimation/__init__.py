@@ -36,14 +36,14 @@ compile_beside (compilation before the first fit).
 
 from __future__ import annotations
 
-from .calibration import CalibratedRecord, CalibrationError, calibrate
+from .calibration.apply import CalibratedRecord, CalibrationError, calibrate
+from .compilation import warm_up
 from .fit import fit_ring_down
 from .noise.model import NoiseModel, estimate_noise
 from .noise.series import SeriesNoise
 from .record import RingDownRecord
 from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
-from .signal.saturation import find_clipping, saturation
-from .warm import warm_up
+from .screening.clipping import find_clipping, saturation
 
 __all__ = [
     "PARAMETER_NAMES",

@@ -12,9 +12,9 @@ import subprocess
 import sys
 from functools import cache
 
-from .motion import swing_walk
+from .moments import tabulated
 from .numerics.jit import is_cached
-from .passes import moments
+from .physics.trajectory import half_cycle_walk
 
 _TABLES = ("build_table", "walk_swings")
 _CHILD = "MMR_COMPILES_BESIDE"  # set in the other process, which starts none
@@ -24,7 +24,7 @@ _CHILD = "MMR_COMPILES_BESIDE"  # set in the other process, which starts none
 def compile_beside() -> subprocess.Popen[bytes] | None:
     """Start the other process, once, if it can help; None if the kernels are in the cache, or there is one core."""
     alone = len(os.sched_getaffinity(0)) < 2 or not sys.executable
-    if alone or _CHILD in os.environ or is_cached(moments.collect_swings):
+    if alone or _CHILD in os.environ or is_cached(tabulated.collect_swings):
         return None
     paths = os.pathsep.join(filter(None, sys.path))
     try:
@@ -39,10 +39,10 @@ def compile_beside() -> subprocess.Popen[bytes] | None:
 
 def compile_sums() -> None:
     """What the other process does: a fit whose tables are made by plain Python, so that only the rest is compiled."""
+    from .compilation import made_up
     from .fit import fit_ring_down
-    from .warm import made_up
 
     for name in _TABLES:
-        setattr(swing_walk, name, getattr(swing_walk, name).py_func)
+        setattr(half_cycle_walk, name, getattr(half_cycle_walk, name).py_func)
     record, noise = made_up()
     fit_ring_down(record, "thread", noise=noise)

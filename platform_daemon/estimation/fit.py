@@ -10,26 +10,26 @@ from dataclasses import replace
 import numpy as np
 
 from .compile_beside import compile_beside
-from .judging.cause import refuse_by_cause, refuse_lost_contact
-from .judging.disturbances import without_disturbances
-from .judging.hints import hint_notes, hinted, needed_hints
-from .judging.judgement import is_much_or_hidden
-from .judging.residual import Residual
-from .judging.rivals import Comparison, Explanation, compare, refuse_decided
-from .judging.slow_misfit import slow_misfit_sigma
-from .judging.verdict import judged, published, residual_left
-from .least_squares.growing import Fitted, Problem
-from .least_squares.knowledge import held
-from .models import RingDownModel, model_named, rivals_of
+from .goodness_of_fit.acceptance import is_much_or_hidden
+from .goodness_of_fit.envelope_lack_of_fit import slow_misfit_sigma
+from .goodness_of_fit.failure_cause import refuse_by_cause, refuse_lost_contact
+from .goodness_of_fit.held_losses import hint_notes, hinted, needed_hints
+from .goodness_of_fit.interference import without_disturbances
+from .goodness_of_fit.model_comparison import Comparison, Explanation, compare, refuse_decided
+from .goodness_of_fit.residual import Residual
+from .goodness_of_fit.verdict import judged, published, residual_left
+from .initial_guess.guess import observes_dipole
+from .least_squares.constraints import held
+from .least_squares.progressive import Fitted, Problem
 from .noise.model import OWN, OWN_FLOOR, OWN_RESIDUAL, NoiseModel
-from .numerics.threads import one_thread_for_products
+from .numerics.blas_threads import one_thread_for_products
+from .physics.models import RingDownModel, model_named, rivals_of
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .result import FitResult
-from .signal.screening import few_at_full_scale
-from .signal.windows import Window, check_window
-from .solving import FAILURES, solve
-from .start.find import observes_dipole
+from .screening.screening import few_at_full_scale
+from .screening.windows import Window, check_window
+from .solve import FAILURES, solve
 from .task import Task, task_of
 
 _HARDLY_ANY = 0.1  # of a misfit

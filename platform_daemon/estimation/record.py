@@ -7,7 +7,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from .calibration import inverse_sensitivity
+from .calibration.apply import inverse_sensitivity
 from .numerics.arrays import Array
 
 Quantity = Literal["dmdt", "voltage", "angle"]

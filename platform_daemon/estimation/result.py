@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from .least_squares.gauss_newton import FitState
-from .models import RingDownModel
-from .motion.trajectory import Trajectory
 from .numerics.arrays import Array
+from .physics.models import RingDownModel
+from .physics.trajectory.direct import Trajectory
 from .refusal import Refusal, RefusedError
 
 PARAMETER_NAMES: tuple[str, ...] = (

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
-from platform_daemon.store.layout import FREQUENCY, FREQUENCY_RESPONSE, SENSITIVITY
+
+from .layout import FREQUENCY, FREQUENCY_RESPONSE, SENSITIVITY
 
 if TYPE_CHECKING:
-    from platform_daemon.store.recording import Calibration
+    from .recording import Calibration
 
 MAX_CONDITION = 1e6
 """Beyond this, inverting P turns the last bit of a 16-bit converter into the whole signal."""

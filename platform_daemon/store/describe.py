@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from platform_daemon.store.recording import Calibration, Excitation, Recording
+from .recording import Calibration, Excitation, Recording
 
 
 def describe(recording: Recording) -> dict[str, Any]:

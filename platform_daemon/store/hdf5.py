@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
-from platform_daemon.store.errors import NotFinite
+
+from .errors import NotFinite
 
 MAX_ITEMS = 10_000_000
 """A side table larger than this is damage, not data; reading it would only exhaust the memory."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.store.recording import Calibration, Excitation, SequenceInfo
+from .recording import Calibration, Excitation, SequenceInfo
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.store.hdf5 import ANOTHER_COPY, Source
-from platform_daemon.store.layout import ENTRY, EXCITATION, FLAGS, FRAMES, VERDICTS
-from platform_daemon.store.recording import Excitation, FrameInfo, Provenance
+from .hdf5 import ANOTHER_COPY, Source
+from .layout import ENTRY, EXCITATION, FLAGS, FRAMES, VERDICTS
+from .recording import Excitation, FrameInfo, Provenance
 
 _SAMPLE = f"{ENTRY}/sample/name"
 _OPERATOR = f"{ENTRY}/operator/name"

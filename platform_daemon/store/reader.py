@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from drivers.errors import RecordingError
-from platform_daemon.store.calibration_extras import read_extent, read_relative_std, read_std, read_transmit
-from platform_daemon.store.checks import check_calibration
-from platform_daemon.store.hdf5 import Source, open_hdf5
-from platform_daemon.store.layout import (
+
+from .calibrations import read_extent, read_relative_std, read_std, read_transmit
+from .checks import check_calibration
+from .hdf5 import Source, open_hdf5
+from .layout import (
     CALIBRATION,
     DATA,
     FIT,
@@ -26,8 +27,8 @@ from platform_daemon.store.layout import (
     VARIANT,
     VARIANTS,
 )
-from platform_daemon.store.metadata import read_frame_info, read_provenance
-from platform_daemon.store.recording import Calibration, FrameInfo, Recording, SequenceInfo
+from .metadata import read_frame_info, read_provenance
+from .recording import Calibration, FrameInfo, Recording, SequenceInfo
 
 ANOTHER_LAYOUT = "convert it to the layout in docs/file-format.md"
 VOLT_NAMES = ("", "v", "volt", "volts")

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from drivers.calibration import TransmitCalibration
 from drivers.errors import InputError
-from platform_daemon.store.checks import check_calibration
-from platform_daemon.store.hdf5 import open_hdf5
-from platform_daemon.store.layout import CONFIGURATION, DATA, FLAGS
+
+from .checks import check_calibration
+from .hdf5 import open_hdf5
+from .layout import CONFIGURATION, DATA, FLAGS
 
 
 @dataclass(frozen=True)

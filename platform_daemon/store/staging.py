@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from drivers.errors import InputError
-from platform_daemon.store.durable import PART
+
+from .durable import PART
 
 SUFFIX = ".shots"
 _FRESH = ".shots-new-"

@@ -11,8 +11,9 @@ import h5py
 import numpy as np
 
 from drivers.calibration import TransmitCalibration
-from platform_daemon.store.header import SeriesHeader, ShotRecord
-from platform_daemon.store.layout import (
+
+from .header import SeriesHeader, ShotRecord
+from .layout import (
     CALIBRATION,
     DATA,
     ENTRY,
@@ -28,9 +29,9 @@ from platform_daemon.store.layout import (
     SEQUENCE,
     TRANSMIT,
 )
-from platform_daemon.store.recording import Calibration, Excitation, FrameInfo
-from platform_daemon.store.truth import write_truth
-from platform_daemon.store.validate import check_excitation, check_instant, padded_volts
+from .recording import Calibration, Excitation, FrameInfo
+from .truth import write_truth
+from .validate import check_excitation, check_instant, padded_volts
 
 LIBVER = ("v108", "v108")
 """HDF5 1.8 format: every reader since 2008 opens it, and its metadata carry checksums, which the older one lacks."""

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.adopted import Library, draft, resolve
-from platform_daemon.adopted.receiver import undone
-from platform_daemon.analysis import fit_recording
-from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.analysis.fit import fit_recording
+from platform_daemon.analysis.fit_request import FitRequest, choose_variant
+from platform_daemon.analysis.model_registry import Library, draft, resolve
+from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.fit_request import FitRequest, choose_variant
+from platform_daemon.estimation.calibration.receiver_correction import undone
 from platform_daemon.store import ReceiverEffect, open_recording, read_fits
 from tests.adopted.diagnoses import diagnosis, effect
 from tests.conftest import acquire

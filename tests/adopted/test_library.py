@@ -3,7 +3,16 @@ import json
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.adopted import AdoptionRefused, Library, UnknownModel, digests, draft, label_of, model_of, resolve
+from platform_daemon.analysis.model_registry import (
+    AdoptionRefused,
+    Library,
+    UnknownModel,
+    digests,
+    draft,
+    label_of,
+    model_of,
+    resolve,
+)
 from tests.adopted.diagnoses import diagnosis, effect
 
 

@@ -15,7 +15,7 @@ from tests.conftest import SHORT_JEWEL
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
     from platform_daemon.app import start_engine
-    from platform_daemon.engine.journal import Journal
+    from platform_daemon.engine.job_records import Journal
     from platform_daemon.settings import load_platform
 
     folder = open_data_folder(tmp_path_factory.mktemp("data"))

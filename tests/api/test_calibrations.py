@@ -5,7 +5,7 @@ from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, open_data_folder
-from platform_daemon.engine.journal import Journal
+from platform_daemon.engine.job_records import Journal
 from platform_daemon.settings import load_platform
 from platform_daemon.store import read_calibration
 

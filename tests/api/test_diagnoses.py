@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from platform_daemon.adopted import Library
+from platform_daemon.analysis.model_registry import Library
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, open_data_folder, start_engine
-from platform_daemon.engine.journal import Journal
+from platform_daemon.engine.job_records import Journal
 from platform_daemon.settings import load_platform
 from tests.api.test_api import finished
 

@@ -6,8 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from drivers.errors import InputError, PlatformError
-from platform_daemon.analysis import fit_recording
-from platform_daemon.batch import (
+from platform_daemon.analysis.batch import (
     Advanced,
     Failed,
     Finished,
@@ -18,7 +17,8 @@ from platform_daemon.batch import (
     processes,
     run,
 )
-from platform_daemon.fit_request import FitRequest
+from platform_daemon.analysis.fit import fit_recording
+from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.store import open_recording
 from tests.batch.files import WINDOW_S, copies, same
 

@@ -8,11 +8,11 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 from drivers.errors import InputError, PlatformError
-from platform_daemon.batch import Advanced, Settings, fit_files, in_this_process
+from platform_daemon.analysis.batch import Advanced, Settings, fit_files, in_this_process
 from tests.batch.files import WINDOW_S, copies, same
 
 pytest.importorskip("distributed", reason="the optional extra dask is not installed")
-from platform_daemon.batch.cluster import dask_cluster
+from platform_daemon.analysis.batch.dask_cluster import dask_cluster
 
 SETTINGS = Settings(window=WINDOW_S)
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -68,7 +68,7 @@ def test_a_cluster_gives_what_one_machine_gives_though_a_worker_is_killed_on_the
 
 def test_content_is_sent_to_workers_that_cannot_read_our_paths(tmp_path, monkeypatch):
     paths = copies(tmp_path, 2)
-    from platform_daemon.batch import cluster as module
+    from platform_daemon.analysis.batch import dask_cluster as module
 
     monkeypatch.setattr(module, "_all_read", lambda client, path: False)
     with cluster(tmp_path, workers=1) as (address, _), dask_cluster(address, paths[0]) as reached:
@@ -84,7 +84,7 @@ def test_a_cluster_without_workers_is_said(tmp_path):
 
 
 def test_workers_with_another_version_are_refused_by_name(tmp_path, monkeypatch):
-    from platform_daemon.batch import cluster as module
+    from platform_daemon.analysis.batch import dask_cluster as module
 
     monkeypatch.setattr(module, "__version__", "99.0")
     with cluster(tmp_path, workers=1) as (address, _), pytest.raises(InputError, match=r"tcp:.*has version"):
@@ -92,7 +92,7 @@ def test_workers_with_another_version_are_refused_by_name(tmp_path, monkeypatch)
 
 
 def test_an_address_where_nobody_answers_is_said_with_the_remedy(tmp_path, monkeypatch):
-    from platform_daemon.batch import cluster as module
+    from platform_daemon.analysis.batch import dask_cluster as module
 
     monkeypatch.setattr(module, "_CONNECT_S", 0.5)
     with pytest.raises(PlatformError, match=r"no scheduler answers.*dask scheduler"):

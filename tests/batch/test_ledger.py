@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.batch import Ledger, Settings
+from platform_daemon.analysis.batch import Ledger, Settings
 from platform_daemon.store import Calibration
 
 SETTINGS = Settings(window="n50", fixed={"lambda_per_s": 0.25})

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from drivers.errors import ConfigError, InputError, SequenceRejected
-from platform_daemon.engine.calibration import CalibrationRequest
+from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.fit_request import FitRequest
+from platform_daemon.engine.work.calibration import CalibrationRequest
 from platform_daemon.store import open_recording, read_calibration, read_transmit_calibration
-from sim_backend.chain import frequency_response
-from sim_backend.coils import sensitivity_t_per_a
+from sim_backend.receive.chain import frequency_response
+from sim_backend.transmit.coils import sensitivity_t_per_a
 from tests.conftest import acquire
 
 MADE_OTHERWISE = (
@@ -181,7 +181,7 @@ class TestFitsWithIt:
     def test_another_gain_is_a_typed_warning_of_a_later_fit(
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
-        from platform_daemon.analysis import fit_recording
+        from platform_daemon.analysis.fit import fit_recording
 
         at_10 = engine_with("lna.gain=10.0", "calibration.lna_gain=10.0")
         made = calibrated(at_10, tmp_path, kind="receive").result

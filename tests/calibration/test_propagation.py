@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from platform_daemon.analysis import file_report, fit_frame, frame_report, refused_report
-from platform_daemon.calibration.propagation import systematic_std
-from platform_daemon.cli_tables import fit_table_text
-from platform_daemon.estimation.least_squares.rotation import rotation_from_rodrigues
-from platform_daemon.fit_request import FitRequest
+from platform_daemon.analysis.fit import file_report, fit_frame, frame_report, refused_report
+from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.estimation.calibration.uncertainty import systematic_std
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.reports.tables import fit_table_text
 from platform_daemon.store import Calibration
 from tests.estimation.generator import RATE_HZ, Truth, dmdt, with_noise
 

@@ -1,7 +1,7 @@
 """How long the diagnosis of 12 thread shots of 5 s takes:  python -m tests.diagnosis.speed"""
 
 from platform_daemon.diagnosis import as_json, diagnose
-from platform_daemon.estimation.models import THREAD
+from platform_daemon.estimation.physics.models import THREAD
 
 from .simulated import shots_with
 

@@ -22,12 +22,12 @@ import numpy as np
 
 from platform_daemon.diagnosis import as_json, diagnose
 from platform_daemon.diagnosis.diagnose import candidates_for
-from platform_daemon.diagnosis.hypothesis import Hypothesis
-from platform_daemon.diagnosis.picture import picture
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.refit import refit
-from platform_daemon.diagnosis.start import start
-from platform_daemon.estimation.models import model_named
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import refit
+from platform_daemon.diagnosis.regression.score_test import picture
+from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
+from platform_daemon.estimation.physics.models import model_named
 
 from .simulated import shots_with
 from .study_page import RATE_HZ, SAMPLE_SD, document, limits, row

@@ -5,13 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.anatomy import HARMONICS, scatter, shot_anatomy, sliding_windows, typical_shot
-from platform_daemon.diagnosis.hypothesis import Hypothesis
-from platform_daemon.diagnosis.motion import motion_of
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.refit import refit
-from platform_daemon.diagnosis.start import start
-from platform_daemon.diagnosis_shots import load_specimen
+from platform_daemon.analysis.diagnose import load_specimen
+from platform_daemon.diagnosis.findings.residual_analysis import (
+    HARMONICS,
+    scatter,
+    shot_anatomy,
+    sliding_windows,
+    typical_shot,
+)
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import refit
+from platform_daemon.diagnosis.regression.torque_response import motion_of
+from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from tests.diagnosis.files import THREAD, pendulum, swing
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from drivers.errors import RecordingError
-from platform_daemon.angle_series import is_time_series, read_angles
+from platform_daemon.analysis.diagnose import diagnose_specimen, load_specimen
 from platform_daemon.diagnosis import as_json
-from platform_daemon.diagnosis_shots import diagnose_specimen, load_specimen
+from platform_daemon.store.angle_series import is_time_series, read_angles
 from tests.diagnosis.files import PENDULUM, THREAD, copied, pendulum, swing
 
 

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.design import discrimination
 from platform_daemon.diagnosis.diagnose import candidates_for
-from platform_daemon.diagnosis.hypothesis import Hypothesis
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.proposals import Ambiguity, proposals
-from platform_daemon.diagnosis.refit import refit
-from platform_daemon.diagnosis.start import start
-from platform_daemon.estimation.models import THREAD
+from platform_daemon.diagnosis.findings.experiment_design import discrimination
+from platform_daemon.diagnosis.findings.next_measurements import Ambiguity, proposals
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import refit
+from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
+from platform_daemon.estimation.physics.models import THREAD
 from tests.diagnosis.simulated import shots_with
 
 DRAG = {"id": "quadratic_drag", "strength": 4e-5}

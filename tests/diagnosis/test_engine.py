@@ -8,15 +8,15 @@ import pytest
 
 from platform_daemon.diagnosis import DiagnosisError, as_json, diagnose
 from platform_daemon.diagnosis.diagnose import candidates_for
-from platform_daemon.diagnosis.hypothesis import Hypothesis
-from platform_daemon.diagnosis.motion import torque_answers
-from platform_daemon.diagnosis.picture import picture
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.refit import refit
-from platform_daemon.diagnosis.start import start
-from platform_daemon.estimation.models import JEWEL, THREAD, model_named
-from platform_daemon.estimation.motion.trajectory import Trajectory
-from platform_daemon.estimation.passes.workspace import Workspace
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import refit
+from platform_daemon.diagnosis.regression.score_test import picture
+from platform_daemon.diagnosis.regression.torque_response import torque_answers
+from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.physics.models import JEWEL, THREAD, model_named
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
 from tests.diagnosis.simulated import shots_with
 
 

@@ -5,15 +5,15 @@ import pytest
 
 from platform_daemon.diagnosis import as_json, diagnose
 from platform_daemon.diagnosis.diagnose import candidates_for
-from platform_daemon.diagnosis.hypothesis import Hypothesis
-from platform_daemon.diagnosis.lookalikes import rivals
-from platform_daemon.diagnosis.parameters import published
-from platform_daemon.diagnosis.picture import picture
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.refit import refit
-from platform_daemon.diagnosis.start import start
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import refit
+from platform_daemon.diagnosis.regression.parameters import published
+from platform_daemon.diagnosis.regression.score_test import picture
+from platform_daemon.diagnosis.selection.confounders import rivals
+from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation import fit_ring_down
-from platform_daemon.estimation.models import THREAD, model_named
+from platform_daemon.estimation.physics.models import THREAD, model_named
 from tests.diagnosis.simulated import shots_with
 
 

@@ -6,9 +6,9 @@ from html.parser import HTMLParser
 
 import pytest
 
+from platform_daemon.analysis.diagnose import diagnose_specimen, load_specimen
 from platform_daemon.diagnosis import as_json
-from platform_daemon.diagnosis_page import diagnosis_page
-from platform_daemon.diagnosis_shots import diagnose_specimen, load_specimen
+from platform_daemon.reports.diagnosis_page import diagnosis_page
 from tests.diagnosis.files import THREAD, pendulum, swing
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.diagnosis_shots import NothingToDiagnoseError, load_specimen
+from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_specimen
 from platform_daemon.store import open_recording
 from tests.diagnosis.files import JEWEL, PENDULUM, RUNS, THREAD, copied, pendulum, swing, without
 

@@ -1,6 +1,13 @@
 """A diagnosis in words."""
 
-from platform_daemon.diagnosis_text import chance_text, effect_line, next_line, place_text, scientific, strength_text
+from platform_daemon.reports.diagnosis_text import (
+    chance_text,
+    effect_line,
+    next_line,
+    place_text,
+    scientific,
+    strength_text,
+)
 
 NOWHERE = dict.fromkeys(("axis", "frequency_hz", "tau_s", "sample", "from", "to"))
 EFFECT = {

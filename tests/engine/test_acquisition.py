@@ -6,10 +6,10 @@ import pytest
 
 from drivers.errors import DeviceError, InterlockError, OutputsUnconfirmed, SequenceRejected, ShotRefused
 from drivers.tx_rx_switch import SwitchPosition
-from platform_daemon.analysis import fit_recording
+from platform_daemon.analysis.fit import fit_recording
+from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.engine.jobs import JobState
-from platform_daemon.engine.request import AcquisitionRequest
-from platform_daemon.fit_request import FitRequest
+from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.store import open_recording, read_fits, read_truth
 from tests.conftest import SHORT_JEWEL, acquire
 

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from drivers.errors import ConfigError, DeviceStateError, InputError, SequenceRejected
-from platform_daemon.engine.adoption import AdoptionRequest
-from platform_daemon.engine.calibration import CalibrationRequest
+from platform_daemon.engine.calibration_in_use import AdoptionRequest
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionRequest
+from platform_daemon.engine.work.calibration import CalibrationRequest
 from platform_daemon.store import open_recording, read_transmit_calibration
 from tests.conftest import SHORT_JEWEL, acquire
 

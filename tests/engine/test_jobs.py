@@ -3,8 +3,8 @@ import json
 import pytest
 
 from drivers.errors import DeviceFault
+from platform_daemon.engine.job_records import Journal
 from platform_daemon.engine.jobs import Cancelled, Job, JobState
-from platform_daemon.engine.journal import Journal
 from tests.conftest import acquire
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from drivers.errors import DeviceFault, DeviceStateError
-from platform_daemon.engine.calibration import CalibrationRequest
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionRequest
+from platform_daemon.engine.work.calibration import CalibrationRequest
 from tests.conftest import SHORT_JEWEL, acquire
 
 TRANSMIT = CalibrationRequest(kind="transmit", frequencies_hz=(212.0, 424.0), repetitions=1)

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.stats import binom, chi2, norm
 
 from platform_daemon.estimation import FitResult, NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.derived.predict import Plan, planned_window_s, predict_precision
+from platform_daemon.estimation.cramer_rao import Plan, planned_window_s, predict_precision
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, random_truth, with_noise
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.least_squares import growing
-from platform_daemon.estimation.least_squares.ambiguity import ambiguity
+from platform_daemon.estimation.least_squares import progressive
 from platform_daemon.estimation.least_squares.gauss_newton import FitState, Normal
-from platform_daemon.estimation.least_squares.observation import DipoleObservation
-from platform_daemon.estimation.models import THREAD
-from platform_daemon.estimation.motion.trajectory import Dynamics
-from platform_daemon.estimation.motion.turning_points import turning_points
+from platform_daemon.estimation.least_squares.multiple_minima import ambiguity
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.physics.models import THREAD
+from platform_daemon.estimation.physics.trajectory.direct import Dynamics
+from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
 
 DEGREES = 1000
 SIZE = 11
@@ -24,7 +24,7 @@ def minimum(amplitude, chi2, w=1300.0, theta=1.0, loss=0.25):
     zero = np.zeros(3)
     fields = {"chi2": chi2, "gradient": np.zeros(SIZE), "matrix": 1e4 * np.eye(SIZE)}
     rest = {n: zero for n in Normal.__dataclass_fields__ if n not in fields}
-    return growing.Fitted(state, state, Normal(**fields, **rest), None)
+    return progressive.Fitted(state, state, Normal(**fields, **rest), None)
 
 
 def test_distinct_minima_of_comparable_chi2_are_told():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.signal.swings import find_swing, find_swings
+from platform_daemon.estimation.screening.angle_cycles import find_swing, find_swings
 
 from .pendulum import half_swings
 

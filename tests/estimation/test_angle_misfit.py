@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.judging.floor import floor_of
+from platform_daemon.estimation.goodness_of_fit.noise_floor import floor_of
 
 from .pendulum import half_swings
 

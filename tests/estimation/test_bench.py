@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.bench.campaign import campaign_text, run_campaign
-from platform_daemon.estimation.bench.fits import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
-from platform_daemon.estimation.bench.process import _FIRST_FIT, linearity, peak_memory, processes_text
+from platform_daemon.estimation.compilation import made_up
 from platform_daemon.estimation.fit import fit_ring_down
-from platform_daemon.estimation.warm import made_up
+from tests.benchmarks.campaign import campaign_text, run_campaign
+from tests.benchmarks.fits import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
+from tests.benchmarks.process import _FIRST_FIT, linearity, peak_memory, processes_text
 
 
 def test_a_short_benchmark_gives_times_ratios_and_a_table():

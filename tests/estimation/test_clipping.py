@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.models import JEWEL, THREAD
-from platform_daemon.estimation.signal.scan import peaks_at
-from platform_daemon.estimation.terms import QUADRATIC_DRAG
+from platform_daemon.estimation.physics.models import JEWEL, THREAD
+from platform_daemon.estimation.physics.torques import QUADRATIC_DRAG
+from platform_daemon.estimation.screening.clipping import peaks_at
 
 from .generator import RATE_HZ, Truth, dmdt
 from .test_angle_misfit import RATE, swing

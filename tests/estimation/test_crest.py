@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.estimation.derived import Plan, planned_window_s
-from platform_daemon.estimation.signal.crest import crest_factor
-from platform_daemon.estimation.signal.harmonics import frequency_ratio
-from platform_daemon.estimation.signal.windows import select_window
+from platform_daemon.estimation.cramer_rao import Plan, planned_window_s
+from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation.screening.crest import crest_factor
+from platform_daemon.estimation.screening.windows import select_window
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 

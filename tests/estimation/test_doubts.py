@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import Estimate, NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.judging.losses import Tangle, tangle_warning
-from platform_daemon.estimation.judging.separation import separating_window_s
-from platform_daemon.estimation.judging.verdict import published, residual_left
-from platform_daemon.estimation.models import JEWEL as JEWEL_MODEL
-from platform_daemon.estimation.solving import solve
+from platform_daemon.estimation.goodness_of_fit.collinearity import Tangle, separating_window_s, tangle_warning
+from platform_daemon.estimation.goodness_of_fit.verdict import published, residual_left
+from platform_daemon.estimation.physics.models import JEWEL as JEWEL_MODEL
+from platform_daemon.estimation.solve import solve
 from platform_daemon.estimation.task import task_of
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise

@@ -9,17 +9,17 @@ import numba
 import pytest
 
 from platform_daemon.estimation import fit_ring_down, warm_up
+from platform_daemon.estimation.compilation import made_up
 from platform_daemon.estimation.compile_beside import compile_beside
-from platform_daemon.estimation.motion.sampling import fill_basis
-from platform_daemon.estimation.motion.swing_chain import walk_swings
-from platform_daemon.estimation.motion.swing_table import build_table
-from platform_daemon.estimation.motion.trace import trace_half_swings
-from platform_daemon.estimation.motion.trajectory import Trajectory
+from platform_daemon.estimation.moments.tabulated import collect_swings
 from platform_daemon.estimation.numerics import jit
 from platform_daemon.estimation.numerics.jit import is_cached, part
-from platform_daemon.estimation.passes.moments import collect_swings
-from platform_daemon.estimation.terms import TERMS
-from platform_daemon.estimation.warm import made_up
+from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation.physics.trajectory.basis_functions import fill_basis
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
+from platform_daemon.estimation.physics.trajectory.direct_chain import trace_half_swings
+from platform_daemon.estimation.physics.trajectory.half_cycle_chain import walk_swings
+from platform_daemon.estimation.physics.trajectory.half_cycle_table import build_table
 
 
 def test_the_cache_of_every_kernel_depends_on_the_sources_of_all_kernels():
@@ -34,7 +34,7 @@ def test_every_torque_term_counts_as_a_source_of_kernels():
 
 def test_importing_the_room_compiles_nothing():
     code = (
-        "import platform_daemon.estimation as e, platform_daemon.estimation.motion.trace as t; "
+        "import platform_daemon.estimation as e, platform_daemon.estimation.physics.trajectory.direct_chain as t; "
         "assert not t.trace_half_swings.signatures, t.trace_half_swings.signatures"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)

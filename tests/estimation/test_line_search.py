@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.numerics.arrays import medians
-from platform_daemon.estimation.numerics.line_search import best_frequency
+from platform_daemon.estimation.screening.frequency_search import best_frequency
 
 STEP_S = 2e-4
 

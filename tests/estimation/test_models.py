@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.models import JEWEL, MODELS, THREAD, Parameter, RingDownModel, model_named
-from platform_daemon.estimation.motion.trajectory import Dynamics, Trajectory
-from platform_daemon.estimation.terms import FREQUENCY_DRIFT, MAGNETIC_RESTORING, VISCOUS_DAMPING
+from platform_daemon.estimation.physics.models import JEWEL, MODELS, THREAD, Parameter, RingDownModel, model_named
+from platform_daemon.estimation.physics.torques import FREQUENCY_DRIFT, MAGNETIC_RESTORING, VISCOUS_DAMPING
+from platform_daemon.estimation.physics.trajectory.direct import Dynamics, Trajectory
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.least_squares.gauss_newton import Normal, covariance
-from platform_daemon.estimation.least_squares.growing import Evaluation, NoConvergenceError, fit_growing
-from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.motion.trajectory import Dynamics, LostTrajectoryError
+from platform_daemon.estimation.least_squares.progressive import Evaluation, NoConvergenceError, fit_growing
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import Dynamics, LostTrajectoryError
 
 from .nist_data import PROBLEMS
 

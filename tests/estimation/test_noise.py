@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, estimate_noise
-from platform_daemon.estimation.noise.level import level_sd
+from platform_daemon.estimation.noise.level_uncertainty import level_sd
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.signal.periods import counted_periods
+from platform_daemon.estimation.screening.periods import counted_periods
 
 from .generator import RATE_HZ, dmdt, random_truth, with_noise
 

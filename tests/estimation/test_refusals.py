@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.judging.misfit import in_words
+from platform_daemon.estimation.goodness_of_fit.lack_of_fit import in_words
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 

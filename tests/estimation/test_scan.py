@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.models import JEWEL, THREAD
-from platform_daemon.estimation.motion.sampling import DIPOLE, STATE
-from platform_daemon.estimation.motion.trajectory import Dynamics, Trajectory
-from platform_daemon.estimation.numerics.line_search import block_means
-from platform_daemon.estimation.passes.workspace import Workspace
-from platform_daemon.estimation.signal.scan import extremes, flat_runs
-from platform_daemon.estimation.start.snapshot import take_snapshot
+from platform_daemon.estimation.initial_guess.harmonic_fit import take_snapshot
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.physics.models import JEWEL, THREAD
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
+from platform_daemon.estimation.physics.trajectory.direct import Dynamics, Trajectory
+from platform_daemon.estimation.screening.clipping import extremes, flat_runs
+from platform_daemon.estimation.screening.frequency_search import block_means
 
 
 @pytest.mark.parametrize("n", [64, 511, 512, 513, 5000])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord, SeriesNoise, estimate_noise, fit_ring_down
-from platform_daemon.estimation.noise.colour import sd_at
+from platform_daemon.estimation.noise.coloured import sd_at
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, with_noise
 from .noises import pink, three

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.estimation.sliding import CONSTANTS, fit_sliding
+from platform_daemon.estimation.sliding_window import CONSTANTS, fit_sliding
 from tests.estimation.generator import RATE_HZ, Truth, dmdt, rotation, with_noise
 
 JEWEL = Truth(f_nat_hz=213.25, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.93)

@@ -10,19 +10,23 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
 
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.estimation.least_squares.rotation import (
-    rodrigues_from_rotation,
-    rodrigues_jacobian,
-    rotation_from_rodrigues,
-)
-from platform_daemon.estimation.motion.start_label import NoLabelError, label_of_state, state_of_label
-from platform_daemon.estimation.signal.harmonics import (
+from platform_daemon.estimation.physics.orbit import (
     amplitude_from_second_harmonic,
     amplitude_from_third_harmonic,
     first_harmonic,
     frequency_ratio,
 )
-from platform_daemon.estimation.signal.windows import select_window
+from platform_daemon.estimation.physics.rotation import (
+    rodrigues_from_rotation,
+    rodrigues_jacobian,
+    rotation_from_rodrigues,
+)
+from platform_daemon.estimation.physics.trajectory.initial_conditions import (
+    NoLabelError,
+    label_of_state,
+    state_of_label,
+)
+from platform_daemon.estimation.screening.windows import select_window
 
 VECTORS = st.tuples(*[st.floats(-1.8, 1.8) for _ in range(3)]).map(np.array)
 

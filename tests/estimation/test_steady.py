@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.noise.steady import Zones, drift_degree, find_tones
+from platform_daemon.estimation.noise.tones_and_drift import Zones, drift_degree, find_tones
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, with_noise
 from .noises import pink, three

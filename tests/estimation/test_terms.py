@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.terms import AUTONOMOUS, TERMS, TIMED, code_of
-from platform_daemon.estimation.terms.dispatch import acceleration, timed_acceleration
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.torques import AUTONOMOUS, TERMS, TIMED, code_of
+from platform_daemon.estimation.physics.torques.dispatch import acceleration, timed_acceleration
 
 STATES = [(0.3, 0.2), (-1.2, 0.9), (1.0, 1e-3), (-0.05, 1.6)]  # phi, |v|; nowhere a kink
 U = 37.0

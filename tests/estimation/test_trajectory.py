@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from platform_daemon.estimation.models import JEWEL, THREAD, model_named
-from platform_daemon.estimation.motion.sampling import DIPOLE, STATE
-from platform_daemon.estimation.motion.swing_state import state_at_zero
-from platform_daemon.estimation.motion.trajectory import Dynamics, LostTrajectoryError, Trajectory
-from platform_daemon.estimation.passes.workspace import Workspace
-from platform_daemon.estimation.terms import (
+from platform_daemon.estimation.moments.workspace import Workspace
+from platform_daemon.estimation.physics.models import JEWEL, THREAD, model_named
+from platform_daemon.estimation.physics.torques import (
     BIAS_TORQUE,
     COULOMB_FRICTION,
     FREQUENCY_DRIFT,
@@ -19,6 +16,9 @@ from platform_daemon.estimation.terms import (
     RESTORING_ANHARMONICITY,
     STRIBECK_FRICTION,
 )
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
+from platform_daemon.estimation.physics.trajectory.direct import Dynamics, LostTrajectoryError, Trajectory
+from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at_zero
 
 from .pendulum import half_swings
 

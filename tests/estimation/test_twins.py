@@ -8,13 +8,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from platform_daemon.diagnosis import Shot
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.start import start
+from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.derived import RingDown
-from platform_daemon.estimation.models import THREAD, model_named
-from platform_daemon.estimation.motion.sampling import DIPOLE
-from platform_daemon.estimation.motion.trajectory import Trajectory
+from platform_daemon.estimation.physics.models import THREAD, model_named
+from platform_daemon.estimation.physics.ring_down import RingDown
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
 
 from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 

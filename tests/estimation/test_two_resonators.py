@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.signal.far_lines import find_far_lines
+from platform_daemon.estimation.screening.separate_lines import find_far_lines
 
 from .generator import RATE_HZ, Truth, dmdt, random_truth, with_noise
 

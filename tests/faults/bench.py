@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from platform_daemon.app import start_engine
 from platform_daemon.engine import engine as engine_module
-from platform_daemon.engine.acquisition import Acquisition
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
+from platform_daemon.engine.work.series import Acquisition
 from platform_daemon.store import open_recording
 from tests.drivers.emulated.conftest import Lab
 

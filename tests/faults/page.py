@@ -35,8 +35,8 @@ LEGEND = """## Outcomes
 
 Kinds: `timeout` one answer never comes; `garbage` random bytes instead; `half_reply`; `disconnect` after byte n of an
 answer; `slow_link` answers up to 0.2 s late; `one_way_link` the device hears and is not heard; `deaf_link` it is not
-reached; the rest are faults of the devices (`sim_backend/faults.py`). `off` is the read-back after a shot that was
-whole. TCP has a checksum for samples, the server's protocol none: garbage in the data stream strikes records.
+reached; the rest are faults of the devices (`sim_backend/world/faults.py`). `off` is the read-back after a shot that
+was whole. TCP has a checksum for samples, the server's protocol none: garbage in the data stream strikes records.
 """
 
 FOUND = """## What it found

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from platform_daemon.analysis import fit_frame
+from platform_daemon.analysis.fit import fit_frame
+from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.app import start_engine
-from platform_daemon.engine.request import AcquisitionRequest
-from platform_daemon.fit_request import FitRequest
+from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.settings import load_platform
 from platform_daemon.store import Recording, open_recording, read_truth
 

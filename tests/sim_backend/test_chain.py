@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from sim_backend.chain import frequency_response, partials, receive_v
-from sim_backend.motion import G_U, SPEED, START, move
 from sim_backend.options import ChainOptions
-from sim_backend.rotor import effective
-from sim_backend.torque import SLOTS, STIFFNESS, parameters
-from sim_backend.trajectory import states
+from sim_backend.receive.chain import frequency_response, partials, receive_v
+from sim_backend.rotor.motion import G_U, SPEED, START, move
+from sim_backend.rotor.rotor import effective
+from sim_backend.rotor.torque import SLOTS, STIFFNESS, parameters
+from sim_backend.rotor.trajectory import states
 from tests.sim_backend.bench import CLOCK, specimen
 
 GAUSS = np.polynomial.legendre.leggauss(40)

@@ -4,8 +4,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from sim_backend.clock import SimulatedClock
 from sim_backend.options import ClockOptions
+from sim_backend.world.clock import SimulatedClock
 
 START = datetime(2026, 3, 1, 12, tzinfo=UTC)
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.constants import mu_0
 
-from sim_backend.coils import loop_field_t, pair_field_t, sensitivity_t_per_a
 from sim_backend.options import CoilOptions, CoilsOptions
+from sim_backend.transmit.coils import loop_field_t, pair_field_t, sensitivity_t_per_a
 from tests.sim_backend.bench import options
 
 

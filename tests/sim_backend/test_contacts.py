@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_backend.contacts import MOVING, RECEIVE, TRANSMIT, Contacts
 from sim_backend.options import SwitchOptions
+from sim_backend.receive.contacts import MOVING, RECEIVE, TRANSMIT, Contacts
 from tests.sim_backend.bench import options
 
 OPTIONS = SwitchOptions.model_validate(options()["switch"])

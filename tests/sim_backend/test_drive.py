@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 
 from drivers.timeline import Burst, Line, LineLevel, Timeline
 from drivers.tx_rx_switch import SwitchPosition
-from sim_backend.drive import Source, cuts, high_intervals
 from sim_backend.options import CoilOptions
+from sim_backend.transmit.drive import Source, cuts, high_intervals
 from tests.sim_backend.bench import CLOCK, QUIET, TX, Bench, options
 
 COIL = CoilOptions.model_validate(options()["coils"]["x"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sim_backend.rotor import effective
+from sim_backend.rotor.rotor import effective
 from tests.sim_backend.bench import CLOCK, QUIET, SWITCH, TX, Bench, specimen
 
 RX = TX + SWITCH

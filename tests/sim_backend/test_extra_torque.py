@@ -8,12 +8,12 @@ import pytest
 
 from drivers.errors import ConfigError
 from drivers.validation import validated
-from sim_backend.motion import move
 from sim_backend.options import SimulatedOptions
-from sim_backend.rest import rest_angle_rad
-from sim_backend.rotor import effective
-from sim_backend.torque import parameters
-from sim_backend.trajectory import states
+from sim_backend.rotor.motion import move
+from sim_backend.rotor.rest import rest_angle_rad
+from sim_backend.rotor.rotor import effective
+from sim_backend.rotor.torque import parameters
+from sim_backend.rotor.trajectory import states
 from tests.sim_backend.bench import options, specimen
 from tests.sim_backend.reference import follow
 

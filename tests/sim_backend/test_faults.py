@@ -4,7 +4,7 @@ import pytest
 
 from drivers.errors import ConfigError, DeviceFault, DeviceTimeout
 from drivers.tx_rx_switch import SwitchPosition
-from sim_backend.faults import DROPPED, KINDS
+from sim_backend.world.faults import DROPPED, KINDS
 from tests.sim_backend.bench import SWITCH, TX, Bench
 
 

@@ -1,7 +1,7 @@
 import re
 
-from sim_backend import kernel
-from sim_backend.motion import march
+from sim_backend.rotor import kernel
+from sim_backend.rotor.motion import march
 
 
 def test_every_file_with_a_kernel_is_part_of_the_stamp():

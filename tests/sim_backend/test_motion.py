@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from drivers.errors import DeviceError
-from sim_backend import motion
-from sim_backend.motion import move
-from sim_backend.rotor import effective
-from sim_backend.torque import DAMPING, HERTZ, MOMENT, SLOTS, STIFFNESS, field, parameters
-from sim_backend.trajectory import energy_amplitude_rad, largest_angle_rad, states
+from sim_backend.rotor import motion
+from sim_backend.rotor.motion import move
+from sim_backend.rotor.rotor import effective
+from sim_backend.rotor.torque import DAMPING, HERTZ, MOMENT, SLOTS, STIFFNESS, field, parameters
+from sim_backend.rotor.trajectory import energy_amplitude_rad, largest_angle_rad, states
 from tests.sim_backend.bench import CLOCK, specimen
 from tests.sim_backend.reference import swing
 

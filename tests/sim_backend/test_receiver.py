@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from drivers.timeline import Line, LineLevel
-from sim_backend.receiver import digitised
-from sim_backend.rotor import effective
-from sim_backend.trajectory import states
+from sim_backend.receive.receiver import digitised
+from sim_backend.rotor.rotor import effective
+from sim_backend.rotor.trajectory import states
 from tests.sim_backend.bench import CLOCK, QUIET, SWITCH, TX, Bench, specimen
 
 RX = TX + SWITCH

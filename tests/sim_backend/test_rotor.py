@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from drivers.errors import ConfigError
-from sim_backend.rotor import axial_force_n, design, effective, rotation_matrix
-from sim_backend.torque import MOMENT, STIFFNESS, parameters
+from sim_backend.rotor.rotor import axial_force_n, design, effective, rotation_matrix
+from sim_backend.rotor.torque import MOMENT, STIFFNESS, parameters
 from tests.sim_backend.bench import specimen
 
 

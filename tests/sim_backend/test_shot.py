@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from sim_backend.rotor import effective
-from sim_backend.trajectory import energy_amplitude_rad
+from sim_backend.rotor.rotor import effective
+from sim_backend.rotor.trajectory import energy_amplitude_rad
 from tests.sim_backend.bench import CLOCK, FIELD_T, QUIET, SWITCH, TX, Bench, specimen
 from tests.sim_backend.reference import swing
 

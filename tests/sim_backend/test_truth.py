@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_backend.rotor import rotation_matrix
-from sim_backend.truth import label, pose
+from sim_backend.rotor.rotor import rotation_matrix
+from sim_backend.world.truth import label, pose
 from tests.sim_backend.bench import Bench
 
 OMEGA = 1340.0

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from sim_backend.options import EffectsOptions
-from sim_backend.rotor import effective
-from sim_backend.variation import Temperature, friction_factor, rotor_now
+from sim_backend.rotor.rotor import effective
+from sim_backend.world.variation import Temperature, friction_factor, rotor_now
 from tests.sim_backend.bench import Bench, options, specimen
 
 

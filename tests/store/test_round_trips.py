@@ -18,14 +18,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drivers.errors import RecordingError
-from platform_daemon.store import (
-    SequenceInfo,
-    SeriesWriter,
-    ShotRecord,
-    describe,
-    open_recording,
-    read_truth,
-)
+from platform_daemon.store import SequenceInfo, SeriesWriter, ShotRecord, describe, open_recording, read_truth
 from tests.store.files import START, fit_table, header, shot, write_minimal, write_series
 
 FINITE = st.floats(-10, 10, width=32)

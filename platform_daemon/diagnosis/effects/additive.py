@@ -9,8 +9,8 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 
-from ..look import Look
-from .base import Candidate, Detail, Effect
+from ..shots.linearisation import Look
+from .effect import Candidate, Detail, Effect
 from .receiver import AXES
 
 MAINS = Effect(

@@ -14,8 +14,8 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 
-from ..look import Look
-from .base import Candidate, Change, Detail, Effect, Public, as_it_is
+from ..shots.linearisation import Look
+from .effect import Candidate, Change, Detail, Effect, Public, as_it_is
 
 AXES = "xyz"
 _SMALL = 1e-12  # a strength whose square is nothing

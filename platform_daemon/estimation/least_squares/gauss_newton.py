@@ -12,14 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..models import RingDownModel
-from ..motion.trajectory import Dynamics
+from ..moments.workspace import Moments
 from ..numerics.arrays import Array, grown
-from ..numerics.linear import solve_scaled
-from ..passes.workspace import Moments
-from ..terms import OF_OTHER_SIGN_IN_MIRROR
-from .assemble import assemble
-from .observation import Observation
+from ..numerics.linear_systems import solve_scaled
+from ..physics.models import RingDownModel
+from ..physics.torques import OF_OTHER_SIGN_IN_MIRROR
+from ..physics.trajectory.direct import Dynamics
+from .normal_equations import assemble
+from .observation_model import Observation
 
 
 @dataclass(frozen=True)

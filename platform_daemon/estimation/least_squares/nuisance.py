@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial import legendre
 
-from ..models import RingDownModel
-from ..motion.trajectory import Trajectory
+from ..moments.workspace import Moments
 from ..noise.model import NoiseModel
 from ..numerics.arrays import Array
-from ..passes.workspace import Moments
+from ..physics.models import RingDownModel
+from ..physics.trajectory.direct import Trajectory
 from ..record import RingDownRecord
 from .gauss_newton import FitState, solve_step
-from .growing import Fitted, Problem
-from .publish import by_convention
-from .weighting import harmonic_sd, weighted_normal
+from .noise_weighting import harmonic_sd, weighted_normal
+from .progressive import Fitted, Problem
+from .public_parameters import by_convention
 
 _CHUNK = 1 << 10  # small enough for one thread to be the fastest
 _STEPS = 3

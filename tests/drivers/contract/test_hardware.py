@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.contract import WHOLE_PLATFORM
+from drivers.conformance import WHOLE_PLATFORM
 from drivers.registry import build_platform
 from platform_daemon.settings import load_platform
 

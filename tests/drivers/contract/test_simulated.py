@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.contract import WHOLE_PLATFORM, AmplifierContract
+from drivers.conformance import WHOLE_PLATFORM, AmplifierContract
 from drivers.registry import build_platform
 from platform_daemon.settings import load_platform
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from platform_daemon.app import start_engine
-from platform_daemon.engine.calibration import CalibrationRequest
+from platform_daemon.engine.work.calibration import CalibrationRequest
 from platform_daemon.store import read_calibration
 from tests.drivers.emulated.conftest import Lab
 

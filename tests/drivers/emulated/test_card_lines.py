@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drivers.card_lines.amplifier import PlainAmplifier
-from drivers.contract import AmplifierContract, PlatformContract, SwitchContract
+from drivers.conformance import AmplifierContract, PlatformContract, SwitchContract
 from drivers.errors import ConfigError, DeviceFault
 from platform_daemon.app import start_engine
 from tests.conftest import acquire

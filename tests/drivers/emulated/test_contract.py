@@ -6,8 +6,8 @@ import threading
 
 import pytest
 
-from drivers.contract import WHOLE_PLATFORM, AmplifierContract, CardContract
-from drivers.contract.timelines import short_shot
+from drivers.conformance import WHOLE_PLATFORM, AmplifierContract, CardContract
+from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceStateError, ShotRefused
 from drivers.red_pitaya.reader import Reader
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from drivers.registry import build_platform
-from platform_daemon.analysis import fit_frame
-from platform_daemon.engine.acquisition import store_calibration
-from platform_daemon.fit_request import FitRequest, parse_window
+from platform_daemon.analysis.fit import fit_frame
+from platform_daemon.analysis.fit_request import FitRequest, parse_window
+from platform_daemon.engine.work.series import store_calibration
 from platform_daemon.settings import load_platform, load_sequence, load_specimen
 from sequences.compiler import TransmitSide, compile_shot
 from tests.drivers.emulated.conftest import watched_shot

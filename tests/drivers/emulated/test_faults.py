@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from drivers.contract.io_card import collect
-from drivers.contract.timelines import short_shot
+from drivers.conformance.io_card import collect
+from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.inventory import find_devices
 from drivers.io_card import CardState

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from platform_daemon.app import start_engine
-from platform_daemon.engine.self_test import SelfTest, SelfTestFailed, SelfTestOptions
+from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed, SelfTestOptions
 from tests.drivers.emulated.conftest import Lab
 
 OPTIONS = SelfTestOptions(isolation_db=80.0)

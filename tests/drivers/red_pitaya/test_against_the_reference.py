@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.contract.io_card import collect
-from drivers.contract.timelines import short_shot
+from drivers.conformance.io_card import collect
+from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceProtocolError, SequenceRejected
 from drivers.io_card import CardState
 from drivers.red_pitaya.card import RedPitayaCard

@@ -8,7 +8,7 @@ import threading
 import pytest
 import usb.core
 
-from drivers.contract import AmplifierContract, LnaContract
+from drivers.conformance import AmplifierContract, LnaContract
 from drivers.errors import (
     ConfigError,
     DeviceDenied,

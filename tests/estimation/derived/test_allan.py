@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.derived import allan_deviation
+from platform_daemon.analysis.series.allan import allan_deviation
 
 TIMES = 15.0 * np.arange(4096)
 

@@ -6,20 +6,16 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
+from platform_daemon.analysis.series.orientation import error_angle
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.derived import (
-    Plan,
-    RingDown,
-    bias_against_fit,
-    error_angle,
-    estimate_from_harmonics,
-    predict_precision,
-)
-from platform_daemon.estimation.derived.demodulation import second_harmonic
+from platform_daemon.estimation.cramer_rao import Plan, predict_precision
+from platform_daemon.estimation.harmonic_estimator.demodulation import second_harmonic
+from platform_daemon.estimation.harmonic_estimator.estimator import estimate_from_harmonics
+from platform_daemon.estimation.physics.orbit import first_harmonic, frequency_ratio
+from platform_daemon.estimation.physics.ring_down import RingDown
 from platform_daemon.estimation.refusal import RefusedError
-from platform_daemon.estimation.signal.harmonics import first_harmonic, frequency_ratio
-
-from ..generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, rotation, with_noise
+from tests.estimation.derived.bias import bias_against_fit
+from tests.estimation.generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, rotation, with_noise
 
 TILTED = (0.3, -0.2, -1.3)
 

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from platform_daemon.estimation import Estimate, FitResult
-from platform_daemon.estimation.derived import (
-    RODRIGUES,
+from platform_daemon.analysis.series.orientation import (
     best_orientation,
     error_angle,
     mean_orientation,
-    on_one_side,
     orientation_spread,
     orientations,
 )
+from platform_daemon.estimation import Estimate, FitResult
+from platform_daemon.estimation.physics.mirror import RODRIGUES, on_one_side
 
 HALF_TURN_ABOUT_U = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
 

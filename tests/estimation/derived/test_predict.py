@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.derived import Plan, planned_window_s, precision_table, predict_precision
+from platform_daemon.estimation.cramer_rao import Plan, planned_window_s, precision_table, predict_precision
+from platform_daemon.estimation.physics.orbit import frequency_ratio
 from platform_daemon.estimation.refusal import RefusedError
-from platform_daemon.estimation.signal.harmonics import frequency_ratio
+from tests.estimation.generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
-from ..generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 from .paper import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S, THREAD_N50
 
 LAMBDA = ("lambda_per_s",)
@@ -88,7 +88,7 @@ def test_the_orientation_bound_is_worse_than_the_papers_scatter_in_white_noise(v
 
 
 def test_the_rms_angle_is_that_of_the_rodrigues_vectors_drawn_from_the_covariance():
-    from platform_daemon.estimation.derived import error_angle
+    from platform_daemon.analysis.series.orientation import error_angle
 
     public = {**THREAD_N50, "rodrigues_x": 0.9, "rodrigues_y": -0.8, "rodrigues_z": 1.4}
     predicted = predict_precision(plan("thread", public), N50_S)

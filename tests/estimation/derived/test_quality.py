@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.derived import (
-    RingDown,
+from platform_daemon.estimation.physics.quality import (
     decay_time_s,
     envelopes,
     equivalent_quality_factor,
     quality_factor,
     small_angle_quality_factor,
 )
+from platform_daemon.estimation.physics.ring_down import RingDown
 
 from .paper import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S
 

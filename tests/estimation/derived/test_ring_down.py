@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.derived import RingDown
+from platform_daemon.estimation.physics.ring_down import RingDown
+from tests.estimation.generator import RATE_HZ, Truth, dmdt, rotation
 
-from ..generator import RATE_HZ, Truth, dmdt, rotation
 from .paper import JEWEL_D30, THREAD_D30
 
 

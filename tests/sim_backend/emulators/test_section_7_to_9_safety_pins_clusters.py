@@ -4,17 +4,7 @@ import numpy as np
 import pytest
 
 from sim_backend.emulators.emulator import LabEmulator
-from tests.sim_backend.emulators.client import (
-    LAB,
-    configure,
-    connect,
-    control,
-    program,
-    start,
-    tables,
-    tone,
-    until,
-)
+from tests.sim_backend.emulators.client import LAB, configure, connect, control, program, start, tables, tone, until
 
 
 def outputs(emulator):

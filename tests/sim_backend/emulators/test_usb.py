@@ -12,9 +12,9 @@ from drivers.errors import DeviceTimeout
 from drivers.scpi.options import AmplifierTable
 from drivers.scpi.usb_wire import UsbWire
 from drivers.usb.socket_backend import SocketBackend
-from sim_backend.emulators.amplifier import AmplifierScpi
-from sim_backend.emulators.usb_server import UsbServer
-from sim_backend.emulators.usbtmc import UsbIdentity, UsbTmcDevice
+from sim_backend.emulators.usb.amplifier import AmplifierScpi
+from sim_backend.emulators.usb.usb_server import UsbServer
+from sim_backend.emulators.usb.usbtmc import UsbIdentity, UsbTmcDevice
 from sim_backend.emulators.wire_faults import WireFault, WireFaults
 from tests.sim_backend.bench import Bench
 

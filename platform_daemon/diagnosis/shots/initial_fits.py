@@ -1,0 +1,78 @@
+"""From shots to fits of the declared model that later steps begin at, whatever the fit thinks of its residual."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation.least_squares.gauss_newton import FitState
+from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
+from platform_daemon.estimation.least_squares.public_parameters import by_convention
+from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
+from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation.solve import solve
+from platform_daemon.estimation.task import task_of
+
+from .shot import Shot, Started, grids_for, whitening_for
+
+_LEFT = 0.12  # of the first amplitude: what is below says little and may be stuck
+
+
+@dataclass(frozen=True)
+class Refused:
+    """A shot that cannot be looked at, and why."""
+
+    shot: Shot
+    reason: str
+
+
+def start(shots: Sequence[Shot], model: RingDownModel, pool: Executor) -> tuple[list[Started], list[Refused]]:
+    """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record."""
+    results = list(pool.map(lambda shot: _start(shot, model), shots))
+    started = [r for r in results if isinstance(r, Started)]
+    return _on_one_side(started, model), [r for r in results if isinstance(r, Refused)]
+
+
+def _on_one_side(started: Sequence[Started], model: RingDownModel) -> list[Started]:
+    """Every shot as the twin (phi -> -phi) nearest to the first shot: common strengths and means need one side.
+
+    Where e_v is perpendicular to x, noise decides which of the two a fit finds.
+    """
+    return [replace(s, state=_nearer_twin(s.state, started[0].state, model)) for s in started]
+
+
+def _nearer_twin(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
+    """The state, or its twin if that is turned less against the reference."""
+    here, there = state.observation, reference.observation
+    if not (isinstance(here, DipoleObservation) and isinstance(there, DipoleObservation)):
+        return state
+    if np.sum(here.rotation[:, 1:] * there.rotation[:, 1:]) >= 0.0:
+        return state
+    return replace(state.mirrored(model), observation=here.turned())
+
+
+def _start(shot: Shot, model: RingDownModel) -> Started | Refused:
+    try:
+        _, fitted = solve(task_of(shot.record, "d30", shot.noise, {}), model)
+        state = by_convention(fitted.state, model)
+        last = _end(shot, model, state)
+    except (RefusedError, LostTrajectoryError) as error:
+        return Refused(shot, str(error))
+    frequency_hz = state.dynamics.w / (2.0 * math.pi)
+    grids = grids_for(shot.record, last, frequency_hz)
+    return Started(shot, state, grids, whitening_for(shot, grids, frequency_hz))
+
+
+def _end(shot: Shot, model: RingDownModel, state: FitState) -> int:
+    """Sample at which the motion has become small."""
+    record = shot.record
+    times, sizes = turning_points(model, state.dynamics, record.end * record.dt_s)
+    small = np.flatnonzero(sizes < _LEFT * abs(state.dynamics.amplitude))
+    until_s = float(times[small[0]]) if small.size else float(times[-1])
+    return min(record.end, max(record.valid_from, math.ceil(until_s * shot.rate_hz)))

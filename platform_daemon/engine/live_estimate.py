@@ -1,0 +1,24 @@
+"""The last shot at a glance, while a series runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from platform_daemon.analysis.harmonics import harmonics_report
+from platform_daemon.store import Calibration
+
+
+class LiveHarmonics:
+    """Holds what the harmonics of the last excited shot tell; one thread writes it, anybody may read it."""
+
+    latest: dict[str, Any] | None = None
+
+    def see(
+        self, acquisition: str, shot: int, rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration
+    ) -> None:
+        """Look at shot number `shot` (from 1) of an acquisition."""
+        found = harmonics_report(rx_volts, rate_hz, calibration)
+        self.latest = {"acquisition": acquisition, "shot": shot, **found}
