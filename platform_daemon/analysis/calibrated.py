@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError, RecordingError
 from platform_daemon.estimation import CalibrationError, RingDownRecord, calibrate, find_clipping
 from platform_daemon.estimation.calibration.receiver_correction import undone
 from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.clipping import Clipping
-from platform_daemon.store import Calibration, NotFinite
+from platform_daemon.store import NotFinite
 
 
 def reason_of(error: PlatformError) -> str:
@@ -30,7 +31,7 @@ def checked_clipping(rx_volts: NDArray[np.float64]) -> Clipping | None:
 
 
 def ring_down(
-    rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None
+    rx_volts: NDArray[np.float64], rate_hz: float, calibration: ReceiveCalibration | None
 ) -> tuple[RingDownRecord, tuple[str, ...]]:
     """The record that a fit takes: calibrated dm/dt (3, n) A m^2/s, or volts (c, n) if there is no calibration.
 

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, PlatformError, RecordingError
 from platform_daemon.diagnosis import Diagnosis, DiagnosisError, Shot, diagnose
 from platform_daemon.diagnosis.selection.data_integrity import Flaw
@@ -16,7 +17,7 @@ from platform_daemon.diagnosis.selection.stepwise import Progress
 from platform_daemon.estimation import SeriesNoise, find_clipping
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.store import Calibration, Recording, open_recording
+from platform_daemon.store import Recording, open_recording
 from platform_daemon.store.angle_series import AngleSeries, is_time_series, read_angles
 
 from .calibrated import ring_down
@@ -77,7 +78,7 @@ def load_specimen(
     variant: Variant | None = None,
     observable: Observable | None = None,
     base: Variant | None = None,
-    calibration: tuple[Calibration, str] | None = None,
+    calibration: tuple[ReceiveCalibration, str] | None = None,
     frames: Frames | None = None,
 ) -> Specimen:
     """Read recordings or angle series of one specimen.
@@ -104,7 +105,7 @@ def check_specimen(
     files: Sequence[Path],
     variant: Variant | None = None,
     observable: Observable | None = None,
-    calibration: tuple[Calibration, str] | None = None,
+    calibration: tuple[ReceiveCalibration, str] | None = None,
     frames: Frames | None = None,
 ) -> None:
     """What load_specimen raises before it has read any samples."""
@@ -153,7 +154,7 @@ def _checked(variant: Variant) -> Variant:
 
 
 def _ring_downs(
-    files: tuple[Path, ...], variant: Variant | None, calibration: tuple[Calibration, str] | None, frames: Frames
+    files: tuple[Path, ...], variant: Variant | None, calibration: tuple[ReceiveCalibration, str] | None, frames: Frames
 ) -> Specimen:
     recordings = [_opened(path, calibration) for path in files]
     chosen = _one_variant(recordings, variant)
@@ -163,7 +164,7 @@ def _ring_downs(
     return _specimen(loaded, model_of(chosen), files)
 
 
-def _opened(path: Path, calibration: tuple[Calibration, str] | None) -> Recording:
+def _opened(path: Path, calibration: tuple[ReceiveCalibration, str] | None) -> Recording:
     """A recording with a calibration.  Raises RecordingError."""
     if is_time_series(path):
         remedy = "diagnose it as an angle (--observable, or `observable` of a request), alone or with others like it"

@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError
 from platform_daemon import __version__
 from platform_daemon.estimation import FitResult, RingDownRecord, SeriesNoise, fit_ring_down, model_signal
 from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.calibration.validity import Conditions, out_of_validity
 from platform_daemon.estimation.refusal import RefusedError
-from platform_daemon.store import Calibration, FitTable, Recording
+from platform_daemon.store import FitTable, Recording
 
 from .calibrated import checked_clipping, reason_of, ring_down
 from .fit_request import FitRequest, Window, check_fixed, choose_variant, names_in_order
@@ -33,7 +34,7 @@ from .series.summary import summary
 def fit_frame(
     rx_volts: NDArray[np.float64],
     rate_hz: float,
-    calibration: Calibration | None,
+    calibration: ReceiveCalibration | None,
     ask: FitRequest,
     noise: SeriesNoise | None = None,
     taken: Conditions | None = None,
@@ -160,7 +161,7 @@ def recording_report(recording: Recording, ask: FitRequest, frames: list[dict[st
 
 
 def file_report(
-    file: str, ask: FitRequest, frames: list[dict[str, Any]], calibration: Calibration | None
+    file: str, ask: FitRequest, frames: list[dict[str, Any]], calibration: ReceiveCalibration | None
 ) -> dict[str, Any]:
     """The fixed JSON form for one file from its frames' reports."""
     windows = [f["window_s"] for f in frames if f["verdict"] == "good"]

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from platform_daemon.estimation.harmonic_estimator.estimator import estimate_from_harmonics
 from platform_daemon.estimation.refusal import RefusedError
-from platform_daemon.store import Calibration, Recording
+from platform_daemon.store import Recording
 
 from .calibrated import checked_clipping, ring_down
 
@@ -28,7 +29,9 @@ def frame_harmonics(recording: Recording, k: int) -> dict[str, Any]:
     return harmonics_report(volts, recording.sequence.rate_hz, recording.calibration)
 
 
-def harmonics_report(rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration | None) -> dict[str, Any]:
+def harmonics_report(
+    rx_volts: NDArray[np.float64], rate_hz: float, calibration: ReceiveCalibration | None
+) -> dict[str, Any]:
     """Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there are none.
 
     SI units; no errors are given: the bias against the fit stands in estimation/derived/frequency_domain.py.

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
 from platform_daemon.estimation import fit_ring_down
-from platform_daemon.store import Calibration
 from platform_daemon.store.angle_series import AngleSeries
 
 from .fit import file_report, frame_report
@@ -33,7 +33,7 @@ def angle_variant(series: AngleSeries, variant: Variant | None, terms: Sequence[
     return variant
 
 
-def refuse_calibration(series: AngleSeries, calibration: tuple[Calibration, str] | None) -> None:
+def refuse_calibration(series: AngleSeries, calibration: tuple[ReceiveCalibration, str] | None) -> None:
     """Raises RecordingError if one is given."""
     if calibration is not None:
         remedy = "leave --calibration out for this file"

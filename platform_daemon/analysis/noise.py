@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError
 from platform_daemon.estimation import SeriesNoise, saturation
-from platform_daemon.store import Calibration, Recording
+from platform_daemon.store import Recording
 
 from .calibrated import ring_down
 
@@ -60,7 +61,7 @@ def hear(
     noise: SeriesNoise,
     rx_volts: NDArray[np.float64],
     rate_hz: float,
-    calibration: Calibration | None,
+    calibration: ReceiveCalibration | None,
     *,
     blank: bool,
 ) -> None:

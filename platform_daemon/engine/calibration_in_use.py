@@ -63,20 +63,7 @@ def read_receive(path: Path) -> ReceiveCalibration:
     if c.identifier is None or c.date is None:
         remedy = "add /calibration/identifier and /calibration/date to the file"
         raise RecordingError("the calibration has no name or date", where=str(path), remedy=remedy)
-    return ReceiveCalibration(
-        sensitivity=c.sensitivity,
-        identifier=c.identifier,
-        date=c.date,
-        lna_gain=c.lna_gain,
-        frequency_hz=c.frequency_hz,
-        frequency_response=c.frequency_response,
-        sensitivity_std=c.sensitivity_std,
-        p_std=c.p_std,
-        relative_std=c.relative_std,
-        valid_hz=c.valid_hz,
-        valid_c=c.valid_c,
-        temperature_c=c.temperature_c,
-    )
+    return replace(c, transmit=None)
 
 
 def read_either(kind: str, path: Path) -> ReceiveCalibration | TransmitCalibration:
@@ -110,7 +97,7 @@ class Chain:
             self._platform.calibration = found
         log.info("calibration_adopted", identifier=found.identifier, date=found.date)
 
-    def in_use(self) -> dict[str, dict[str, str] | None]:
+    def in_use(self) -> dict[str, dict[str, str | None] | None]:
         """Name and date of both calibrations; transmit null: coils as the platform file declares them."""
         receive, transmit = self._platform.calibration, self._platform.transmit_calibration
         return {"calibration": _named(receive), "transmit_calibration": None if transmit is None else _named(transmit)}
@@ -129,5 +116,5 @@ def _check(found: ReceiveCalibration, platform: Platform) -> None:
         )
 
 
-def _named(calibration: ReceiveCalibration | TransmitCalibration) -> dict[str, str]:
+def _named(calibration: ReceiveCalibration | TransmitCalibration) -> dict[str, str | None]:
     return {"identifier": calibration.identifier, "date": calibration.date}

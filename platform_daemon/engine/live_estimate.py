@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from platform_daemon.analysis.harmonics import harmonics_report
-from platform_daemon.store import Calibration
 
 
 class LiveHarmonics:
@@ -17,7 +17,12 @@ class LiveHarmonics:
     latest: dict[str, Any] | None = None
 
     def see(
-        self, acquisition: str, shot: int, rx_volts: NDArray[np.float64], rate_hz: float, calibration: Calibration
+        self,
+        acquisition: str,
+        shot: int,
+        rx_volts: NDArray[np.float64],
+        rate_hz: float,
+        calibration: ReceiveCalibration,
     ) -> None:
         """Look at shot number `shot` (from 1) of an acquisition."""
         found = harmonics_report(rx_volts, rate_hz, calibration)

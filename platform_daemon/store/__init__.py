@@ -12,14 +12,13 @@ from .fit_tables import read_fits
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import Broken, Entry, Listing, list_recordings, resolve
 from .reader import open_recording, read_calibration
-from .recording import Calibration, Excitation, FrameInfo, Provenance, ReceiverEffect, Recording, SequenceInfo
+from .recording import Excitation, FrameInfo, Provenance, Recording, SequenceInfo
 from .recovery import recover
 from .series_writer import SeriesWriter
 from .truth import read_truth
 
 __all__ = [
     "Broken",
-    "Calibration",
     "Entry",
     "Excitation",
     "FitTable",
@@ -27,7 +26,6 @@ __all__ = [
     "Listing",
     "NotFinite",
     "Provenance",
-    "ReceiverEffect",
     "Recording",
     "SequenceInfo",
     "SeriesHeader",

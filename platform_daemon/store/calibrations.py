@@ -13,14 +13,13 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.calibration import TransmitCalibration
+from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import InputError, RecordingError
 
 from .checks import check_calibration
 from .durable import PART, storage_error, sync
 from .hdf5 import Source, open_hdf5
 from .layout import CALIBRATION, TRANSMIT
-from .recording import Calibration
 from .writer import LIBVER, put, write_calibration_group, write_transmit_group
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
@@ -38,7 +37,7 @@ def add_receive_calibration(
     folder: Path,
     name: str,
     made: datetime,
-    calibration: Callable[[str], Calibration],
+    calibration: Callable[[str], ReceiveCalibration],
     p: NDArray[np.complex128],
 ) -> Path:
     """A new version of a receive calibration, with what was measured: `p`, (channel, 3, k).

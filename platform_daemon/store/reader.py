@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
 
 from .calibrations import read_extent, read_relative_std, read_std, read_transmit
@@ -28,7 +29,7 @@ from .layout import (
     VARIANTS,
 )
 from .metadata import read_frame_info, read_provenance
-from .recording import Calibration, FrameInfo, Recording, SequenceInfo
+from .recording import FrameInfo, Recording, SequenceInfo
 
 ANOTHER_LAYOUT = "convert it to the layout in docs/file-format.md"
 VOLT_NAMES = ("", "v", "volt", "volts")
@@ -64,7 +65,7 @@ def open_recording(path: Path | str) -> Recording:
         )
 
 
-def read_calibration(path: Path | str) -> Calibration:
+def read_calibration(path: Path | str) -> ReceiveCalibration:
     """The calibration in a recording or in a file that holds nothing but `/calibration`.
 
     Raises RecordingError if there is none, or if it is not usable.
@@ -156,7 +157,7 @@ def _variant(source: Source) -> str | None:
     return None if found is None else found.strip()
 
 
-def _calibration(source: Source, channels: int | None) -> Calibration | None:
+def _calibration(source: Source, channels: int | None) -> ReceiveCalibration | None:
     if not source.has_group(CALIBRATION):
         return None
     p = source.values(SENSITIVITY)
@@ -167,7 +168,7 @@ def _calibration(source: Source, channels: int | None) -> Calibration | None:
     f, h = source.values(FREQUENCY), source.values(FREQUENCY_RESPONSE)
     if f is not None and f.dtype.kind == "c":
         raise source.defect("is complex", FREQUENCY, "real Hz")
-    found = Calibration(
+    found = ReceiveCalibration(
         sensitivity=p.astype(np.float64),
         frequency_hz=None if f is None else f.astype(np.float64),
         frequency_response=None if h is None else h.astype(np.complex128),

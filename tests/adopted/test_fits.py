@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from platform_daemon.analysis.fit import fit_recording
 from platform_daemon.analysis.fit_request import FitRequest, choose_variant
@@ -12,7 +13,7 @@ from platform_daemon.analysis.model_registry import Library, draft, resolve
 from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.estimation.calibration.receiver_correction import undone
-from platform_daemon.store import ReceiverEffect, open_recording, read_fits
+from platform_daemon.store import open_recording, read_fits
 from tests.adopted.diagnoses import diagnosis, effect
 from tests.conftest import acquire
 

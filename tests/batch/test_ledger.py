@@ -4,9 +4,9 @@ import os
 import numpy as np
 import pytest
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
 from platform_daemon.analysis.batch import Ledger, Settings
-from platform_daemon.store import Calibration
 
 SETTINGS = Settings(window="n50", fixed={"lambda_per_s": 0.25})
 REPORT = {"file": "a.h5", "frames": []}
@@ -42,7 +42,7 @@ def test_a_finished_file_is_known_again(kept, recording):
         Settings(window="d30", fixed={"lambda_per_s": 0.25}),
         Settings(window="n50", fixed={"lambda_per_s": 0.26}),
         Settings("jewel", "n50", {"lambda_per_s": 0.25}),
-        Settings(None, "n50", {"lambda_per_s": 0.25}, (Calibration(np.eye(3)), "c.h5")),
+        Settings(None, "n50", {"lambda_per_s": 0.25}, (ReceiveCalibration(np.eye(3)), "c.h5")),
         Settings(None, "n50", {"lambda_per_s": 0.25}, derived=True),
         Settings(None, "n50", {"lambda_per_s": 0.25}, frames=(0,)),
     ],
@@ -98,7 +98,7 @@ def test_without_resume_it_begins_anew(kept, recording):
 )
 def test_a_calibration_that_tells_another_uncertainty_makes_it_unknown(tmp_path, recording, told):
     path = tmp_path / "r.jsonl"
-    plain, sure = (Settings(calibration=(Calibration(np.eye(3), **says), "c.h5")) for says in ({}, told))
+    plain, sure = (Settings(calibration=(ReceiveCalibration(np.eye(3), **says), "c.h5")) for says in ({}, told))
     with Ledger(path, plain, resume=False) as ledger:
         ledger.add(recording, {"report": REPORT})
     assert finished(path, recording, plain) is not None

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from platform_daemon.analysis.fit import file_report, fit_frame, frame_report, refused_report
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.reports.tables import fit_table_text
-from platform_daemon.store import Calibration
 from tests.estimation.generator import RATE_HZ, Truth, dmdt, with_noise
 
 P = np.array([[1.12e-3, 8e-6, -5e-6], [-6e-6, 1.05e-3, 9e-6], [4e-6, -7e-6, 8.8e-4]])
@@ -29,10 +29,10 @@ SHOTS = {
 """A small and a large swing."""
 
 
-def calibration(**changes: Any) -> Calibration:
+def calibration(**changes: Any) -> ReceiveCalibration:
     flat = np.ones((3, FREQUENCY_HZ.size), dtype=complex)
     std = np.full((3, 3, FREQUENCY_HZ.size), NOISE * np.abs(np.diag(P)).mean())
-    made = Calibration(P, frequency_hz=FREQUENCY_HZ, frequency_response=flat, p_std=std, relative_std=0.0)
+    made = ReceiveCalibration(P, frequency_hz=FREQUENCY_HZ, frequency_response=flat, p_std=std, relative_std=0.0)
     return replace(made, **changes)
 
 
@@ -42,7 +42,7 @@ def shot(request: pytest.FixtureRequest) -> tuple[str, Truth, NDArray[np.float64
     return request.param, truth, with_noise(dmdt(truth, 0.3), np.random.default_rng(1))
 
 
-def fitted(volts: NDArray[np.float64], variant: str, used: Calibration) -> Any:
+def fitted(volts: NDArray[np.float64], variant: str, used: ReceiveCalibration) -> Any:
     fit = fit_frame(volts, RATE_HZ, used, FitRequest(variant, "n50"))
     assert fit.verdict == "good", fit.reason
     return fit

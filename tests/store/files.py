@@ -9,15 +9,8 @@ from typing import Any
 import h5py
 import numpy as np
 
-from platform_daemon.store import (
-    Calibration,
-    Excitation,
-    FitTable,
-    SequenceInfo,
-    SeriesHeader,
-    SeriesWriter,
-    ShotRecord,
-)
+from drivers.calibration import ReceiveCalibration
+from platform_daemon.store import Excitation, FitTable, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 
 SEQUENCE = SequenceInfo(125e6, 2048, tx_samples=20, switch_samples=4, rx_samples=100)
 P = np.array([[1.12e-3, 8e-6, -5e-6], [-6e-6, 1.05e-3, 9e-6], [4e-6, -7e-6, 8.8e-4]])
@@ -34,7 +27,7 @@ EXCITATION = Excitation(
 )
 
 
-def calibration(**changes: Any) -> Calibration:
+def calibration(**changes: Any) -> ReceiveCalibration:
     whole = {
         "sensitivity": P,
         "identifier": "cal-7",
@@ -43,7 +36,7 @@ def calibration(**changes: Any) -> Calibration:
         "frequency_hz": np.array([100.0, 200.0, 400.0]),
         "frequency_response": np.exp(-0.01j * np.arange(9)).reshape(3, 3),
     }
-    return Calibration(**(whole | changes))
+    return ReceiveCalibration(**(whole | changes))
 
 
 def header(**changes: Any) -> SeriesHeader:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from platform_daemon.store import Calibration, Recording, open_recording
+from drivers.calibration import ReceiveCalibration
+from platform_daemon.store import Recording, open_recording
 from platform_daemon.store.angle_series import AngleSeries, is_time_series, read_angles
 
 from ..derived import frame_quantities, frame_times_s, series_quantities
@@ -36,7 +37,7 @@ class Settings:
     variant: Variant | None = None
     window: Window = "d30"
     fixed: dict[str, float] | None = None
-    calibration: tuple[Calibration, str] | None = None
+    calibration: tuple[ReceiveCalibration, str] | None = None
     derived: bool = False
     hints: dict[str, float] | None = None
     terms: tuple[str, ...] = ()

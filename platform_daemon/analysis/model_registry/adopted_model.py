@@ -9,9 +9,9 @@ from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from drivers.calibration import ReceiverEffect
 from platform_daemon.estimation.physics.models import RingDownModel, model_named
 from platform_daemon.estimation.physics.torques import TERMS
-from platform_daemon.store import ReceiverEffect
 
 FORMAT = "platform-daemon adopted model 1"
 

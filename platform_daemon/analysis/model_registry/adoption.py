@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from drivers.validation import validated
 from platform_daemon.estimation.calibration.receiver_correction import UNDOABLE
 from platform_daemon.estimation.physics.torques import TERMS
-from platform_daemon.store import ReceiverEffect
 
 from .adopted_model import AdoptedModel, AdoptedTerm
 from .evidence import signed

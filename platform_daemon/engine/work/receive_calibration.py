@@ -6,6 +6,7 @@ import numpy as np
 import structlog
 from numpy.typing import NDArray
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import ReferenceDipole
@@ -16,7 +17,7 @@ from platform_daemon.estimation.calibration.receive import (
     sensitivity_from,
     unlike_declared,
 )
-from platform_daemon.store import Calibration, add_receive_calibration
+from platform_daemon.store import add_receive_calibration
 from sequences.tones import ToneShot, dipole_shot
 
 from ..jobs import Job
@@ -92,8 +93,8 @@ class ReceiveCalibrationWork:
         made = self._bench.platform.clock.utc()
         celsius, valid_c = self._bench.temperatures_c()
 
-        def calibration(identifier: str) -> Calibration:
-            return Calibration(
+        def calibration(identifier: str) -> ReceiveCalibration:
+            return ReceiveCalibration(
                 sensitivity=found.sensitivity,
                 identifier=identifier,
                 date=made.isoformat(),

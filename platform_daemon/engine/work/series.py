@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import structlog
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__
@@ -22,7 +23,7 @@ from platform_daemon.analysis.model_registry import AdoptedModel, label_of
 from platform_daemon.analysis.noise import hear
 from platform_daemon.estimation import FitResult, SeriesNoise
 from platform_daemon.estimation.calibration.validity import Conditions
-from platform_daemon.store import Calibration, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
+from platform_daemon.store import Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
 from ..jobs import Cancelled, Job
@@ -272,9 +273,9 @@ def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
     return refused_report(frame, fit) if isinstance(fit, str) else frame_report(frame, fit)
 
 
-def store_calibration(platform: Platform) -> Calibration:
-    """The platform's calibration as the store keeps it."""
-    return Calibration(**vars(platform.calibration), transmit=platform.transmit_calibration)
+def store_calibration(platform: Platform) -> ReceiveCalibration:
+    """The platform's calibration, receive and transmit side, as the store keeps it."""
+    return replace(platform.calibration, transmit=platform.transmit_calibration)
 
 
 def excitation(shot: ShotPlan, platform: Platform) -> Excitation:

@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.store import ReceiverEffect
+from drivers.calibration import ReceiverEffect
 
 from .. import RingDownRecord
 from ..numerics.arrays import Array

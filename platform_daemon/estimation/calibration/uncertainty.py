@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.store import Calibration
+from drivers.calibration import ReceiveCalibration
 
 from .. import FitResult
 from ..physics.rotation import rotation_from_rodrigues
@@ -22,7 +22,7 @@ RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 C_V, C_U = 2.0, -1.0  # how m_r follows the errors of v and u, at most
 
 
-def systematic_std(calibration: Calibration | None, fit: FitResult) -> dict[str, float]:
+def systematic_std(calibration: ReceiveCalibration | None, fit: FitResult) -> dict[str, float]:
     """Standard uncertainty of m_r, A m^2, from that of P at f_nat and 2 f_nat; {} if the calibration tells none.
 
     What all of P has in common scales m_r; the noise of its elements at both frequencies is independent.
@@ -39,7 +39,7 @@ def systematic_std(calibration: Calibration | None, fit: FitResult) -> dict[str,
     return {MOMENT: fit.parameters[MOMENT].value * math.hypot(common, by_noise)}
 
 
-def _common(calibration: Calibration) -> float | None:
+def _common(calibration: ReceiveCalibration) -> float | None:
     """Relative standard deviation that all of P shares; where only the sensitivity's is told, the largest of it."""
     if calibration.relative_std is not None or calibration.sensitivity_std is None:
         return calibration.relative_std
@@ -49,14 +49,14 @@ def _common(calibration: Calibration) -> float | None:
     return float(ratio.max())
 
 
-def _error_of_harmonics(calibration: Calibration, fit: FitResult) -> tuple[float, float]:
+def _error_of_harmonics(calibration: ReceiveCalibration, fit: FitResult) -> tuple[float, float]:
     """Relative standard deviation of the fundamental, along e_v, and of the second harmonic, along e_u."""
     e_u, e_v, _ = rotation_from_rodrigues(np.array([fit.parameters[n].value for n in RODRIGUES])).T
     f_nat = fit.parameters["f_nat_hz"].value
     return _error_along(calibration, e_v, f_nat), _error_along(calibration, e_u, 2 * f_nat)
 
 
-def _error_along(calibration: Calibration, axis: NDArray[np.float64], hz: float) -> float:
+def _error_along(calibration: ReceiveCalibration, axis: NDArray[np.float64], hz: float) -> float:
     """Of the signal of a dipole along a world axis (3,) at a frequency, seen along that axis."""
     assert calibration.p_std is not None
     assert calibration.frequency_hz is not None

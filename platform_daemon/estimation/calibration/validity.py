@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from platform_daemon.store import Calibration
+from drivers.calibration import ReceiveCalibration
 
 FREQUENCY, TEMPERATURE, GAIN = "calibration_frequency", "calibration_temperature", "calibration_gain"
 """Types of the warnings: each text begins with its type and a colon."""
@@ -18,7 +18,9 @@ class Conditions:
     lna_gain: float | None = None
 
 
-def out_of_validity(calibration: Calibration | None, f_nat_hz: float | None, shot: Conditions) -> tuple[str, ...]:
+def out_of_validity(
+    calibration: ReceiveCalibration | None, f_nat_hz: float | None, shot: Conditions
+) -> tuple[str, ...]:
     """What a fit with this calibration must be told: its frequencies are f_nat and 2 f_nat (eq:projection).
 
     A calibration that does not say what it holds for gives no warning.
