@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError, RecordingError
-from platform_daemon.estimation import CalibrationError, RingDownRecord, calibrate, find_clipping
+from platform_daemon.estimation import RingDownRecord, calibrate, find_clipping
 from platform_daemon.estimation.calibration.receiver_correction import undone
 from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.clipping import Clipping
+from platform_daemon.estimation.sensitivity import CalibrationError
 from platform_daemon.store import NotFinite
 
 

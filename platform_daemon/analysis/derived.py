@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from platform_daemon.estimation.parameters import RODRIGUES
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.quality import Envelopes, envelopes, equivalent_quality_factor, quality_factor
 from platform_daemon.estimation.physics.ring_down import RingDown
@@ -20,8 +21,6 @@ from platform_daemon.store import Recording
 
 from .series.allan import AllanDeviation, allan_deviation
 from .series.orientation import OrientationSpread, best_orientation, orientation_spread
-
-_RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 
 
 def frame_quantities(variant: str | RingDownModel, frame: Mapping[str, Any]) -> dict[str, float | None]:
@@ -44,7 +43,7 @@ def series_quantities(report: Mapping[str, Any], times_s: list[float | None]) ->
     """
     good = [f for f in report["frames"] if f["verdict"] == "good"]
     notes: list[str] = []
-    turned = [f for f in good if _RODRIGUES[0] in f["parameters"]]
+    turned = [f for f in good if RODRIGUES[0] in f["parameters"]]
     if len(turned) < 2:
         # The one frame is its own reference: an error of zero would say nothing.
         notes.append(f"orientation: {len(turned)} good frames with a calibration; an error needs two")
@@ -94,7 +93,7 @@ def _equivalent(ring_down: RingDown, duration_s: float) -> float | None:
 
 
 def _orientation_errors(frames: list[Mapping[str, Any]]) -> dict[str, Any]:
-    vectors = np.array([[f["parameters"][n]["value"] for n in _RODRIGUES] for f in frames])
+    vectors = np.array([[f["parameters"][n]["value"] for n in RODRIGUES] for f in frames])
     best = best_orientation(vectors, np.array([f["r2"] for f in frames]))
     spreads = {"mean": orientation_spread(vectors), "best": orientation_spread(vectors, best)}
     return {"frames": [f["frame"] for f in frames], **{f"against_{k}": _spread(s) for k, s in spreads.items()}}

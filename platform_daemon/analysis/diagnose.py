@@ -23,6 +23,7 @@ from platform_daemon.store.angle_series import AngleSeries, is_time_series, read
 from .calibrated import ring_down
 from .fit_request import NAME_THE_VARIANT, checked_variant
 from .frames import chosen_frames
+from .measurement import angle_record
 from .model_registry.resolve import Variant, model_of, notes_of, under_model
 from .noise import recording_noise
 
@@ -251,7 +252,7 @@ def _angles(files: tuple[Path, ...], variant: Variant | None) -> Specimen:
     noise = SeriesNoise()
     for one in series:
         if one.finite:
-            noise.learn(one.record)
+            noise.learn(angle_record(one))
     for one in series:
         _add_angles(one, noise, loaded)
     return _specimen(loaded, model, files)
@@ -264,11 +265,12 @@ def _add_angles(series: AngleSeries, noise: SeriesNoise, loaded: _Loaded) -> Non
         loaded.flaws.append(Flaw("not_finite", f"{name}: samples are not finite numbers", -1))
         loaded.leave_out(name, "samples are not finite numbers")
         return
-    model = noise.for_shot(series.record).model
+    record = angle_record(series)
+    model = noise.for_shot(record).model
     if model is None:
         loaded.leave_out(name, "its noise cannot be measured: too few samples")
         return
-    loaded.shots.append(Shot(name, series.record, model, None, name))
+    loaded.shots.append(Shot(name, record, model, None, name))
 
 
 def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> Specimen:

@@ -8,7 +8,7 @@ from typing import Any
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
-from platform_daemon.estimation import fit_ring_down
+from platform_daemon.estimation import RingDownRecord, fit_ring_down
 from platform_daemon.store.angle_series import AngleSeries
 
 from .fit import file_report, frame_report
@@ -33,6 +33,11 @@ def angle_variant(series: AngleSeries, variant: Variant | None, terms: Sequence[
     return variant
 
 
+def angle_record(series: AngleSeries) -> RingDownRecord:
+    """What a fit takes."""
+    return RingDownRecord(series.angle_rad, series.sampling_rate_hz, "angle")
+
+
 def refuse_calibration(series: AngleSeries, calibration: tuple[ReceiveCalibration, str] | None) -> None:
     """Raises RecordingError if one is given."""
     if calibration is not None:
@@ -42,7 +47,7 @@ def refuse_calibration(series: AngleSeries, calibration: tuple[ReceiveCalibratio
 
 def fit_angles(series: AngleSeries, ask: FitRequest) -> dict[str, Any]:
     """The one frame of an angle file, fitted or refused."""
-    fit = fit_ring_down(series.record, ask.model, ask.window, fixed=ask.fixed, hints=ask.hints)
+    fit = fit_ring_down(angle_record(series), ask.model, ask.window, fixed=ask.fixed, hints=ask.hints)
     return frame_report(0, replace(fit, notes=(*fit.notes, *series.clock)))
 
 

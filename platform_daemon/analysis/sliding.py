@@ -21,7 +21,7 @@ from platform_daemon.store.angle_series import AngleSeries
 
 from .calibrated import ring_down
 from .fit_request import FitRefused, choose_variant
-from .measurement import angle_variant
+from .measurement import angle_record, angle_variant
 from .model_registry.resolve import Variant, model_of
 from .noise import recording_noise
 
@@ -61,7 +61,7 @@ def slide_angles(
     """The same of an angle file."""
     model = model_of(angle_variant(series, variant, terms))
     with _said_of(str(series.path), options):
-        return fit_sliding(series.record, model, window_s, step_s, lambda_mode=lambda_mode)
+        return fit_sliding(angle_record(series), model, window_s, step_s, lambda_mode=lambda_mode)
 
 
 @contextmanager

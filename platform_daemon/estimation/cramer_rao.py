@@ -15,6 +15,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from platform_daemon.estimation.parameters import RODRIGUES
+
 from .least_squares.public_parameters import public_order
 from .numerics.arrays import Array
 from .physics.orbit import frequency_ratio
@@ -27,7 +29,6 @@ from .screening.screening import refuse_few_periods, refuse_few_samples, refuse_
 
 _PER_PERIOD = 64.0  # enough for every harmonic that matters; more samples only add up
 _N50_S = 0.24
-_RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def predict_precision(plan: Plan, window_s: float) -> Precision:
         rows = derivatives[:, channel] - derivatives[:, channel].mean(axis=1, keepdims=True)
         fisher += represented / float(sd) ** 2 * rows @ rows.T
     local = _inverse(fisher)
-    where = [names.index(n) for n in _RODRIGUES]
+    where = [names.index(n) for n in RODRIGUES]
     angle = math.sqrt(float(np.trace(local[np.ix_(where, where)])))
     jacobian = np.eye(len(names))
     jacobian[np.ix_(where, where)] = rodrigues_jacobian(_rodrigues(plan))
@@ -122,7 +123,7 @@ def _check(plan: Plan, window_s: float) -> None:
         raise ValueError(f"noise_sd must be three positive numbers, not {plan.noise_sd!r}")
     if not (math.isfinite(window_s) and window_s > 0.0 and plan.sampling_rate_hz > 0.0):
         raise ValueError(f"window {window_s!r} s and sampling rate {plan.sampling_rate_hz!r} Hz must be positive")
-    unfixable = {*_RODRIGUES, "phi_max_rad", "psi_start_rad"} & set(plan.fixed)
+    unfixable = {*RODRIGUES, "phi_max_rad", "psi_start_rad"} & set(plan.fixed)
     if unfixable or not set(plan.fixed) <= set(plan.parameters):
         raise ValueError(f"only f_nat_hz, m_r_am2 and coefficients can be fixed, not {sorted(plan.fixed)}")
 
@@ -143,7 +144,7 @@ def _derivatives(plan: Plan, window_s: float) -> tuple[tuple[str, ...], Array]:
     rotation, moment = rotation_from_rodrigues(_rodrigues(plan)), plan.parameters["m_r_am2"]
     local = _local_signal(plan, {}, samples, window_s)
     rows = {"m_r_am2": rotation @ local}
-    for axis, name in enumerate(_RODRIGUES):
+    for axis, name in enumerate(RODRIGUES):
         rows[name] = moment * rotation @ cross_matrix(np.eye(3)[axis]) @ local
     for name, step in steps.items():
         up, down = (_local_signal(plan, {name: sign * step}, samples, window_s) for sign in (1.0, -1.0))
@@ -174,7 +175,7 @@ def _steps(plan: Plan, window_s: float) -> dict[str, float]:
 
 
 def _rodrigues(plan: Plan) -> Array:
-    return np.array([plan.parameters[name] for name in _RODRIGUES])
+    return np.array([plan.parameters[name] for name in RODRIGUES])
 
 
 def _inverse(fisher: Array) -> Array:

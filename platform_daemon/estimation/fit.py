@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from .compile_beside import compile_beside
 from .goodness_of_fit.acceptance import is_much_or_hidden
 from .goodness_of_fit.envelope_lack_of_fit import slow_misfit_sigma
 from .goodness_of_fit.failure_cause import refuse_by_cause, refuse_lost_contact
@@ -63,7 +62,6 @@ def fit_ring_down(
             caller, not of the data).
     """
     one_thread_for_products()
-    compile_beside()
     began = time.perf_counter()
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)

@@ -7,7 +7,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from .calibration.apply import inverse_sensitivity
+from platform_daemon.estimation.sensitivity import inverse_sensitivity
+
 from .numerics.arrays import Array
 
 Quantity = Literal["dmdt", "voltage", "angle"]

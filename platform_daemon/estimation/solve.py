@@ -7,7 +7,8 @@ from itertools import product
 
 import numpy as np
 
-from .goodness_of_fit.acceptance import POOR_CHI2, refuse_faint
+from platform_daemon.estimation.least_squares.public_parameters import POOR_CHI2, refuse_faint
+
 from .initial_guess.guess import Start, find_start, observes_dipole
 from .least_squares.constraints import free_mask, knowledge_of, with_fixed
 from .least_squares.gauss_newton import FitState

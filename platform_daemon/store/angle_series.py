@@ -8,8 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.estimation import RingDownRecord
-
 from .hdf5 import Source, open_hdf5
 
 _TIME, _SIGNAL = "/time", "/signal"
@@ -26,19 +24,21 @@ class AngleSeries:
 
     Attributes:
         path: of the file.
-        record: the longest stretch with an even clock.
+        angle_rad: (1, n), the longest stretch with an even clock.
+        sampling_rate_hz: of it.
         clock: what is wrong with the time column, in words; empty if nothing is.
     """
 
     path: Path
-    record: RingDownRecord
+    angle_rad: NDArray[np.float64]
+    sampling_rate_hz: float
     clock: tuple[str, ...]
     frames: int = 1
 
     @property
     def finite(self) -> bool:
         """All samples are numbers."""
-        return bool(np.isfinite(self.record.samples).all())
+        return bool(np.isfinite(self.angle_rad).all())
 
 
 def is_time_series(path: Path) -> bool:
@@ -60,8 +60,7 @@ def read_angles(path: Path) -> AngleSeries:
         if last - first < _FEWEST:
             what = f"is uneven: no {_FEWEST} samples in a row have the same step"
             raise source.defect(what, _TIME, "an even clock", "resample the data with a method of your choice")
-    record = RingDownRecord(angle_rad[None, first:last], 1.0 / step_s, "angle")
-    return AngleSeries(path, record, clock)
+    return AngleSeries(path, angle_rad[None, first:last], 1.0 / step_s, clock)
 
 
 def _time(source: Source) -> NDArray[np.float64]:

@@ -12,9 +12,8 @@ from tests.diagnosis.files import PENDULUM, THREAD, copied, pendulum, swing
 
 def test_a_measured_pendulum_is_read_whole():
     found = read_angles(PENDULUM)
-    assert found.record.quantity == "angle"
-    assert found.record.samples.shape == (1, 55001)
-    assert found.record.sampling_rate_hz == pytest.approx(1000.0, rel=1e-9)
+    assert found.angle_rad.shape == (1, 55001)
+    assert found.sampling_rate_hz == pytest.approx(1000.0, rel=1e-9)
     assert found.clock == ()
 
 
@@ -26,7 +25,7 @@ def test_recordings_and_angle_series_are_told_apart():
 def test_degrees_become_radians(tmp_path):
     t, angle = swing()
     path = pendulum(tmp_path, t, np.degrees(angle), units="deg")
-    assert read_angles(path).record.samples[0] == pytest.approx(angle)
+    assert read_angles(path).angle_rad[0] == pytest.approx(angle)
 
 
 def test_a_gap_in_the_time_column_is_reported_and_never_bridged(tmp_path):
@@ -36,8 +35,8 @@ def test_a_gap_in_the_time_column_is_reported_and_never_bridged(tmp_path):
     found = read_angles(pendulum(tmp_path, t[keep], angle[keep]))
     assert "8 steps before sample 1500" in found.clock[0]
     # The longer side of the gap, sample by sample.
-    assert np.array_equal(found.record.samples[0], angle[1507:])
-    assert found.record.sampling_rate_hz == pytest.approx(400.0, rel=1e-9)
+    assert np.array_equal(found.angle_rad[0], angle[1507:])
+    assert found.sampling_rate_hz == pytest.approx(400.0, rel=1e-9)
 
 
 def test_a_clock_that_is_never_even_is_refused(tmp_path):

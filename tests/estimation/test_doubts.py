@@ -6,9 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import Estimate, NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
 from platform_daemon.estimation.goodness_of_fit.collinearity import Tangle, separating_window_s, tangle_warning
 from platform_daemon.estimation.goodness_of_fit.verdict import published, residual_left
+from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.models import JEWEL as JEWEL_MODEL
 from platform_daemon.estimation.solve import solve
 from platform_daemon.estimation.task import task_of

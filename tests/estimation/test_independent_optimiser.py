@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from platform_daemon.estimation import PARAMETER_NAMES, NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.parameters import PARAMETER_NAMES
 
 from .generator import NOISE_SD, Truth, dmdt, random_truth, with_noise
 

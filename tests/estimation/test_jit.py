@@ -1,19 +1,16 @@
 """Kernels are compiled late, and never stale."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import numba
-import pytest
 
 from platform_daemon.estimation import fit_ring_down, warm_up
 from platform_daemon.estimation.compilation import made_up
-from platform_daemon.estimation.compile_beside import compile_beside
 from platform_daemon.estimation.moments.tabulated import collect_swings
 from platform_daemon.estimation.numerics import jit
-from platform_daemon.estimation.numerics.jit import is_cached, part
+from platform_daemon.estimation.numerics.jit import part
 from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.estimation.physics.trajectory.basis_functions import fill_basis
 from platform_daemon.estimation.physics.trajectory.direct import Trajectory
@@ -63,19 +60,3 @@ def test_the_made_up_record_passes_as_clean_so_that_no_more_than_a_clean_fit_nee
     monkeypatch.setattr(Trajectory, "__init__", asked)
     record, noise = made_up()
     assert fit_ring_down(record, "thread", noise=noise).verdict == "good"
-
-
-def test_no_other_process_compiles_what_the_cache_holds():
-    warm_up()
-    assert is_cached(collect_swings)
-    assert compile_beside.__wrapped__() is None
-
-
-@pytest.mark.campaign
-def test_where_nothing_is_compiled_another_process_begins_with_the_sums(tmp_path):
-    ours = f"from {compile_beside.__module__} import compile_beside; compile_beside().wait()"
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", ours], env=environment, check=True, timeout=300)
-    compiled = {path.name.split("-")[0] for path in tmp_path.rglob("*.nbi")}
-    assert "moments.collect_swings" in compiled
-    assert not compiled & {"swing_table.build_table", "swing_chain.walk_swings"}

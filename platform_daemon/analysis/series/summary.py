@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from statistics import fmean, stdev
 from typing import Any
 
-from platform_daemon.estimation.physics.mirror import RODRIGUES, on_one_side
+from platform_daemon.estimation.parameters import RODRIGUES
+from platform_daemon.estimation.physics.mirror import on_one_side
 
 from ..fit_request import names_in_order
 

@@ -12,8 +12,9 @@ import numpy as np
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
 from platform_daemon.estimation.least_squares.gauss_newton import Normal
 from platform_daemon.estimation.least_squares.public_parameters import Published, publish
+from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.estimation.result import Estimate, FitResult
+from platform_daemon.estimation.result import FitResult
 
 from .hypothesis import Hypothesis
 from .information import inverse

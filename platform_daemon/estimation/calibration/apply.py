@@ -6,14 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from platform_daemon.estimation.sensitivity import CalibrationError, inverse_sensitivity
+
 from ..numerics.arrays import Array, ComplexArray
+from ..sensitivity import real_array
 from .equaliser import design_equaliser, equalise
-
-_LARGEST_CONDITION = 1e8
-
-
-class CalibrationError(ValueError):
-    """A calibration that cannot be applied: says which item, and what was expected."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ def calibrate(
     Raises:
         CalibrationError: complex values, wrong shape, NaN, singular P, or a response that cannot be inverted.
     """
-    volts = _real(volts, "volts")
+    volts = real_array(volts, "volts")
     if volts.ndim != 2 or volts.shape[1] == 0:
         raise CalibrationError(f"volts must have shape (channels, n), not {volts.shape}")
     inverse = inverse_sensitivity(sensitivity, volts.shape[0])
@@ -67,41 +64,13 @@ def calibrate(
     return CalibratedRecord(-inverse @ flat, reach, n - reach, equaliser.notes)
 
 
-def _real(values: Array, name: str) -> Array:
-    """As float64.  Raises CalibrationError for complex values, of which numpy would drop a part."""
-    if np.iscomplexobj(values):
-        raise CalibrationError(f"{name} must be real, not complex")
-    return np.asarray(values, dtype=np.float64)
-
-
-def inverse_sensitivity(sensitivity: Array, channels: int) -> Array:
-    """Pseudo-inverse (3, channels) of P (channels, 3).
-
-    Raises:
-        CalibrationError: wrong shape, NaN, fewer than three independent rows.
-    """
-    p = _real(sensitivity, "sensitivity")
-    if p.shape != (channels, 3):
-        raise CalibrationError(f"sensitivity must have shape ({channels}, 3), not {p.shape}")
-    if not np.all(np.isfinite(p)):
-        raise CalibrationError("sensitivity contains NaN or infinity")
-    singular = np.linalg.svd(p, compute_uv=False)
-    if singular.size < 3 or singular[2] <= singular[0] / _LARGEST_CONDITION:
-        raise CalibrationError(
-            "sensitivity is singular: its rows do not span the three world axes (singular values "
-            + ", ".join(f"{s:.3g}" for s in singular)
-            + " T/A)"
-        )
-    return np.asarray(np.linalg.pinv(p))
-
-
 def _checked_response(
     frequency_hz: Array | None, response: ComplexArray | None, channels: int
 ) -> tuple[Array, ComplexArray]:
     """Grid (k,) and response (channels, k), sound enough to be inverted."""
     if frequency_hz is None or response is None:
         raise CalibrationError("a frequency response needs both its frequencies and its values")
-    grid = _real(frequency_hz, "frequency")
+    grid = real_array(frequency_hz, "frequency")
     values = np.asarray(response, dtype=np.complex128)
     if grid.ndim != 1 or grid.size < 2 or np.any(np.diff(grid) <= 0.0) or grid[0] < 0.0:
         raise CalibrationError("frequency must hold at least two rising values >= 0 Hz")

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
+from platform_daemon.estimation.parameters import RODRIGUES
 
 from .. import FitResult
 from ..physics.rotation import rotation_from_rodrigues
 
 MOMENT = "m_r_am2"
-RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 C_V, C_U = 2.0, -1.0  # how m_r follows the errors of v and u, at most
 
 

@@ -6,17 +6,14 @@ import math
 
 import numpy as np
 
-from ..least_squares.public_parameters import Published
+from ..least_squares.public_parameters import POOR_CHI2, Published, refuse_faint
 from ..physics.models import RingDownModel
 from ..refusal import Refusal, RefusedError
 from .collinearity import Tangle, loss_warnings
 
-POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
 _UNEXPLAINED_R2 = 0.9
 _MISFIT = 6.0  # standard deviations of chi^2
 _LEFT_BY_WRONG = 1e-5  # of the signal's energy, in 0.24 s; more in longer windows
-_LARGEST_RELATIVE_STD = 0.05
-_LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
 _FEW_PERIODS = 12.0
 _SURE = 5.0  # standard deviations
 
@@ -52,17 +49,6 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
     losses = [estimates[n] for n in model.losses]
     if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
         raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
-
-
-def refuse_faint(public: Published) -> None:
-    """Refuse a size of the motion that means nothing beside its own error."""
-    estimates = public.parameters
-    name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
-    if name not in estimates or estimates[name].std is None:
-        name, limit = "phi_max_rad", _LARGEST_RELATIVE_STD_FREE_GAINS
-    estimate = estimates[name]
-    if estimate.std is not None and estimate.std > limit * abs(estimate.value):
-        raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
 
 
 def doubts(model: RingDownModel, public: Published, tangle: Tangle | None, periods: float) -> tuple[str, ...]:

@@ -10,12 +10,13 @@ import math
 
 import numpy as np
 
+from platform_daemon.estimation.parameters import RODRIGUES
+
 from ..least_squares.observation_model import DipoleObservation, Observation
 from ..least_squares.public_parameters import Published
 from ..physics.rotation import rodrigues_jacobian
 
 _DECIDED = 3.0  # standard deviations
-_RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 
 
 def twin_warnings(observation: Observation, public: Published) -> tuple[str, ...]:
@@ -23,7 +24,7 @@ def twin_warnings(observation: Observation, public: Published) -> tuple[str, ...
     if not isinstance(observation, DipoleObservation):
         return ()
     side = float(observation.rotation[0, 1])
-    stds = [public.parameters[name].std or 0.0 for name in _RODRIGUES]
+    stds = [public.parameters[name].std or 0.0 for name in RODRIGUES]
     # A rotation vector changes by at least as much as the rotation.
     if abs(side) > _DECIDED * math.hypot(*stds):
         return ()
@@ -38,8 +39,8 @@ def twin_warnings(observation: Observation, public: Published) -> tuple[str, ...
 
 def _side_std(observation: DipoleObservation, public: Published) -> float:
     """Standard deviation of e_v . x; R exp([delta]x) moves it by delta_u R_xw - delta_w R_xu."""
-    rodrigues = np.array([public.parameters[name].value for name in _RODRIGUES])
+    rodrigues = np.array([public.parameters[name].value for name in RODRIGUES])
     r_xu, _, r_xw = observation.rotation[0].tolist()
     by_vector = np.linalg.solve(rodrigues_jacobian(rodrigues).T, np.array([r_xw, 0.0, -r_xu]))
-    places = [public.names.index(name) for name in _RODRIGUES]
+    places = [public.names.index(name) for name in RODRIGUES]
     return math.sqrt(float(by_vector @ public.covariance[np.ix_(places, places)] @ by_vector))

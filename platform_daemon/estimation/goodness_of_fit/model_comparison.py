@@ -11,9 +11,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from platform_daemon.estimation.least_squares.public_parameters import POOR_CHI2
+from platform_daemon.estimation.parameters import Estimate
+
 from ..refusal import Refusal, RefusedError
-from ..result import Estimate
-from .acceptance import POOR_CHI2
 
 _BETTER = 25.0  # fall of chi^2, of which noise leaves 1 per degree of freedom
 _PART = 0.1  # of what stands out of the noise: less comes with any further freedom

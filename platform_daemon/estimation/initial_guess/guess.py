@@ -9,7 +9,8 @@ from functools import cache, partial
 
 import numpy as np
 
-from ..calibration.apply import inverse_sensitivity
+from platform_daemon.estimation.sensitivity import inverse_sensitivity
+
 from ..least_squares.gauss_newton import FitState
 from ..least_squares.observation_model import DipoleObservation, FreeGainObservation, Observation
 from ..numerics.arrays import Array

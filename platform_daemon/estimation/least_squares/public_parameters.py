@@ -8,12 +8,18 @@ from functools import cache
 
 import numpy as np
 
+from platform_daemon.estimation.parameters import PARAMETER_NAMES, Estimate
+
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
 from ..physics.trajectory.initial_conditions import label_of_state
 from ..physics.trajectory.state_at_zero import state_at_zero
-from ..result import PARAMETER_NAMES, Estimate
+from ..refusal import Refusal, RefusedError
 from .gauss_newton import FitState, Normal, covariance
+
+POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
+_LARGEST_RELATIVE_STD = 0.05
+_LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
 
 
 @dataclass(frozen=True)
@@ -55,6 +61,17 @@ def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndar
     }
     kept = tuple(name for name in names if parameters[name].std is not None)
     return Published(parameters, kept, matrix, condition)
+
+
+def refuse_faint(public: Published) -> None:
+    """Refuse a size of the motion that means nothing beside its own error."""
+    estimates = public.parameters
+    name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
+    if name not in estimates or estimates[name].std is None:
+        name, limit = "phi_max_rad", _LARGEST_RELATIVE_STD_FREE_GAINS
+    estimate = estimates[name]
+    if estimate.std is not None and estimate.std > limit * abs(estimate.value):
+        raise RefusedError(Refusal.AMPLITUDE_BELOW_FLOOR, f"{name} = {estimate.value:.4g} +- {estimate.std:.2g}")
 
 
 def public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], Array, Array]:

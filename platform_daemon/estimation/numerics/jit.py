@@ -98,9 +98,3 @@ def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     if cache_file is not None and hasattr(cache_file, "_source_stamp"):
         cache_file._source_stamp = _sources_digest()
     return dispatcher
-
-
-def is_cached(dispatcher: Any) -> bool:
-    """True if compiled code of a kernel is on disk, made from the sources as they are."""
-    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    return cache_file is not None and bool(cache_file._load_index())

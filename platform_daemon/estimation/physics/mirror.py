@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from platform_daemon.estimation.parameters import RODRIGUES
+
 from ..numerics.arrays import Array
 from .rotation import nearest_rotation, rodrigues_from_rotation
 from .torques import OF_OTHER_SIGN_IN_MIRROR
@@ -20,7 +22,6 @@ from .torques import OF_OTHER_SIGN_IN_MIRROR
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-RODRIGUES = ("rodrigues_x", "rodrigues_y", "rodrigues_z")
 _ENOUGH = 10  # a mean moves by less in every round; two are usual
 
 

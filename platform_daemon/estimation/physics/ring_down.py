@@ -14,7 +14,6 @@ import numpy as np
 from scipy.special import ellipk, ellipkinc
 
 from ..numerics.arrays import Array
-from ..result import FitResult
 from .models import RingDownModel, model_named
 from .trajectory.basis_functions import STATE
 from .trajectory.direct import Dynamics, Trajectory
@@ -39,14 +38,6 @@ class RingDown:
     model: RingDownModel
     dynamics: Dynamics
     m_r_am2: float | None = None
-
-    @classmethod
-    def from_fit(cls, result: FitResult) -> RingDown:
-        """The fitted ring-down; ValueError if the fit was refused."""
-        if result.fitted is None:
-            raise ValueError("a refused fit describes no ring-down")
-        moment = result.parameters.get("m_r_am2")
-        return cls(result.fitted.model, result.fitted.state.dynamics, None if moment is None else moment.value)
 
     @classmethod
     def from_parameters(cls, variant: str | RingDownModel, values: Mapping[str, float]) -> RingDown:

@@ -10,7 +10,6 @@ from platform_daemon.analysis.series.orientation import error_angle
 from platform_daemon.estimation import FitResult
 from platform_daemon.estimation.harmonic_estimator.estimator import FrequencyDomainEstimate
 from platform_daemon.estimation.physics.orbit import frequency_ratio
-from platform_daemon.estimation.physics.ring_down import RingDown
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class BiasAgainstFit:
 
 def bias_against_fit(estimate: FrequencyDomainEstimate, fit: FitResult) -> BiasAgainstFit:
     """How far the estimate lies from a fit of the same record, at the estimate's own time.  Raises: ValueError."""
-    ring_down = RingDown.from_fit(fit)
+    ring_down = fit.ring_down()
     if ring_down.m_r_am2 is None:
         raise ValueError("a fit in volts has neither m_r nor orientation to compare with")
     half = 0.5 * estimate.stretch_s

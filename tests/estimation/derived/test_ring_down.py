@@ -39,7 +39,7 @@ def test_the_motion_is_that_of_an_independent_integrator(variant, public):
 
 def test_a_fit_and_its_published_parameters_describe_the_same_ring_down():
     result = fit_ring_down(RingDownRecord(dmdt(Truth(), 0.25), RATE_HZ, "dmdt"), "thread", "n50")
-    fitted = RingDown.from_fit(result)
+    fitted = result.ring_down()
     published = RingDown.from_parameters("thread", {n: e.value for n, e in result.parameters.items()})
     for one, other in zip(fitted.motion(3000, 1e-4), published.motion(3000, 1e-4), strict=True):
         assert np.allclose(one, other, atol=1e-9)
@@ -49,7 +49,7 @@ def test_a_fit_and_its_published_parameters_describe_the_same_ring_down():
 def test_a_refused_fit_and_a_rotor_at_rest_describe_no_ring_down():
     noise = np.random.default_rng(1).standard_normal((3, 4000))
     with pytest.raises(ValueError, match="refused"):
-        RingDown.from_fit(fit_ring_down(RingDownRecord(noise, RATE_HZ, "dmdt"), "thread", "n50"))
+        fit_ring_down(RingDownRecord(noise, RATE_HZ, "dmdt"), "thread", "n50").ring_down()
     with pytest.raises(ValueError, match="no oscillation"):
         RingDown.from_parameters("thread", {**THREAD_D30, "phi_max_rad": 0.0})
     with pytest.raises(KeyError):
