@@ -36,17 +36,16 @@ compile_beside (compilation before the first fit).
 
 from __future__ import annotations
 
-from platform_daemon.estimation.parameters import PARAMETER_NAMES, Estimate
-from platform_daemon.estimation.sensitivity import CalibrationError
-
 from .calibration.apply import CalibratedRecord, calibrate
 from .compilation import warm_up
 from .fit import fit_ring_down
 from .noise.model import NoiseModel, estimate_noise
 from .noise.series import SeriesNoise
+from .parameters import PARAMETER_NAMES, Estimate
 from .record import RingDownRecord
 from .result import FitResult, model_signal
 from .screening.clipping import find_clipping, saturation
+from .sensitivity import CalibrationError
 
 __all__ = [
     "PARAMETER_NAMES",

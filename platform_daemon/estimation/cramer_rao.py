@@ -15,10 +15,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import RODRIGUES
-
 from .least_squares.public_parameters import public_order
 from .numerics.arrays import Array
+from .parameters import RODRIGUES
 from .physics.orbit import frequency_ratio
 from .physics.quality import decay_time_s
 from .physics.ring_down import RingDown

@@ -7,9 +7,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from platform_daemon.estimation.sensitivity import inverse_sensitivity
-
 from .numerics.arrays import Array
+from .sensitivity import inverse_sensitivity
 
 Quantity = Literal["dmdt", "voltage", "angle"]
 

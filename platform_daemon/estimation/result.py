@@ -7,10 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import Estimate
-
 from .least_squares.gauss_newton import FitState
 from .numerics.arrays import Array
+from .parameters import Estimate
 from .physics.models import RingDownModel
 from .physics.ring_down import RingDown
 from .physics.trajectory.direct import Trajectory

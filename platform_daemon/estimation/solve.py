@@ -7,15 +7,13 @@ from itertools import product
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.public_parameters import POOR_CHI2, refuse_faint
-
 from .initial_guess.guess import Start, find_start, observes_dipole
 from .least_squares.constraints import free_mask, knowledge_of, with_fixed
 from .least_squares.gauss_newton import FitState
 from .least_squares.multiple_minima import ambiguity
 from .least_squares.noise_weighting import weighted_by_harmonic
 from .least_squares.progressive import CAREFUL, QUICK, Fitted, NoConvergenceError, Problem, fit_growing
-from .least_squares.public_parameters import by_convention, publish
+from .least_squares.public_parameters import POOR_CHI2, by_convention, publish, refuse_faint
 from .physics.models import RingDownModel
 from .physics.trajectory.direct import LostTrajectoryError
 from .physics.trajectory.initial_conditions import NoLabelError

@@ -14,7 +14,7 @@ from platform_daemon.diagnosis.shots.initial_fits import start
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation import fit_ring_down
 from platform_daemon.estimation.physics.models import THREAD, model_named
-from tests.diagnosis.simulated import shots_with
+from tests.kit.undeclared_shots import shots_with
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from drivers.timeline import Line
 from platform_daemon.settings import load_sequence
 from sequences.compiler import compile_shot
 from sequences.request import SequenceRequest
-from tests.sequences.platform_side import side
+from tests.kit.transmit_side import side
 
 THREAD = load_sequence("thread")
 JEWEL = load_sequence("jewel")

@@ -13,7 +13,7 @@ from drivers.timeline import Line
 from platform_daemon.settings import load_sequence
 from sequences.compiler import TransmitSide, compile_shot
 from sequences.request import SequenceRequest
-from tests.sequences.platform_side import side
+from tests.kit.transmit_side import side
 
 THREAD = load_sequence("thread")
 

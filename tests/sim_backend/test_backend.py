@@ -7,7 +7,7 @@ from drivers.errors import ConfigError, DeviceFault
 from drivers.registry import PlatformSection, build_platform, load_backend
 from sim_backend.backend import SimulatedBackend
 from sim_backend.receive.calibration import calibration_frequencies_hz
-from tests.sim_backend.bench import Bench, options, table
+from tests.kit.simulated_bench import Bench, options, table
 
 
 def test_shipped_platform_builds_through_the_registry():

@@ -14,7 +14,7 @@ import pytest
 
 from drivers.errors import InputError, RecordingError
 from platform_daemon.store import describe, open_recording, read_calibration, read_fits, read_truth
-from tests.store.files import MINIMAL, P, calibration, volts, write_minimal, write_series
+from tests.kit.recording_files import MINIMAL, P, calibration, volts, write_minimal, write_series
 
 DATA = MINIMAL["/data"]
 RESPONSE = np.ones((3, 2), complex)

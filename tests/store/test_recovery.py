@@ -15,7 +15,7 @@ import pytest
 
 from drivers.errors import InputError
 from platform_daemon.store import SeriesWriter, StorageError, open_recording, read_truth, recover
-from tests.store.files import header, shot, volts, write_series
+from tests.kit.recording_files import header, shot, volts, write_series
 
 KILLS = 16
 SHOTS = 4

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.sensitivity import CalibrationError, inverse_sensitivity
-
 from ..numerics.arrays import Array, ComplexArray
-from ..sensitivity import real_array
+from ..sensitivity import CalibrationError, inverse_sensitivity, real_array
 from .equaliser import design_equaliser, equalise
 
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.estimation.parameters import RODRIGUES
 
 from .. import FitResult
+from ..parameters import RODRIGUES
 from ..physics.rotation import rotation_from_rodrigues
 
 MOMENT = "m_r_am2"

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import Estimate
-
 from ..noise.level_uncertainty import level_sd
 from ..noise.model import NoiseModel
+from ..parameters import Estimate
 from ..refusal import Refusal, RefusedError
 from .compression import Compression
 from .flat_tops import Clipped

@@ -10,10 +10,9 @@ import math
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import RODRIGUES
-
 from ..least_squares.observation_model import DipoleObservation, Observation
 from ..least_squares.public_parameters import Published
+from ..parameters import RODRIGUES
 from ..physics.rotation import rodrigues_jacobian
 
 _DECIDED = 3.0  # standard deviations

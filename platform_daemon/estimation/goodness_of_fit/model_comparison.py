@@ -11,9 +11,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from platform_daemon.estimation.least_squares.public_parameters import POOR_CHI2
-from platform_daemon.estimation.parameters import Estimate
-
+from ..least_squares.public_parameters import POOR_CHI2
+from ..parameters import Estimate
 from ..refusal import Refusal, RefusedError
 
 _BETTER = 25.0  # fall of chi^2, of which noise leaves 1 per degree of freedom

@@ -11,7 +11,7 @@ The change of the amplitude from one window to the other gives the decay, and th
 windows, which the demodulation follows. No start values, no variant.
 
 Bias against the fit, noise-free, lambda 0.2465 1/s, 213 Hz, T_f/I 0, 500, 1300, 3000, 6000, 10000 rad/s^2, over the
-sweep of f in the 24 periods (tests/estimation/derived/test_frequency_domain.py computes it anew; -s prints it):
+sweep of f in the 24 periods (tests/estimation/harmonic_estimator/test_estimator.py computes it anew; -s prints it):
     A(0) = 53 deg                                      A(0) = 23 deg
     sweep/Hz    f_nat/Hz     m_r/%       A/deg         sweep/Hz    f_nat/Hz     m_r/%       A/deg
       0.68     +0.0002     -0.0001     +0.001            0.12     +0.0000     -0.0000     +0.000

@@ -9,8 +9,6 @@ from functools import cache, partial
 
 import numpy as np
 
-from platform_daemon.estimation.sensitivity import inverse_sensitivity
-
 from ..least_squares.gauss_newton import FitState
 from ..least_squares.observation_model import DipoleObservation, FreeGainObservation, Observation
 from ..numerics.arrays import Array
@@ -24,6 +22,7 @@ from ..physics.orbit import (
 from ..physics.rotation import nearest_rotation
 from ..physics.trajectory.direct import Dynamics
 from ..record import RingDownRecord
+from ..sensitivity import inverse_sensitivity
 from .angle import find_start_angle
 from .harmonic_fit import Snapshot, take_snapshot
 from .initial_state import Start

@@ -8,9 +8,8 @@ from functools import cache
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import PARAMETER_NAMES, Estimate
-
 from ..numerics.arrays import Array
+from ..parameters import PARAMETER_NAMES, Estimate
 from ..physics.models import RingDownModel
 from ..physics.trajectory.initial_conditions import label_of_state
 from ..physics.trajectory.state_at_zero import state_at_zero

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import RODRIGUES
-
 from ..numerics.arrays import Array
+from ..parameters import RODRIGUES
 from .rotation import nearest_rotation, rodrigues_from_rotation
 from .torques import OF_OTHER_SIGN_IN_MIRROR
 

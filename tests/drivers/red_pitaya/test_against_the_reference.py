@@ -15,7 +15,7 @@ from drivers.io_card import CardState
 from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.options import card_table
 from drivers.timeline import Line
-from tests.drivers.red_pitaya.reference_server import ReferenceServer, code
+from tests.kit.reference_daq_server import ReferenceServer, code
 
 
 @pytest.fixture
