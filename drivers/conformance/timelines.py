@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drivers.io_card import CardCapabilities
-from drivers.timeline import Burst, Line, LineLevel, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, Timeline
 
 TX_S, GAP_S, RX_S = 0.01, 0.07, 0.1
 WHISPER = 1e-3  # of the output's full scale
@@ -17,8 +17,8 @@ def short_shot(can: CardCapabilities, *, bursts: bool = True, rx_s: float = RX_S
     connect = tx + steps((0.001 + can.line_delay_s) * rate_hz, can)
     volts = WHISPER * can.output_full_scale_v
     sines = tuple(Burst(k, 0, tx, 10 * rate_hz / tx, volts) for k in range(can.outputs)) if bursts else ()
-    gate = (LineLevel(Line.PA_GATE, 0, tx),) if bursts else ()
-    return Timeline(can.clock, tx, gap, rx, sines, (*gate, LineLevel(Line.RX_CONNECT, connect, total)))
+    gate = (LineLevel(DigitalLine.PA_GATE, 0, tx),) if bursts else ()
+    return Timeline(can.clock, tx, gap, rx, sines, (*gate, LineLevel(DigitalLine.RX_CONNECT, connect, total)))
 
 
 def steps(samples: float, can: CardCapabilities) -> int:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError, RecordingError
 from platform_daemon.estimation import RingDownRecord, calibrate, find_clipping
-from platform_daemon.estimation.calibration.receiver_correction import undone
+from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.estimation.refusal import Refusal, RefusedError
 from platform_daemon.estimation.screening.clipping import Clipping
 from platform_daemon.estimation.sensitivity import CalibrationError
@@ -56,4 +56,4 @@ def ring_down(
         valid_from=done.valid_from,
         valid_to=done.valid_to,
     )
-    return undone(record, calibration.sensitivity, calibration.receiver), tuple(done.notes)
+    return correct_receiver_effects(record, calibration.sensitivity, calibration.receiver), tuple(done.notes)

@@ -11,9 +11,9 @@ import numpy as np
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, PlatformError, RecordingError
-from platform_daemon.diagnosis import Diagnosis, DiagnosisError, Shot, diagnose
-from platform_daemon.diagnosis.selection.data_integrity import Flaw
-from platform_daemon.diagnosis.selection.stepwise import Progress
+from platform_daemon.diagnosis import Diagnosis, DiagnosisError, DiagnosisShot, diagnose
+from platform_daemon.diagnosis.selection.data_integrity import DataDefect
+from platform_daemon.diagnosis.selection.stepwise import ProgressCallback
 from platform_daemon.estimation import SeriesNoise, find_clipping
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
@@ -24,11 +24,11 @@ from .calibrated import ring_down
 from .fit_request import NAME_THE_VARIANT, checked_variant
 from .frames import chosen_frames
 from .measurement import angle_record
-from .model_registry.resolve import Variant, model_of, notes_of, under_model
+from .model_registry.resolve import ModelChoice, model_of, notes_of, with_receiver_correction
 from .noise import recording_noise
 
 Observable = Literal["dmdt", "angle"]
-Frames = Mapping[Path, Sequence[int] | None]
+FramesByFile = Mapping[Path, Sequence[int] | None]
 """Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
 _PENDULUM = "thread"  # of an angle, about which no file says what swings: restoring torque and viscous damping
@@ -41,7 +41,7 @@ class NothingToDiagnoseError(InputError):
 
 
 @dataclass(frozen=True)
-class Specimen:
+class DiagnosisInput:
     """What is to be diagnosed.
 
     Attributes:
@@ -52,9 +52,9 @@ class Specimen:
         files: in the order in which they were named.
     """
 
-    shots: tuple[Shot, ...]
+    shots: tuple[DiagnosisShot, ...]
     model: RingDownModel
-    flaws: tuple[Flaw, ...]
+    flaws: tuple[DataDefect, ...]
     notes: tuple[str, ...]
     files: tuple[Path, ...]
 
@@ -63,8 +63,8 @@ class Specimen:
 class _Loaded:
     """What has been read so far."""
 
-    shots: list[Shot]
-    flaws: list[Flaw]
+    shots: list[DiagnosisShot]
+    flaws: list[DataDefect]
     notes: list[str]
     refusals: int = 0
 
@@ -74,14 +74,14 @@ class _Loaded:
         self.refusals += 1
 
 
-def load_specimen(
+def load_diagnosis_input(
     files: Sequence[Path],
-    variant: Variant | None = None,
+    variant: ModelChoice | None = None,
     observable: Observable | None = None,
-    base: Variant | None = None,
+    base: ModelChoice | None = None,
     calibration: tuple[ReceiveCalibration, str] | None = None,
-    frames: Frames | None = None,
-) -> Specimen:
+    frames: FramesByFile | None = None,
+) -> DiagnosisInput:
     """Read recordings or angle series of one specimen.
 
     Args:
@@ -102,12 +102,12 @@ def load_specimen(
     return _ring_downs(files, base or variant, calibration, frames or {})
 
 
-def check_specimen(
+def check_diagnosis_input(
     files: Sequence[Path],
-    variant: Variant | None = None,
+    variant: ModelChoice | None = None,
     observable: Observable | None = None,
     calibration: tuple[ReceiveCalibration, str] | None = None,
-    frames: Frames | None = None,
+    frames: FramesByFile | None = None,
 ) -> None:
     """What load_specimen raises before it has read any samples."""
     if _observed(files, observable) == "angle":
@@ -118,7 +118,7 @@ def check_specimen(
     recordings = [_opened(path, calibration) for path in files]
     chosen = _one_variant(recordings, variant)
     for recording in recordings:
-        under_model(recording, chosen)
+        with_receiver_correction(recording, chosen)
         chosen_frames(recording, (frames or {}).get(recording.path))
 
 
@@ -132,7 +132,7 @@ def _observed(files: Sequence[Path], observable: Observable | None) -> Observabl
     return observable or ("angle" if is_time_series(files[0]) else "dmdt")
 
 
-def diagnose_specimen(specimen: Specimen, tell: Progress) -> Diagnosis:
+def diagnose_input(specimen: DiagnosisInput, tell: ProgressCallback) -> Diagnosis:
     """Diagnose, and add what was seen while reading.  Raises NothingToDiagnoseError."""
     try:
         found = diagnose(specimen.shots, specimen.model, tell)
@@ -149,19 +149,24 @@ def _named(files: Sequence[Path]) -> str:
     return f"{files[0]}{more}"
 
 
-def _checked(variant: Variant) -> Variant:
+def _checked(variant: ModelChoice) -> ModelChoice:
     """Raises InputError for a name that is not declared."""
     return checked_variant(variant) if isinstance(variant, str) else variant
 
 
 def _ring_downs(
-    files: tuple[Path, ...], variant: Variant | None, calibration: tuple[ReceiveCalibration, str] | None, frames: Frames
-) -> Specimen:
+    files: tuple[Path, ...],
+    variant: ModelChoice | None,
+    calibration: tuple[ReceiveCalibration, str] | None,
+    frames: FramesByFile,
+) -> DiagnosisInput:
     recordings = [_opened(path, calibration) for path in files]
     chosen = _one_variant(recordings, variant)
     loaded = _Loaded([], [], [*_specimen_notes(recordings), *notes_of(chosen)])
     for recording in recordings:
-        _add_frames(under_model(recording, chosen), loaded, chosen_frames(recording, frames.get(recording.path)))
+        _add_frames(
+            with_receiver_correction(recording, chosen), loaded, chosen_frames(recording, frames.get(recording.path))
+        )
     return _specimen(loaded, model_of(chosen), files)
 
 
@@ -183,7 +188,7 @@ def _opened(path: Path, calibration: tuple[ReceiveCalibration, str] | None) -> R
     return recording
 
 
-def _one_variant(recordings: Sequence[Recording], wanted: Variant | None) -> Variant:
+def _one_variant(recordings: Sequence[Recording], wanted: ModelChoice | None) -> ModelChoice:
     """The model of all files.  Raises InputError if they differ or say nothing."""
     said = {r.variant: r.path for r in reversed(recordings) if r.variant is not None}
     if len(said) > 1:
@@ -231,7 +236,7 @@ def _add_frames(recording: Recording, loaded: _Loaded, frames: Sequence[int]) ->
             continue
         clipped = find_clipping(volts)
         if clipped is not None:
-            loaded.flaws.append(Flaw("saturation", f"{name}: {clipped}", -1))
+            loaded.flaws.append(DataDefect("saturation", f"{name}: {clipped}", -1))
             loaded.leave_out(name, f"saturated: {clipped}")
             continue
         of_shot = noise.for_shot(record)
@@ -239,10 +244,10 @@ def _add_frames(recording: Recording, loaded: _Loaded, frames: Sequence[int]) ->
             loaded.leave_out(name, "its noise cannot be measured")
             continue
         loaded.notes += [f"{name}: {note}" for note in (*assumed, of_shot.note) if note]
-        loaded.shots.append(Shot(name, record, of_shot.model, square, recording.path.name))
+        loaded.shots.append(DiagnosisShot(name, record, of_shot.model, square, recording.path.name))
 
 
-def _angles(files: tuple[Path, ...], variant: Variant | None) -> Specimen:
+def _angles(files: tuple[Path, ...], variant: ModelChoice | None) -> DiagnosisInput:
     """Angle series, one shot each, with a common noise where they are alike."""
     series = [read_angles(path) for path in files]
     loaded = _Loaded([], [], [])
@@ -260,9 +265,9 @@ def _angles(files: tuple[Path, ...], variant: Variant | None) -> Specimen:
 
 def _add_angles(series: AngleSeries, noise: SeriesNoise, loaded: _Loaded) -> None:
     name = series.path.name
-    loaded.flaws += [Flaw("clock_gap", f"{name}: {text}", -1) for text in series.clock]
+    loaded.flaws += [DataDefect("clock_gap", f"{name}: {text}", -1) for text in series.clock]
     if not series.finite:
-        loaded.flaws.append(Flaw("not_finite", f"{name}: samples are not finite numbers", -1))
+        loaded.flaws.append(DataDefect("not_finite", f"{name}: samples are not finite numbers", -1))
         loaded.leave_out(name, "samples are not finite numbers")
         return
     record = angle_record(series)
@@ -270,16 +275,16 @@ def _add_angles(series: AngleSeries, noise: SeriesNoise, loaded: _Loaded) -> Non
     if model is None:
         loaded.leave_out(name, "its noise cannot be measured: too few samples")
         return
-    loaded.shots.append(Shot(name, record, model, None, name))
+    loaded.shots.append(DiagnosisShot(name, record, model, None, name))
 
 
-def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> Specimen:
+def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> DiagnosisInput:
     """Raises NothingToDiagnoseError if nothing is left."""
     if not loaded.shots:
         why = "; ".join(loaded.notes[-4:]) or "all frames are blank"
         remedy = "record excited shots without clipping"
         raise NothingToDiagnoseError("no shot can be used", where=_named(files), why=why, remedy=remedy)
-    return Specimen(tuple(loaded.shots), model, tuple(loaded.flaws), _short(loaded.notes), files)
+    return DiagnosisInput(tuple(loaded.shots), model, tuple(loaded.flaws), _short(loaded.notes), files)
 
 
 def _short(notes: Iterable[str]) -> tuple[str, ...]:

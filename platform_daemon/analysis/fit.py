@@ -25,9 +25,9 @@ from platform_daemon.store import FitTable, Recording
 from .calibrated import checked_clipping, reason_of, ring_down
 from .fit_request import FitRequest, Window, check_fixed, choose_variant, names_in_order
 from .frames import chosen_frames
-from .model_registry.resolve import Variant, notes_of
+from .model_registry.resolve import ModelChoice, notes_of
 from .noise import recording_noise
-from .plot_data import RingDownPicture
+from .plot_data import RingDownPlotData
 from .series.summary import summary
 
 
@@ -243,9 +243,9 @@ def _table_row(fit: FitResult | str, names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def picture(
-    recording: Recording, frame: int, variant: Variant | None, window: Window, terms: Sequence[str] = ()
-) -> RingDownPicture:
+def ring_down_plot_data(
+    recording: Recording, frame: int, variant: ModelChoice | None, window: Window, terms: Sequence[str] = ()
+) -> RingDownPlotData:
     """What to draw of one frame: its calibrated signal with the fit over it, or without if the fit was refused."""
     recording, chosen = choose_variant(recording, variant, terms)
     rate = recording.sequence.rate_hz
@@ -258,7 +258,7 @@ def picture(
     n = record.samples.shape[1]
     calibrated = record.quantity == "dmdt"
     names = recording.provenance.channel_names if recording.provenance else ()
-    return RingDownPicture(
+    return RingDownPlotData(
         title=f"{recording.path.name}, frame {frame}",
         caption=_caption(fit) if good else f"fit refused: {fit.reason}",
         unit="dm/dt / A m² s⁻¹" if calibrated else "ADC input / V",

@@ -14,7 +14,7 @@ from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.store import Recording
 
 from .model_registry.adopted_model import AdoptedModel
-from .model_registry.resolve import Variant, label_of, model_of, under_model
+from .model_registry.resolve import ModelChoice, label_of, model_of, with_receiver_correction
 
 Window = Literal["n50", "d30"] | float
 NAME_THE_VARIANT = "name the variant, thread or jewel (--variant, or `variant` of a request)"
@@ -43,7 +43,7 @@ class FitRequest:
         hints: losses held only in frames whose window cannot tell them apart.
     """
 
-    variant: Variant
+    variant: ModelChoice
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
     hints: Mapping[str, float] | None = None
@@ -114,8 +114,8 @@ def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
 
 
 def choose_variant(
-    recording: Recording, variant: Variant | None, terms: Sequence[str] = ()
-) -> tuple[Recording, Variant]:
+    recording: Recording, variant: ModelChoice | None, terms: Sequence[str] = ()
+) -> tuple[Recording, ModelChoice]:
     """The caller's variant, else the file's, with further torque terms; the recording as that model wants it.
 
     Raises InputError if there is none.
@@ -124,7 +124,7 @@ def choose_variant(
         if terms:
             remedy = "diagnose on the base of it and adopt what is found, or leave the terms out"
             raise InputError("an adopted model takes no further terms", where=variant.label, remedy=remedy)
-        return under_model(recording, variant), variant
+        return with_receiver_correction(recording, variant), variant
     chosen = variant or recording.variant
     if chosen is None:
         raise RecordingError(

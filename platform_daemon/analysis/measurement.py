@@ -14,12 +14,12 @@ from platform_daemon.store.angle_series import AngleSeries
 from .fit import file_report, frame_report
 from .fit_request import FitRequest, checked_variant
 from .model_registry.adopted_model import AdoptedModel
-from .model_registry.resolve import Variant, notes_of
+from .model_registry.resolve import ModelChoice, notes_of
 
 PENDULUM = "thread"  # of which an angle is taken unless a variant is named
 
 
-def angle_variant(series: AngleSeries, variant: Variant | None, terms: Sequence[str] = ()) -> Variant:
+def angle_variant(series: AngleSeries, variant: ModelChoice | None, terms: Sequence[str] = ()) -> ModelChoice:
     """The caller's variant, else a pendulum, with further torque terms.
 
     Raises InputError for an unknown one, or for one that undoes effects of a receiver, which an angle has not.

@@ -49,15 +49,15 @@ class _Asked:
 @lru_cache(4)
 def _found(asked: _Asked) -> SeriesNoise:
     recording, noise = asked.recording, SeriesNoise()
-    for k in _frames_to_hear(recording):
+    for k in _frames_to_learn_from(recording):
         rate_hz, blank = recording.sequence.rate_hz, recording.frame_info[k].blank
         # A frame that cannot be read or calibrated says so when it is fitted.
         with suppress(PlatformError):
-            hear(noise, recording.rx_volts(k), rate_hz, recording.calibration, blank=blank)
+            learn_noise(noise, recording.rx_volts(k), rate_hz, recording.calibration, blank=blank)
     return noise
 
 
-def hear(
+def learn_noise(
     noise: SeriesNoise,
     rx_volts: NDArray[np.float64],
     rate_hz: float,
@@ -71,7 +71,7 @@ def hear(
         noise.learn(record, blank=blank)
 
 
-def _frames_to_hear(recording: Recording) -> list[int]:
+def _frames_to_learn_from(recording: Recording) -> list[int]:
     """Blank frames, else some that are spread over the series."""
     good = [k for k, info in enumerate(recording.frame_info) if info.verdict == "good"]
     blank = [k for k in good if recording.frame_info[k].blank]

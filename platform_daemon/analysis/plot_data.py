@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
-class RingDownPicture:
+class RingDownPlotData:
     """What a picture shows.
 
     measured and model: (c, n) in `unit`, model None if there is no fit (then there is no residual either); sampling
@@ -26,7 +26,7 @@ class RingDownPicture:
     window_s: float | None
 
 
-def envelope(samples: NDArray[np.float64], points: int) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
+def min_max_decimate(samples: NDArray[np.float64], points: int) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
     """Smallest and largest value per bucket, (c, buckets) each, and samples per bucket; no peak is lost."""
     size = max(1, -(-samples.shape[1] // points))
     buckets = -(-samples.shape[1] // size)

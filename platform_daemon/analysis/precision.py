@@ -8,7 +8,7 @@ from typing import Any
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
-from platform_daemon.estimation.cramer_rao import Plan, planned_window_s, predict_precision
+from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, predict_precision
 from platform_daemon.estimation.physics.models import model_named
 from platform_daemon.estimation.refusal import RefusedError
 from sequences.settle import expected_moment, expected_omega
@@ -51,7 +51,7 @@ def expected_parameters(
     return {name: value for name, value in known.items() if name in coefficients or name not in COEFFICIENTS}
 
 
-def predict(
+def planned_precision(
     specimen: Specimen,
     windows: Sequence[Window],
     *,
@@ -69,7 +69,7 @@ def predict(
     """
     variant = variant or specimen.variant
     parameters = expected_parameters(specimen, phi_max_rad, psi_start_rad, variant, expected)
-    plan = Plan(variant, parameters, tuple(noise_am2_per_s), sampling_rate_hz, fixed)
+    plan = MeasurementPlan(variant, parameters, tuple(noise_am2_per_s), sampling_rate_hz, fixed)
     try:
         bounds = [(w, predict_precision(plan, planned_window_s(plan, w))) for w in windows]
     except RefusedError as refused:

@@ -22,14 +22,14 @@ from platform_daemon.store.angle_series import AngleSeries
 from .calibrated import ring_down
 from .fit_request import FitRefused, choose_variant
 from .measurement import angle_record, angle_variant
-from .model_registry.resolve import Variant, model_of
+from .model_registry.resolve import ModelChoice, model_of
 from .noise import recording_noise
 
 
 def slide_frame(
     recording: Recording,
     frame: int,
-    variant: Variant | None,
+    variant: ModelChoice | None,
     window_s: float | None,
     step_s: float | None,
     lambda_mode: LambdaMode = "auto",
@@ -50,7 +50,7 @@ def slide_frame(
 
 def slide_angles(
     series: AngleSeries,
-    variant: Variant | None,
+    variant: ModelChoice | None,
     window_s: float | None,
     step_s: float | None,
     lambda_mode: LambdaMode = "auto",

@@ -24,7 +24,7 @@ from .options import (
 from .output import must_not_exist, write_json, write_page
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.diagnose import Observable, Specimen
+    from platform_daemon.analysis.diagnose import DiagnosisInput, Observable
     from platform_daemon.diagnosis import Diagnosis
 
 
@@ -45,8 +45,8 @@ def diagnose(
 
     With --live on a platform, instead of files: measure, diagnose, measure what is proposed (diagnose --live --help).
     """
-    from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_specimen
-    from platform_daemon.analysis.model_registry import digests
+    from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_diagnosis_input
+    from platform_daemon.analysis.model_registry import file_digests
     from platform_daemon.diagnosis import as_json
     from platform_daemon.reports.diagnosis_text import summary_text
     from platform_daemon.store import read_calibration
@@ -56,11 +56,14 @@ def diagnose(
     must_not_exist(html, force)
     heed_one_interrupt()
     try:
-        specimen = load_specimen(
+        specimen = load_diagnosis_input(
             files, variant_named(variant, models), _observable(observable), variant_named(base, models), other
         )
         found = _diagnosed(specimen)
-        report = as_json(found) | {"files": [str(f) for f in specimen.files], "recordings": digests(specimen.files)}
+        report = as_json(found) | {
+            "files": [str(f) for f in specimen.files],
+            "recordings": file_digests(specimen.files),
+        }
         print(summary_text(report))
         write_json(json_file, report)
         write_page(html, found, report)
@@ -84,12 +87,10 @@ def _observable(name: str | None) -> Observable | None:
     raise InputError(f"no observable {name!r}", where="--observable", remedy=f"one of: {', '.join(OBSERVABLES)}")
 
 
-def _diagnosed(specimen: Specimen) -> Diagnosis:
+def _diagnosed(specimen: DiagnosisInput) -> Diagnosis:
     """With a bar that shows the time left."""
-    from platform_daemon.analysis.diagnose import diagnose_specimen
+    from platform_daemon.analysis.diagnose import diagnose_input
 
     with progress_bar() as bar:
         task = bar.add_task("diagnosis", total=100, unit="%")
-        return diagnose_specimen(
-            specimen, lambda what, share: bar.update(task, description=what, completed=100.0 * share)
-        )
+        return diagnose_input(specimen, lambda what, share: bar.update(task, description=what, completed=100.0 * share))

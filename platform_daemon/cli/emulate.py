@@ -13,7 +13,7 @@ import typer
 
 from drivers.errors import ConfigError
 from drivers.registry import load_emulator
-from platform_daemon.engine.latency import be_punctual
+from platform_daemon.engine.latency import reduce_latency
 from platform_daemon.settings import locate, read_toml
 
 from .interrupts import heed_one_interrupt
@@ -37,7 +37,7 @@ def emulate(
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     written = None
     try:
-        be_punctual()
+        reduce_latency()
         written = _announce(emulator.endpoints(), json_file)
         threading.Event().wait()
     except KeyboardInterrupt:

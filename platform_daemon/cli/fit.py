@@ -29,7 +29,7 @@ from .options import (
 from .output import must_not_exist, write_json
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.batch import Ledger, Settings, Workers
+    from platform_daemon.analysis.batch import FitSettings, Ledger, WorkerPool
 
 _FEW_FRAMES = 16  # are fitted before other processes have started
 
@@ -55,14 +55,14 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit the frames of one or more recordings."""
-    from platform_daemon.analysis.batch import Settings
+    from platform_daemon.analysis.batch import FitSettings
     from platform_daemon.analysis.fit_request import parse_values, parse_window
     from platform_daemon.analysis.frames import parse_frames
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
-    settings = Settings(
+    settings = FitSettings(
         variant_named(variant, models), parse_window(window), fixed, other, derived, hints, tuple(term or ()),
         None if frames is None else parse_frames(frames),
     )  # fmt: skip
@@ -92,15 +92,15 @@ def _check_ledger(jsonl: Path | None, resume: bool, force: bool) -> None:
     must_not_exist(jsonl, force or resume)
 
 
-def _ledger(stack: ExitStack, jsonl: Path | None, settings: Settings, resume: bool) -> Ledger | None:
+def _ledger(stack: ExitStack, jsonl: Path | None, settings: FitSettings, resume: bool) -> Ledger | None:
     from platform_daemon.analysis.batch import Ledger
 
     return None if jsonl is None else stack.enter_context(Ledger(jsonl, settings, resume=resume))
 
 
 def _workers(
-    files: list[Path], settings: Settings, processes: int | None, dask: str | None
-) -> AbstractContextManager[Workers]:
+    files: list[Path], settings: FitSettings, processes: int | None, dask: str | None
+) -> AbstractContextManager[WorkerPool]:
     """Where to fit: the cluster, this process for few frames, else a process per core."""
     from platform_daemon.analysis import batch
 
@@ -114,13 +114,13 @@ def _workers(
     return batch.processes(count)
 
 
-def _many_frames(files: list[Path], settings: Settings) -> bool:
-    from platform_daemon.analysis.batch.part import Source, count_frames
+def _many_frames(files: list[Path], settings: FitSettings) -> bool:
+    from platform_daemon.analysis.batch.part import InputFile, count_frames
 
     frames = 0
     for path in files[:_FEW_FRAMES]:
         try:
-            frames += count_frames(Source(path), settings)
+            frames += count_frames(InputFile(path), settings)
         except PlatformError:  # said when its turn comes
             continue
         if frames > _FEW_FRAMES:
@@ -188,7 +188,7 @@ def _error_entry(error: PlatformError) -> dict[str, Any]:
     return {"error": {"title": error.title, "detail": str(error)}}
 
 
-def _fit_all(results: _Results, settings: Settings, workers: Workers) -> None:
+def _fit_all(results: _Results, settings: FitSettings, workers: WorkerPool) -> None:
     """Fit what is left to do, with a bar that counts files and shows the time left."""
     from platform_daemon.analysis.batch import Advanced, Finished, fit_files
 

@@ -133,7 +133,7 @@ def serve(
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.api.server import Server, create_api
     from platform_daemon.app import create_context, open_data_folder, start_engine
-    from platform_daemon.engine.job_records import Journal
+    from platform_daemon.engine.job_records import JobRecords
     from platform_daemon.settings import load_platform
 
     _log_from(logging.INFO)
@@ -142,7 +142,7 @@ def serve(
     folder = open_data_folder(data)
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
     heed_one_interrupt()
-    engine = start_engine(file, Journal(folder.jobs), library(folder.models))
+    engine = start_engine(file, JobRecords(folder.jobs), library(folder.models))
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)
@@ -287,7 +287,7 @@ def plot(
     force: ForceOption = False,
 ) -> None:
     """Draw dm/dt with the fit over it, the residual and the spectrum."""
-    from platform_daemon.analysis.fit import picture
+    from platform_daemon.analysis.fit import ring_down_plot_data
     from platform_daemon.analysis.fit_request import parse_window
     from platform_daemon.reports.figures.ring_down import save_png
     from platform_daemon.store import open_recording, read_calibration
@@ -297,7 +297,9 @@ def plot(
         recording = recording.with_calibration(read_calibration(calibration), str(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
     must_not_exist(target, force)
-    save_png(picture(recording, frame, variant_named(variant, models), parse_window(window), term or ()), target)
+    save_png(
+        ring_down_plot_data(recording, frame, variant_named(variant, models), parse_window(window), term or ()), target
+    )
     print(target)
 
 

@@ -31,17 +31,21 @@ def adopt(
     models: ModelsOption = None,
 ) -> None:
     """Adopt the effects of a diagnosis: a named, versioned model for fits, with the evidence for it."""
-    from platform_daemon.analysis.model_registry import digests, draft
+    from platform_daemon.analysis.model_registry import file_digests, model_from_diagnosis
 
     said = _read(diagnosis)
     known = said.get("recordings") or [str(f) for f in said.get("files", [])]
-    data = digests(recording) if recording else [r if isinstance(r, dict) else digests([Path(r)])[0] for r in known]
+    data = (
+        file_digests(recording)
+        if recording
+        else [r if isinstance(r, dict) else file_digests([Path(r)])[0] for r in known]
+    )
     if not data:
         remedy = "name the recordings that were diagnosed with --recording"
         raise InputError("the diagnosis does not say which data it rests on", where=str(diagnosis), remedy=remedy)
     shelf = library(models)
     made = shelf.add(
-        draft(
+        model_from_diagnosis(
             said, name, by or getpass.getuser(), shelf,
             recordings=data, effects=effect or (), free=free or (), force=force,
         )

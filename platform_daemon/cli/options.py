@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.model_registry import Library, Variant
+    from platform_daemon.analysis.model_registry import Library, ModelChoice
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
@@ -45,7 +45,7 @@ def library(folder: Path | None) -> Library:
     return Library(folder or Path("data", "models"))
 
 
-def variant_named(text: str | None, folder: Path | None) -> Variant | None:
+def variant_named(text: str | None, folder: Path | None) -> ModelChoice | None:
     """A declared or adopted model; None: what a file says.  Raises InputError."""
     from platform_daemon.analysis.model_registry import resolve
 

@@ -32,7 +32,7 @@ def predict(
     """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
     from platform_daemon.analysis.fit_request import checked_variant, parse_values, parse_window
     from platform_daemon.analysis.precision import PAPER_DEFLECTION_DEG
-    from platform_daemon.analysis.precision import predict as bound
+    from platform_daemon.analysis.precision import planned_precision as bound
     from platform_daemon.settings import load_specimen
 
     specimen = load_specimen(resonator)[0]

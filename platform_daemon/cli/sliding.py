@@ -14,7 +14,7 @@ from .options import CalibrationOption, ForceOption, JsonOption, ModelsOption, T
 from .output import must_not_exist, write_json
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.model_registry.resolve import Variant
+    from platform_daemon.analysis.model_registry.resolve import ModelChoice
     from platform_daemon.estimation.sliding_window import SlidingFit
 
 
@@ -61,7 +61,7 @@ def _slid(
     frame: int,
     damping: str,
     lengths: tuple[float | None, float | None],
-    variant: Variant | None,
+    variant: ModelChoice | None,
     terms: list[str],
     calibration: Path | None,
 ) -> tuple[SlidingFit, str | None]:

@@ -8,6 +8,6 @@ would) - missing_torque.py (what has no name) - diagnose.py (the whole) - report
 
 from .diagnose import Diagnosis, DiagnosisError, diagnose
 from .report import as_json
-from .shots.shot import Shot
+from .shots.shot import DiagnosisShot
 
-__all__ = ["Diagnosis", "DiagnosisError", "Shot", "as_json", "diagnose"]
+__all__ = ["Diagnosis", "DiagnosisError", "DiagnosisShot", "as_json", "diagnose"]

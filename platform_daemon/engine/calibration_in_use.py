@@ -26,7 +26,7 @@ log = structlog.get_logger()
 IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
 
 
-class AdoptionRequest(BaseModel):
+class ActivationRequest(BaseModel):
     """kind: which side; calibration: one that a job has written, as `lab@2_20261121`; null: the file that the platform
     file names, read anew."""
 
@@ -43,7 +43,7 @@ class CalibrationFiles:
     receive: Path | None = None
     transmit: Path | None = None
 
-    def asked(self, request: AdoptionRequest, folder: Path) -> Path:
+    def asked(self, request: ActivationRequest, folder: Path) -> Path:
         """The file of a request; calibrations made by jobs are in `folder`.  Raises InputError."""
         if request.calibration is not None:
             return folder / f"{request.calibration}.h5"
@@ -71,7 +71,7 @@ def read_either(kind: str, path: Path) -> ReceiveCalibration | TransmitCalibrati
     return read_receive(path) if kind == "receive" else read_transmit_calibration(path)
 
 
-class Chain:
+class CalibrationInUse:
     """What a job is made from: the transmit side, the self-test, and the platform's calibrations.
 
     Raises SequenceRejected if the self-test leaves the limits.
@@ -84,7 +84,7 @@ class Chain:
         self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
         self.self_test = SelfTest(platform, self.side, options)
 
-    def adopt(self, request: AdoptionRequest, folder: Path) -> None:
+    def adopt(self, request: ActivationRequest, folder: Path) -> None:
         """Use another calibration from now on; no job may be under way.  Raises InputError, and all stays as it was."""
         found = read_either(request.kind, self._files.asked(request, folder))
         if isinstance(found, TransmitCalibration):

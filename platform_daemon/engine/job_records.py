@@ -21,7 +21,7 @@ from .jobs import Job, JobState
 log = structlog.get_logger()
 
 
-class Journal:
+class JobRecords:
     """One JSON file per job in `folder`; None: nothing is kept (the one-shot command line)."""
 
     def __init__(self, folder: Path | None) -> None:

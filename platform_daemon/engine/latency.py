@@ -14,7 +14,7 @@ TURN_S = 5e-4
 """After this long a thread that computes lets another one on; less costs more in turns than it gains."""
 
 
-def be_punctual() -> None:
+def reduce_latency() -> None:
     """Search for garbage once more, now, and from here on only in what is made later; turns are short from here on."""
     sys.setswitchinterval(TURN_S)
     gc.unfreeze()

@@ -11,7 +11,7 @@ from drivers.calibration import ReceiveCalibration
 from platform_daemon.analysis.harmonics import harmonics_report
 
 
-class LiveHarmonics:
+class LiveEstimate:
     """Holds what the harmonics of the last excited shot tell; one thread writes it, anybody may read it."""
 
     latest: dict[str, Any] | None = None

@@ -11,7 +11,7 @@ from drivers.errors import ConfigError, SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon.analysis.fit_request import checked_variant
-from platform_daemon.analysis.model_registry import Library, Variant, label_of, resolve
+from platform_daemon.analysis.model_registry import Library, ModelChoice, label_of, resolve
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
@@ -50,7 +50,7 @@ class AcquisitionPlan:
     request: AcquisitionRequest
     specimen: Specimen
     specimen_text: str
-    model: Variant
+    model: ModelChoice
     sequence: SequenceRequest
     excited: ShotPlan
     blank: ShotPlan

@@ -20,14 +20,14 @@ def warm_up() -> float:
     It fits a made-up ring-down, so that nothing is left to compile for a real one.
     """
     began = time.perf_counter()
-    record, noise = made_up()
+    record, noise = synthetic_record()
     result = fit_ring_down(record, "thread", noise=noise)
     if result.verdict == "good":
         result.model_signal(4, _RATE_HZ)
     return time.perf_counter() - began
 
 
-def made_up() -> tuple[RingDownRecord, NoiseModel]:
+def synthetic_record() -> tuple[RingDownRecord, NoiseModel]:
     """A short record that can be fitted, and its noise."""
     time_s = np.arange(_SAMPLES) / _RATE_HZ
     # Not a ring-down, but in its noise near enough to one for a fit to pass as clean; nor is the noise at random.

@@ -31,7 +31,7 @@ _N50_S = 0.24
 
 
 @dataclass(frozen=True)
-class Plan:
+class MeasurementPlan:
     """A measurement to come.
 
     Attributes:
@@ -68,7 +68,7 @@ class Precision:
     covariance: Array
 
 
-def predict_precision(plan: Plan, window_s: float) -> Precision:
+def predict_precision(plan: MeasurementPlan, window_s: float) -> Precision:
     """Cramer-Rao bound of every public parameter for the samples in [0, window_s].
 
     Raises:
@@ -95,12 +95,12 @@ def predict_precision(plan: Plan, window_s: float) -> Precision:
     return Precision(window_s, sd_by_name, angle, names, covariance)
 
 
-def precision_table(plan: Plan, windows_s: Iterable[float]) -> tuple[Precision, ...]:
+def precision_table(plan: MeasurementPlan, windows_s: Iterable[float]) -> tuple[Precision, ...]:
     """The bound for each of several windows."""
     return tuple(predict_precision(plan, window) for window in windows_s)
 
 
-def planned_window_s(plan: Plan, window: str | float) -> float:
+def planned_window_s(plan: MeasurementPlan, window: str | float) -> float:
     """Seconds of "n50", "d30" (until 30 % of hat m_dot_v is left) or of the number itself.
 
     Raises:
@@ -115,7 +115,7 @@ def planned_window_s(plan: Plan, window: str | float) -> float:
     raise ValueError(f"window must be 'n50', 'd30' or seconds, not {window!r}")
 
 
-def _check(plan: Plan, window_s: float) -> None:
+def _check(plan: MeasurementPlan, window_s: float) -> None:
     """Refuse plans that mean nothing."""
     sd = np.asarray(plan.noise_sd, dtype=np.float64)
     if sd.shape != (3,) or not np.all(np.isfinite(sd)) or not np.all(sd > 0.0):
@@ -127,7 +127,7 @@ def _check(plan: Plan, window_s: float) -> None:
         raise ValueError(f"only f_nat_hz, m_r_am2 and coefficients can be fixed, not {sorted(plan.fixed)}")
 
 
-def _refuse_what_fits_refuse(plan: Plan, window_s: float) -> None:
+def _refuse_what_fits_refuse(plan: MeasurementPlan, window_s: float) -> None:
     """By the same limits."""
     frequency_hz = frequency_ratio(plan.parameters["phi_max_rad"]) * plan.parameters["f_nat_hz"]
     refuse_few_samples(int(plan.sampling_rate_hz * window_s))
@@ -135,7 +135,7 @@ def _refuse_what_fits_refuse(plan: Plan, window_s: float) -> None:
     refuse_few_periods(window_s, frequency_hz)
 
 
-def _derivatives(plan: Plan, window_s: float) -> tuple[tuple[str, ...], Array]:
+def _derivatives(plan: MeasurementPlan, window_s: float) -> tuple[tuple[str, ...], Array]:
     """Free names and d y/d p (names, 3, samples); the orientation by its local rotation vector."""
     steps = _steps(plan, window_s)
     rate = min(plan.sampling_rate_hz, _PER_PERIOD * plan.parameters["f_nat_hz"])
@@ -152,7 +152,7 @@ def _derivatives(plan: Plan, window_s: float) -> tuple[tuple[str, ...], Array]:
     return names, np.stack([rows[n] for n in names])
 
 
-def _local_signal(plan: Plan, changes: Mapping[str, float], samples: int, window_s: float) -> Array:
+def _local_signal(plan: MeasurementPlan, changes: Mapping[str, float], samples: int, window_s: float) -> Array:
     """dm/dt over m_r in local axes u, v, w: (3, samples)."""
     values = {name: value + changes.get(name, 0.0) for name, value in plan.parameters.items()}
     ring_down = RingDown.from_parameters(plan.variant, values)
@@ -161,7 +161,7 @@ def _local_signal(plan: Plan, changes: Mapping[str, float], samples: int, window
     return np.asarray(ring_down.dynamics.w * np.stack([basis[1], basis[0], np.zeros(samples)]))
 
 
-def _steps(plan: Plan, window_s: float) -> dict[str, float]:
+def _steps(plan: MeasurementPlan, window_s: float) -> dict[str, float]:
     """Differences small against the curvature of the signal over the window, large against rounding."""
     small = 2e-4
     model = RingDown.from_parameters(plan.variant, plan.parameters).model
@@ -173,7 +173,7 @@ def _steps(plan: Plan, window_s: float) -> dict[str, float]:
     return steps
 
 
-def _rodrigues(plan: Plan) -> Array:
+def _rodrigues(plan: MeasurementPlan) -> Array:
     return np.array([plan.parameters[name] for name in RODRIGUES])
 
 

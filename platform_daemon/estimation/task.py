@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .least_squares.progressive import Problem
+from .least_squares.progressive import FitProblem
 from .noise.model import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
@@ -54,7 +54,7 @@ class Task:
         noise = replace(NoiseModel.white(every, self.record.sampling_rate_hz), source=source)
         return replace(self, noise=noise, noise_sd=np.maximum(every, _smallest_sd(self.record)))
 
-    def degrees(self, problem: Problem) -> int:
+    def degrees(self, problem: FitProblem) -> int:
         """Degrees of freedom of the residual."""
         return self.record.channels * self.samples - int(np.count_nonzero(problem.free))
 

@@ -19,10 +19,10 @@ from matplotlib.figure import Figure
 from platform_daemon import __version__
 from platform_daemon.diagnosis import Diagnosis
 from platform_daemon.diagnosis.findings.residual_analysis import (
+    ResidualAnalysis,
     Scatter,
-    ShotAnatomy,
+    analyse_residual,
     scatter,
-    shot_anatomy,
     sliding_windows,
     typical_shot,
 )
@@ -67,17 +67,17 @@ td.good { background: #3a7d4433; } td.fair { background: #c98a1b40; } td.poor { 
 
 
 @dataclass(frozen=True)
-class Anatomies:
+class ResidualAnalyses:
     """What the pictures are made of: (before, after) pairs."""
 
-    shots: tuple[tuple[ShotAnatomy, ShotAnatomy], ...]
+    shots: tuple[tuple[ResidualAnalysis, ResidualAnalysis], ...]
     sliding: tuple[str, SlidingFit, SlidingFit] | None
     scatter: tuple[tuple[Scatter, ...], tuple[Scatter, ...]]
 
 
 def diagnosis_page(found: Diagnosis, report: Mapping[str, Any]) -> bytes:
     """The page in UTF-8; report: the diagnosis in its JSON form, with the files."""
-    seen = anatomies(found)
+    seen = residual_analyses(found)
     unit = "rad" if found.shots[0].record.quantity == "angle" else "A m^2/s"
     f_nat_hz = float(np.mean([s.dynamics.w for s in found.found.base.states])) / (2.0 * math.pi)
     parts = [
@@ -99,20 +99,20 @@ def diagnosis_page(found: Diagnosis, report: Mapping[str, Any]) -> bytes:
     return page.encode()
 
 
-def anatomies(found: Diagnosis) -> Anatomies:
+def residual_analyses(found: Diagnosis) -> ResidualAnalyses:
     """Of the first and a typical shot."""
     before, after = found.found.base, found.final
     typical = typical_shot(before)
     chosen = tuple(dict.fromkeys([0, typical]))
     with shot_pool() as pool:
-        pairs = list(pool.map(lambda k: (shot_anatomy(before, k), shot_anatomy(after, k)), chosen))
+        pairs = list(pool.map(lambda k: (analyse_residual(before, k), analyse_residual(after, k)), chosen))
         slides = list(pool.map(lambda at: sliding_windows(at, typical), (before, after)))
         courses = scatter(before, pool), scatter(after, pool)
     one, two = slides
     sliding = None
     if one is not None and two is not None and len(one.windows) >= _FEWEST_WINDOWS:
         sliding = before.started[typical].shot.name, one, two
-    return Anatomies(tuple(pairs), sliding, courses)
+    return ResidualAnalyses(tuple(pairs), sliding, courses)
 
 
 def _section(title: str, *content: str) -> str:
@@ -162,7 +162,7 @@ def _effects(report: Mapping[str, Any]) -> str:
     return effects + notes + (measurements if report["next_measurements"] else "")
 
 
-def _residuals(seen: Anatomies, unit: str, f_nat_hz: float) -> Iterable[str]:
+def _residuals(seen: ResidualAnalyses, unit: str, f_nat_hz: float) -> Iterable[str]:
     """In time, by frequency, by harmonic."""
     yield _section(
         "What is left over, in time",
@@ -193,18 +193,18 @@ def _residuals(seen: Anatomies, unit: str, f_nat_hz: float) -> Iterable[str]:
         yield _section("What is left over, by harmonic", _picture(drawn, "harmonics of the residual"))
 
 
-def _whiteness(pair: tuple[ShotAnatomy, ShotAnatomy], unit: str) -> Iterable[list[str]]:
+def _whiteness(pair: tuple[ResidualAnalysis, ResidualAnalysis], unit: str) -> Iterable[list[str]]:
     one, two = pair
     for c, name in enumerate(plots.channel_names(one.sd.size, unit)):
         numbers = [x[c] for a, b in zip(_levels(one), _levels(two), strict=True) for x in (a, b)]
         yield [one.name, name, *(f"{x:.4g}" for x in numbers)]
 
 
-def _levels(one: ShotAnatomy) -> tuple[Any, Any, Any]:
+def _levels(one: ResidualAnalysis) -> tuple[Any, Any, Any]:
     return one.whiteness, one.in_band, one.at_start
 
 
-def _courses(seen: Anatomies) -> Iterable[str]:
+def _courses(seen: ResidualAnalyses) -> Iterable[str]:
     """Sliding windows, shot to shot."""
     if seen.sliding is not None:
         name, before, after = seen.sliding

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .hdf5 import Source, open_hdf5
+from .hdf5 import Hdf5File, open_hdf5
 
 _TIME, _SIGNAL = "/time", "/signal"
 _UNEVEN = 0.25  # of a step: a step that differs more is a gap
@@ -63,7 +63,7 @@ def read_angles(path: Path) -> AngleSeries:
     return AngleSeries(path, angle_rad[None, first:last], 1.0 / step_s, clock)
 
 
-def _time(source: Source) -> NDArray[np.float64]:
+def _time(source: Hdf5File) -> NDArray[np.float64]:
     """(n,) s."""
     values = source.values(_TIME)
     if values is None or values.ndim != 1 or values.size < 2 or values.dtype.kind == "c":
@@ -72,7 +72,7 @@ def _time(source: Source) -> NDArray[np.float64]:
     return values.astype(np.float64)
 
 
-def _angle(source: Source) -> NDArray[np.float64]:
+def _angle(source: Hdf5File) -> NDArray[np.float64]:
     """(n,) rad."""
     values = source.values(_SIGNAL)
     rows = None if values is None else np.atleast_2d(values)

@@ -18,7 +18,7 @@ from drivers.errors import InputError, RecordingError
 
 from .checks import check_calibration
 from .durable import PART, storage_error, sync
-from .hdf5 import Source, open_hdf5
+from .hdf5 import Hdf5File, open_hdf5
 from .layout import CALIBRATION, TRANSMIT
 from .writer import LIBVER, put, write_calibration_group, write_transmit_group
 
@@ -95,7 +95,7 @@ def _image(identifier: str, fill: Callable[[h5py.File, str], None]) -> bytes:
         return bytes(h5.id.get_file_image())
 
 
-def read_extent(source: Source, where: str) -> dict[str, Any]:
+def read_extent(source: Hdf5File, where: str) -> dict[str, Any]:
     """What the calibration in a group holds for: valid_hz, valid_c, temperature_c; None where it does not say."""
     celsius = _numbers(source, f"{where}/temperature")
     return {
@@ -105,19 +105,19 @@ def read_extent(source: Source, where: str) -> dict[str, Any]:
     }
 
 
-def read_std(source: Source, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
+def read_std(source: Hdf5File, name: str, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
     """A table of standard deviations of that shape."""
     found = _numbers(source, f"{CALIBRATION}/{name}")
     return found if found is not None and found.shape == shape and np.all(found >= 0) else None
 
 
-def read_relative_std(source: Source) -> float | None:
+def read_relative_std(source: Hdf5File) -> float | None:
     """Relative standard deviation of all of P together."""
     found = read_std(source, "relative_std", ())
     return None if found is None else float(found)
 
 
-def read_transmit(source: Source) -> TransmitCalibration | None:
+def read_transmit(source: Hdf5File) -> TransmitCalibration | None:
     """The measured transmit side, None if there is none or it is not whole."""
     try:
         axes = source.texts(f"{TRANSMIT}/axes")
@@ -151,7 +151,7 @@ def read_transmit_calibration(path: Path | str) -> TransmitCalibration:
         return found
 
 
-def _numbers(source: Source, name: str) -> NDArray[np.float64] | None:
+def _numbers(source: Hdf5File, name: str) -> NDArray[np.float64] | None:
     try:
         found = source.values(name)
     except RecordingError:
@@ -161,7 +161,7 @@ def _numbers(source: Source, name: str) -> NDArray[np.float64] | None:
     return np.asarray(found, dtype=np.float64)
 
 
-def _range(source: Source, name: str) -> tuple[float, float] | None:
+def _range(source: Hdf5File, name: str) -> tuple[float, float] | None:
     found = _numbers(source, name)
     if found is None or found.shape != (2,) or not found[0] <= found[1]:
         return None

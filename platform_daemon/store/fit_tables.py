@@ -9,7 +9,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from .hdf5 import ANOTHER_COPY, Source, open_hdf5
+from .hdf5 import ANOTHER_COPY, Hdf5File, open_hdf5
 from .header import FitTable
 from .layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
 from .writer import group, put, put_texts
@@ -41,7 +41,7 @@ def read_fits(path: Path | str) -> tuple[FitTable, ...]:
         return tuple(_read_fit(source, name) for name in source.names(FIT))
 
 
-def _read_fit(source: Source, name: str) -> FitTable:
+def _read_fit(source: Hdf5File, name: str) -> FitTable:
     found: dict[str, Any] = {"name": name}
     for entry in fields(FitTable):
         place = f"{FIT}/{name}/{entry.name}"

@@ -15,7 +15,7 @@ from .assembly import assemble
 from .durable import write_file
 from .header import FitTable, SeriesHeader, ShotRecord
 from .recovery import recover_series
-from .staging import Staging, busy, claim, folder_of, leftover
+from .staging import Staging, busy, claim, claim_abandoned, folder_of
 from .validate import check_fit, check_header
 from .writer import shot_file
 
@@ -44,7 +44,7 @@ class SeriesWriter:
         check_header(header)
         _check_target(target, overwrite)
         if folder_of(target).is_dir():
-            left = leftover(folder_of(target))
+            left = claim_abandoned(folder_of(target))
             if left is None:
                 raise busy(target)
             try:

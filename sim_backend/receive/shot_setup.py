@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.timeline import Line, Timeline
+from drivers.timeline import DigitalLine, Timeline
 from sim_backend.options import SimulatedOptions
 from sim_backend.rotor.motion import PIECE_SLOTS
 from sim_backend.rotor.rotor import Rotor
@@ -89,7 +89,7 @@ class ShotSetup:
     def powered(self) -> list[Interval]:
         """When power reaches the output of the amplifier: live and gate open, s after the trigger."""
         live = both(self.live, [(0.0, self.stop_s)])
-        return both(high_intervals(self.timeline, Line.PA_GATE), live)
+        return both(high_intervals(self.timeline, DigitalLine.PA_GATE), live)
 
     def trip_s(self) -> float:
         """When the fault `amplifier_trip` strikes: the middle of the transmit window."""

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from drivers.timeline import Burst, Line, Timeline
+from drivers.timeline import Burst, DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import AmplifierOptions, CoilOptions, WiringOptions
 
@@ -70,7 +70,7 @@ class Cut:
 
 
 @dataclass(frozen=True)
-class Source:
+class AmplifierChannel:
     """One amplifier channel: the bursts of its DAC output, V after the gain, and its limit, V."""
 
     bursts: tuple[Burst, ...]
@@ -126,7 +126,7 @@ class Source:
         return [float(brentq(excess, grid[i], grid[i + 1], xtol=1e-15)) for i in flips]
 
 
-def high_intervals(timeline: Timeline, line: Line) -> list[Interval]:
+def high_intervals(timeline: Timeline, line: DigitalLine) -> list[Interval]:
     """When a digital line is high, s after the trigger, overlaps joined."""
     rate = timeline.clock.rate_hz
     spans = sorted((e.start_sample / rate, e.stop_sample / rate) for e in timeline.lines if e.line is line)
@@ -141,10 +141,10 @@ def both(first: Sequence[Interval], second: Sequence[Interval]) -> list[Interval
 
 def sources(
     timeline: Timeline, amplifier: AmplifierOptions, channels: int, wiring: WiringOptions = AS_IT_SHOULD_BE
-) -> list[Source]:
+) -> list[AmplifierChannel]:
     """What drives each coil; coil k hangs on DAC output k unless the wiring is wrong."""
     return [
-        Source(
+        AmplifierChannel(
             tuple(b for b in timeline.bursts if b.output == wiring.outputs[k]),
             timeline.clock.rate_hz,
             amplifier.gain * wiring.factors[k],
@@ -155,7 +155,7 @@ def sources(
 
 
 def cuts(
-    drives: Sequence[Source],
+    drives: Sequence[AmplifierChannel],
     live: Sequence[Interval],
     contacts: Sequence[tuple[float, float, SwitchPosition]],
     coils: Sequence[CoilOptions],
@@ -185,7 +185,9 @@ def cuts(
 
 
 def _grid(
-    drives: Sequence[Source], live: Sequence[Interval], contacts: Sequence[tuple[float, float, SwitchPosition]]
+    drives: Sequence[AmplifierChannel],
+    live: Sequence[Interval],
+    contacts: Sequence[tuple[float, float, SwitchPosition]],
 ) -> list[tuple[float, float, SwitchPosition]]:
     switching = [t for interval in live for t in interval] + [t for s in drives for t in s.edges()]
     out = []
@@ -198,7 +200,7 @@ def _grid(
 
 
 def _loop_terms(
-    source: Source, powered: bool, start_s: float, stop_s: float, initial_a: float, ohm: float, henry: float
+    source: AmplifierChannel, powered: bool, start_s: float, stop_s: float, initial_a: float, ohm: float, henry: float
 ) -> tuple[CurrentTerm, ...]:
     """Current of L di/dt + R i = v in one cut, from its value at the start."""
     middle_s = 0.5 * (start_s + stop_s)
@@ -213,7 +215,7 @@ def _loop_terms(
     return tuple(t for t in terms if abs(t.amplitude_a) > NEGLIGIBLE_A)
 
 
-def _sine_term(source: Source, burst: Burst, start_s: float, ohm: float, henry: float) -> CurrentTerm:
+def _sine_term(source: AmplifierChannel, burst: Burst, start_s: float, ohm: float, henry: float) -> CurrentTerm:
     omega = 2 * np.pi * burst.frequency_hz
     impedance = complex(ohm, omega * henry)
     phase = source.phase(burst, start_s) - np.angle(impedance) - np.pi / 2

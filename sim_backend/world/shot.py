@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.timeline import Line, Timeline
+from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import SimulatedOptions
 from sim_backend.receive.contacts import Contacts
@@ -150,7 +150,7 @@ def commanded(setup: ShotSetup) -> Contacts:
     contacts = setup.contacts.jam(setup.contacts.stuck or "switch_stuck" in setup.faults)
     if "relay_bounce" in setup.faults:
         contacts = contacts.like(setup.options.switch.worn(WORSE_BOUNCE))
-    high = both(high_intervals(setup.timeline, Line.RX_CONNECT), [(0.0, setup.stop_s)])
+    high = both(high_intervals(setup.timeline, DigitalLine.RX_CONNECT), [(0.0, setup.stop_s)])
     if not high or high[0][0] > 0:
         contacts = contacts.command(0.0, SwitchPosition.TRANSMIT, rng)
     for rise_s, fall_s in high:

@@ -124,6 +124,6 @@ def test_a_picture_is_calibrated_once(monkeypatch):
     calls = []
     real = fit.ring_down
     monkeypatch.setattr(fit, "ring_down", lambda *args: calls.append(1) or real(*args))
-    shown = fit.picture(open_recording(DATA / "example_thread.mmr.h5"), 0, "undamped", 0.1)
+    shown = fit.ring_down_plot_data(open_recording(DATA / "example_thread.mmr.h5"), 0, "undamped", 0.1)
     assert len(calls) == 1
     assert shown.model is not None or "refused" in shown.caption

@@ -15,11 +15,11 @@ from tests.conftest import SHORT_JEWEL
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
     from platform_daemon.app import start_engine
-    from platform_daemon.engine.job_records import Journal
+    from platform_daemon.engine.job_records import JobRecords
     from platform_daemon.settings import load_platform
 
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
-    engine = start_engine(load_platform("simulated"), Journal(folder.jobs))
+    engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs))
     api = create_api(create_context(engine, folder))
     with TestClient(api, raise_server_exceptions=False) as test_client:
         test_client.folder = folder

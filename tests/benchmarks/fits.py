@@ -25,7 +25,7 @@ from platform_daemon.estimation.numerics.arrays import Array, ComplexArray
 from platform_daemon.estimation.physics.models import model_named
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics, Trajectory
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 from platform_daemon.estimation.record import RingDownRecord
 
 from .paper import PaperFit, paper_method
@@ -45,13 +45,13 @@ class Dataset:
     variant: str
     seconds: float
     m_r_am2: float
-    dynamics: Dynamics
+    dynamics: MotionParameters
     must_ms: float
     aim_ms: float
 
 
-_JEWEL = Dynamics(2.0 * math.pi * 213.25, 2.3, 0.93, (0.2465, 1190.0))
-_THREAD = Dynamics(2.0 * math.pi * 215.5, 2.3, 0.39, (0.2465,))
+_JEWEL = MotionParameters(2.0 * math.pi * 213.25, 2.3, 0.93, (0.2465, 1190.0))
+_THREAD = MotionParameters(2.0 * math.pi * 215.5, 2.3, 0.39, (0.2465,))
 DATASETS = (
     Dataset("JN50", "jewel", 0.24, 0.01226, _JEWEL, 3.0, 0.8),
     Dataset("JD30", "jewel", 1.28, 0.01226, _JEWEL, 10.0, 2.5),

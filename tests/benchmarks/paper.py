@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 
 _SMOOTHING = 0.1  # s/rad: tanh(k phi') in place of sgn(phi')
 _TOLERANCE = 1e-8
@@ -35,7 +35,7 @@ class PaperFit:
 
 
 def paper_method(
-    samples: Array, rate_hz: float, truth: Dynamics, m_r_am2: float, rodrigues: Array, limit_s: float
+    samples: Array, rate_hz: float, truth: MotionParameters, m_r_am2: float, rodrigues: Array, limit_s: float
 ) -> PaperFit:
     """Levenberg-Marquardt with numerical derivatives on dm/dt samples (3, n); friction only if the truth has any."""
     began = time.thread_time()

@@ -12,7 +12,7 @@ import tracemalloc
 from dataclasses import replace
 from typing import Any
 
-from platform_daemon.estimation.compilation import made_up, warm_up
+from platform_daemon.estimation.compilation import synthetic_record, warm_up
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import estimate_noise
 
@@ -22,7 +22,7 @@ _LENGTHS = (1, 2, 4)
 _FIRST_FIT = f"""
 import json, time
 from {fit_ring_down.__module__} import fit_ring_down
-from {made_up.__module__} import made_up
+from {synthetic_record.__module__} import made_up
 record, noise = made_up()
 verdict = fit_ring_down(record, "thread", noise=noise).verdict
 print(json.dumps({{"verdict": verdict, "processor_s": time.process_time()}}))

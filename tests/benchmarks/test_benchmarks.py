@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.compilation import made_up
+from platform_daemon.estimation.compilation import synthetic_record
 from platform_daemon.estimation.fit import fit_ring_down
 from tests.benchmarks.campaign import campaign_text, run_campaign
 from tests.benchmarks.fits import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
@@ -76,5 +76,5 @@ def test_the_first_fits_of_fresh_processes_are_reported():
 
 
 def test_the_record_of_the_first_fit_can_be_fitted():
-    record, noise = made_up()
+    record, noise = synthetic_record()
     assert fit_ring_down(record, "thread", noise=noise).verdict == "good"

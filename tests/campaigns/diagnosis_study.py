@@ -24,9 +24,9 @@ import numpy as np
 from platform_daemon.diagnosis import as_json, diagnose
 from platform_daemon.diagnosis.diagnose import candidates_for
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import refit
-from platform_daemon.diagnosis.regression.score_test import picture
-from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.physics.models import model_named
 from tests.kit.undeclared_shots import shots_with
@@ -114,9 +114,9 @@ def visible(variant: str, pose: str, shots: int) -> dict[tuple[Any, ...], float]
     clean, _ = shots_with(variant, count=shots, pose=POSES[pose])
     model = model_named(variant)
     with shot_pool() as pool:
-        started, _ = start(clean, model, pool)
-        base = refit(started, Hypothesis(model), pool)
-        seen = picture(base, candidates_for(base), pool)
+        started, _ = initial_fits(clean, model, pool)
+        base = fit_jointly(started, Hypothesis(model), pool)
+        seen = score_table(base, candidates_for(base), pool)
     found: dict[tuple[Any, ...], float] = {}
     for block in seen.blocks:
         score, c = seen.gain([block]), block.candidate

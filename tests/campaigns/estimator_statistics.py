@@ -23,7 +23,7 @@ import numpy as np
 from scipy.stats import binom, chi2, norm
 
 from platform_daemon.estimation import FitResult, NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.cramer_rao import Plan, planned_window_s, predict_precision
+from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, predict_precision
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, random_truth, with_noise
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "estimator-statistics.md"
@@ -181,7 +181,7 @@ def _predicted(variant: str, truth: Truth, scale: float, window: str) -> tuple[f
     """Smallest relative error of m_r that the window allows, and the window in s."""
     names = ["f_nat_hz", "m_r_am2", "lambda_per_s", "phi_max_rad", "psi_start_rad"]
     names += ["rodrigues_x", "rodrigues_y", "rodrigues_z", *(["tf_over_i_rad_per_s2"] if variant == "jewel" else [])]
-    plan = Plan(variant, {name: truth.value(name) for name in names}, scale * NOISE_SD, RATE_HZ)
+    plan = MeasurementPlan(variant, {name: truth.value(name) for name in names}, scale * NOISE_SD, RATE_HZ)
     seconds = planned_window_s(plan, window)
     return predict_precision(plan, seconds).sd["m_r_am2"] / truth.m_r_am2, seconds
 

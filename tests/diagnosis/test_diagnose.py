@@ -9,10 +9,10 @@ import pytest
 from platform_daemon.diagnosis import DiagnosisError, as_json, diagnose
 from platform_daemon.diagnosis.diagnose import candidates_for
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import refit
-from platform_daemon.diagnosis.regression.score_test import picture
-from platform_daemon.diagnosis.regression.torque_response import torque_answers
-from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.regression.torque_response import torque_responses
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.physics.models import JEWEL, THREAD, model_named
@@ -157,7 +157,7 @@ def test_shots_without_a_signal_are_refused_with_the_reason():
 def test_the_basis_from_tables_is_that_of_the_direct_path():
     shots, _ = shots_with("jewel", count=1)
     with shot_pool() as pool:
-        started, _ = start(shots, JEWEL, pool)
+        started, _ = initial_fits(shots, JEWEL, pool)
     d, dt_s = started[0].state.dynamics, 1.0 / shots[0].rate_hz
     fast = Workspace(JEWEL).basis(d, 100, 60000, dt_s, 0)
     exact = Trajectory(JEWEL, d, 60000 * dt_s).basis(100, 60000, dt_s, 0)
@@ -169,10 +169,10 @@ def test_the_basis_from_tables_is_that_of_the_direct_path():
 def test_the_answer_to_any_torque_agrees_with_the_derivative_of_a_known_one(model):
     shots, _ = shots_with(model.name, count=1)
     with shot_pool() as pool:
-        started, _ = start(shots, model, pool)
-        at = refit(started, Hypothesis(model), pool)
+        started, _ = initial_fits(shots, model, pool)
+        at = fit_jointly(started, Hypothesis(model), pool)
     linear, w = at.linear[0], at.states[0].dynamics.w
-    answer = torque_answers(started[0], model, at.states[0], lambda phi, v: (-2.0 * v)[None])
+    answer = torque_responses(started[0], model, at.states[0], lambda phi, v: (-2.0 * v)[None])
     column = started[0].white(answer)[0]
     place = 3 + [c.name for c in model.coefficients].index("lambda_per_s")
     # A lambda of 1/s is a damping of 1/w; both begin at different times, which the shot's own parameters take up.
@@ -184,12 +184,12 @@ def test_a_refit_follows_a_bent_valley_to_its_end():
     """A bias torque turns the orientation by hundreds of its standard deviations: single steps there go up."""
     shots, _ = shots_with("thread", [{"id": "bias_torque", "strength": 4000.0}], count=2)
     with shot_pool() as pool:
-        started, _ = start(shots, THREAD, pool)
-        base = refit(started, Hypothesis(THREAD), pool)
+        started, _ = initial_fits(shots, THREAD, pool)
+        base = fit_jointly(started, Hypothesis(THREAD), pool)
         bias = [c for c in candidates_for(base) if c.effect.id == "bias_torque"]
-        seen = picture(base, bias, pool)
+        seen = score_table(base, bias, pool)
         expected = seen.gain([seen.blocks[0]])
-        at = refit(started, base.hypothesis.plus(*bias), pool, base.states)
+        at = fit_jointly(started, base.hypothesis.plus(*bias), pool, base.states)
     assert base.chi2 - at.chi2 == pytest.approx(expected.gain * base.noise_factor, rel=0.02)
     assert at.strengths[0] == pytest.approx(4000.0, abs=4.5 * expected.sd[0])
     assert np.sqrt(at.covariance[0, 0]) == pytest.approx(expected.sd[0], rel=0.05)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import ConfigError, DeviceStateError, InputError, SequenceRejected
-from platform_daemon.engine.calibration_in_use import AdoptionRequest
+from platform_daemon.engine.calibration_in_use import ActivationRequest
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.engine.work.calibration import CalibrationRequest
@@ -38,7 +38,7 @@ def stored(path: Path) -> str | None:
 
 
 def adopt(engine: Engine, folder: Path, kind: str, calibration: str | None = None) -> dict[str, Any]:
-    return engine.adopt(AdoptionRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
+    return engine.adopt(ActivationRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
 
 
 def test_a_series_uses_the_old_calibration_until_the_new_one_is_adopted(

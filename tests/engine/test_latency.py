@@ -10,7 +10,7 @@ import weakref
 
 import pytest
 
-from platform_daemon.engine.latency import be_punctual
+from platform_daemon.engine.latency import reduce_latency
 
 
 class Ring:
@@ -30,18 +30,18 @@ def as_before():
 
 def test_what_is_there_is_not_walked_over_again():
     old = [Ring() for _ in range(1000)]
-    be_punctual()
+    reduce_latency()
     assert gc.get_freeze_count() >= len(old)
     assert not any(isinstance(each, Ring) for each in gc.get_objects())
 
 
 def test_what_a_series_left_behind_goes_before_the_next_one():
     ring = Ring()
-    be_punctual()
+    reduce_latency()
     gone, ring = weakref.ref(ring), None
     gc.collect()
     assert gone() is not None
-    be_punctual()
+    reduce_latency()
     assert gone() is None
 
 
@@ -61,5 +61,5 @@ def test_a_thread_that_is_needed_runs_soon_though_another_one_computes():
 
     sys.setswitchinterval(0.05)
     before = waited_s()
-    be_punctual()
+    reduce_latency()
     assert waited_s() < 0.5 * before

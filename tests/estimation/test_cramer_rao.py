@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.cramer_rao import Plan, planned_window_s, precision_table, predict_precision
+from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, precision_table, predict_precision
 from platform_daemon.estimation.physics.orbit import frequency_ratio
 from platform_daemon.estimation.refusal import RefusedError
 from tests.kit.paper_parameters import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S, THREAD_N50
@@ -16,7 +16,7 @@ LAMBDA = ("lambda_per_s",)
 
 
 def plan(variant, public, **changes):
-    return Plan(
+    return MeasurementPlan(
         **{"variant": variant, "parameters": public, "noise_sd": NOISE_SD, "sampling_rate_hz": RATE_HZ} | changes
     )
 

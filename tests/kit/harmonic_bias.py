@@ -8,7 +8,7 @@ import numpy as np
 
 from platform_daemon.analysis.series.orientation import error_angle
 from platform_daemon.estimation import FitResult
-from platform_daemon.estimation.harmonic_estimator.estimator import FrequencyDomainEstimate
+from platform_daemon.estimation.harmonic_estimator.estimator import HarmonicEstimate
 from platform_daemon.estimation.physics.orbit import frequency_ratio
 
 
@@ -23,7 +23,7 @@ class BiasAgainstFit:
     orientation_rad: float
 
 
-def bias_against_fit(estimate: FrequencyDomainEstimate, fit: FitResult) -> BiasAgainstFit:
+def bias_against_fit(estimate: HarmonicEstimate, fit: FitResult) -> BiasAgainstFit:
     """How far the estimate lies from a fit of the same record, at the estimate's own time.  Raises: ValueError."""
     ring_down = fit.ring_down()
     if ring_down.m_r_am2 is None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from drivers.specimen import Specimen
-from drivers.timeline import Burst, Line, LineLevel, SampleClock, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, SampleClock, Timeline
 from sim_backend.backend import SimulatedBackend
 
 ROOT = Path(__file__).parents[2]
@@ -58,7 +58,7 @@ def timeline(
     z = channel.impedance_ohm(f)
     amps = field_t / np.linalg.norm(channel.field_per_ampere_t)
     burst = Burst(channel.output, 0, tx, f, amps * abs(z) / channel.amplifier_gain, float(np.angle(z)))
-    lines = (LineLevel(Line.PA_GATE, 0, tx), LineLevel(Line.RX_CONNECT, tx + 30, tx + switch + rx))
+    lines = (LineLevel(DigitalLine.PA_GATE, 0, tx), LineLevel(DigitalLine.RX_CONNECT, tx + 30, tx + switch + rx))
     return Timeline(CLOCK, tx, switch, rx, (burst,) if field_t else (), extra.get("lines", lines))
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.diagnosis import Shot
+from platform_daemon.diagnosis import DiagnosisShot
 from platform_daemon.estimation import RingDownRecord, SeriesNoise, calibrate
 from sim_backend.study import play
 from tests.kit.simulated_bench import CLOCK, FIELD_T, Bench, specimen, timeline
@@ -29,7 +29,7 @@ def shots_with(
     seed: int = 1,
     pose: Sequence[float] | None = None,
     **changes: Any,
-) -> tuple[list[Shot], list[dict[str, Any]]]:
+) -> tuple[list[DiagnosisShot], list[dict[str, Any]]]:
     """Shots of one series with their truths; undeclared: tables as in the platform's configuration."""
     bench = Bench(None, undeclared=[dict(u) for u in undeclared], seed=seed, **(STEADY | changes))
     rotor = specimen(variant)
@@ -49,5 +49,5 @@ def shots_with(
         truths.append(shot.truth)
     names = [f"shot {k}" for k in range(count)]
     return [
-        Shot(n, r, noise.for_shot(r).model, sensitivity, variant) for n, r in zip(names, records, strict=True)
+        DiagnosisShot(n, r, noise.for_shot(r).model, sensitivity, variant) for n, r in zip(names, records, strict=True)
     ], truths

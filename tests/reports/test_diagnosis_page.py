@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from platform_daemon.analysis.diagnose import diagnose_specimen, load_specimen
+from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
 from platform_daemon.diagnosis import as_json
 from platform_daemon.reports.diagnosis_page import diagnosis_page
 from tests.kit.specimen_files import THREAD, pendulum, swing
@@ -31,14 +31,14 @@ class Loads(HTMLParser):
 
 
 def page_of(specimen):
-    found = diagnose_specimen(specimen, lambda what, share: None)
+    found = diagnose_input(specimen, lambda what, share: None)
     report = as_json(found) | {"files": [str(f) for f in specimen.files]}
     return diagnosis_page(found, report).decode(), report
 
 
 @pytest.fixture(scope="module")
 def clean():
-    return page_of(load_specimen([THREAD]))
+    return page_of(load_diagnosis_input([THREAD]))
 
 
 def test_nothing_is_loaded_from_elsewhere(clean):
@@ -70,7 +70,7 @@ def test_an_angle_with_awkward_name_and_clock_has_its_page_too(tmp_path):
     t, angle = swing()
     t[4000:] += 2 / 400.0
     path = pendulum(tmp_path, t, angle, name="<b>&swing.h5")
-    page, _ = page_of(load_specimen([path], "thread_small_angle"))
+    page, _ = page_of(load_diagnosis_input([path], "thread_small_angle"))
     assert "<b>&swing" not in page
     assert "&lt;b&gt;&amp;swing.h5" in page
     assert "clock_gap" in page

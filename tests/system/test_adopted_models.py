@@ -9,10 +9,10 @@ from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from platform_daemon.analysis.fit import fit_recording
 from platform_daemon.analysis.fit_request import FitRequest, choose_variant
-from platform_daemon.analysis.model_registry import Library, draft, resolve
+from platform_daemon.analysis.model_registry import Library, model_from_diagnosis, resolve
 from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.estimation.calibration.receiver_correction import undone
+from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.store import open_recording, read_fits
 from tests.conftest import acquire
 from tests.kit.diagnosis_json import diagnosis, effect
@@ -53,7 +53,7 @@ EFFECTS = [
 @pytest.mark.parametrize(("hidden", "found"), EFFECTS, ids=[e[0]["id"] for e in EFFECTS])
 def test_a_fit_with_the_adopted_model_explains_new_shots(tmp_path, engine_with, hidden, found):
     library = Library(tmp_path / "models")
-    made = library.add(draft(diagnosis(found), "better", "me", library, recordings=[]))
+    made = library.add(model_from_diagnosis(diagnosis(found), "better", "me", library, recordings=[]))
     job = acquire(engine_with(*world(hidden)), tmp_path / "a.h5", **SHOT, shots=2)
     assert job.error is None
     recording = open_recording(tmp_path / "a.h5")
@@ -66,7 +66,7 @@ def test_a_fit_with_the_adopted_model_explains_new_shots(tmp_path, engine_with, 
 def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, engine_with):
     library = Library(tmp_path / "models")
     hidden, found = EFFECTS[2]
-    library.add(draft(diagnosis(found), "better", "me", library, recordings=[]))
+    library.add(model_from_diagnosis(diagnosis(found), "better", "me", library, recordings=[]))
     engine = engine_with(*world(hidden), models=library)
     job = acquire(engine, tmp_path / "a.h5", **SHOT, variant="better")
     assert job.result["fit"]["variant"] == "better@1"
@@ -84,7 +84,7 @@ def test_an_unknown_model_is_refused_before_anything_moves(engine_with, tmp_path
 
 def test_a_model_with_receiver_effects_needs_a_sensitivity(tmp_path):
     library = Library(tmp_path)
-    made = library.add(draft(diagnosis(EFFECTS[2][1]), "better", "me", library, recordings=[]))
+    made = library.add(model_from_diagnosis(diagnosis(EFFECTS[2][1]), "better", "me", library, recordings=[]))
     recording = replace(open_recording("tests/data/example_thread.mmr.h5"), calibration=None)
     with pytest.raises(InputError, match="sensitivity"):
         choose_variant(recording, made)
@@ -100,7 +100,9 @@ def test_a_gain_of_even_or_odd_harmonics_is_undone_without_touching_the_others(e
     clean = np.stack([sum(parts)] * 3)
     read = np.stack([sum(p * (1 + gain * ((n % 2 == 0) == even)) for n, p in enumerate(parts, 1))] * 3)
     record = RingDownRecord(read, rate_hz, "dmdt")
-    found = undone(record, np.eye(3), [ReceiverEffect("channel_gain", gain, even=even, fundamental_hz=f_hz)])
+    found = correct_receiver_effects(
+        record, np.eye(3), [ReceiverEffect("channel_gain", gain, even=even, fundamental_hz=f_hz)]
+    )
     left = found.valid - clean[:, found.valid_from : found.end]
     assert 0 < found.valid_from < rate_hz / f_hz
     assert np.abs(left).max() < 1e-2 * gain

@@ -9,9 +9,9 @@ ledger     finished files on disk, one line each, so that an interrupted batch c
 
 from __future__ import annotations
 
-from .executors import Workers, cores, in_this_process, processes
+from .executors import WorkerPool, cores, in_this_process, processes
 from .ledger import Ledger
-from .part import Settings, Source
+from .part import FitSettings, InputFile
 from .run import Advanced, Event, Failed, Finished, fit_files
 
 __all__ = [
@@ -19,10 +19,10 @@ __all__ = [
     "Event",
     "Failed",
     "Finished",
+    "FitSettings",
+    "InputFile",
     "Ledger",
-    "Settings",
-    "Source",
-    "Workers",
+    "WorkerPool",
     "cores",
     "fit_files",
     "in_this_process",

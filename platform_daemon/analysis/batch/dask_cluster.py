@@ -14,14 +14,14 @@ from typing import Any
 from drivers.errors import InputError, PlatformError
 from platform_daemon import __version__
 
-from .executors import Workers
+from .executors import WorkerPool
 
 _CONNECT_S = 10.0
 _PACKAGE = "platform-daemon"
 
 
 @contextmanager
-def dask_cluster(address: str, first: Path) -> Iterator[Workers]:
+def dask_cluster(address: str, first: Path) -> Iterator[WorkerPool]:
     """The workers of the scheduler at `address`; `first`, one of the files, tells whether they can read our paths.
 
     Raises InputError if the extra is missing, the address is wrong or the workers lack this software; PlatformError if
@@ -30,7 +30,7 @@ def dask_cluster(address: str, first: Path) -> Iterator[Workers]:
     with _connected(address) as client:
         _check_software(client, address)
         threads = sum(client.nthreads().values())
-        yield Workers(client.get_executor(pure=False), threads, send_content=not _all_read(client, first))
+        yield WorkerPool(client.get_executor(pure=False), threads, send_content=not _all_read(client, first))
 
 
 @contextmanager

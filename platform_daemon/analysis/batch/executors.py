@@ -18,7 +18,7 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NU
 
 
 @dataclass(frozen=True)
-class Workers:
+class WorkerPool:
     """Who fits.
 
     Attributes:
@@ -48,20 +48,20 @@ class _Here(Executor):
 
 
 @contextmanager
-def in_this_process() -> Iterator[Workers]:
+def in_this_process() -> Iterator[WorkerPool]:
     """No other process: the cheapest for a few frames."""
-    yield Workers(_Here(), 1, frames_per_part=1)
+    yield WorkerPool(_Here(), 1, frames_per_part=1)
 
 
 @contextmanager
-def processes(count: int, frames_per_part: int = 4) -> Iterator[Workers]:
+def processes(count: int, frames_per_part: int = 4) -> Iterator[WorkerPool]:
     """So many processes, warm from the compiled kernels' cache, one thread each; they end with the context.
 
     An exception, Ctrl-C for one, ends them at once.
     """
     pool = _Processes(count)
     try:
-        yield Workers(pool, count, frames_per_part)
+        yield WorkerPool(pool, count, frames_per_part)
     except BaseException:
         pool.terminate()
         raise

@@ -14,7 +14,7 @@ from drivers.errors import InputError
 from platform_daemon import __version__
 
 from ..model_registry.adopted_model import AdoptedModel
-from .part import Settings
+from .part import FitSettings
 
 _HEAD = b'{"path": "'
 
@@ -26,7 +26,7 @@ class Ledger:
     `report`, or `error` where the file could not be fitted; such files are tried again.
     """
 
-    def __init__(self, path: Path, settings: Settings, *, resume: bool) -> None:
+    def __init__(self, path: Path, settings: FitSettings, *, resume: bool) -> None:
         """Open for appending; a line that was cut off is removed.
 
         Raises InputError if it holds something else or another run writes it, OSError.
@@ -102,7 +102,7 @@ def _state(path: Path) -> dict[str, int] | None:
     return {"size_bytes": found.st_size, "modified_ns": found.st_mtime_ns}
 
 
-def _digest(settings: Settings) -> str:
+def _digest(settings: FitSettings) -> str:
     """Of everything that a result depends on beside the file."""
     fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hints))
     variant = settings.variant

@@ -18,11 +18,11 @@ from ..fit import fit_stored_frame, recording_report
 from ..fit_request import FitRequest, Window, check_fixed, choose_variant
 from ..frames import chosen_frames
 from ..measurement import angle_variant, angles_report, fit_angles, refuse_calibration
-from ..model_registry.resolve import Variant
+from ..model_registry.resolve import ModelChoice
 
 
 @dataclass(frozen=True, eq=False)
-class Settings:
+class FitSettings:
     """How to fit every file of a batch.
 
     Attributes:
@@ -34,7 +34,7 @@ class Settings:
         frames: of every file; None: all.
     """
 
-    variant: Variant | None = None
+    variant: ModelChoice | None = None
     window: Window = "d30"
     fixed: dict[str, float] | None = None
     calibration: tuple[ReceiveCalibration, str] | None = None
@@ -45,7 +45,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Source:
+class InputFile:
     """A recording: its path, and its content where workers cannot read that path."""
 
     path: Path
@@ -53,13 +53,13 @@ class Source:
 
 
 @contextmanager
-def opened(source: Source, settings: Settings) -> Iterator[tuple[Recording | AngleSeries, FitRequest]]:
+def opened(source: InputFile, settings: FitSettings) -> Iterator[tuple[Recording | AngleSeries, FitRequest]]:
     """The recording under the batch's calibration, or the angles, and what to ask of them.  Raises InputError."""
     with _readable(source) as path:
         yield _angles(path, settings) if is_time_series(path) else _recording(path, settings)
 
 
-def _recording(path: Path, settings: Settings) -> tuple[Recording, FitRequest]:
+def _recording(path: Path, settings: FitSettings) -> tuple[Recording, FitRequest]:
     recording = open_recording(path)
     if settings.calibration is not None:
         recording = recording.with_calibration(*settings.calibration)
@@ -67,14 +67,14 @@ def _recording(path: Path, settings: Settings) -> tuple[Recording, FitRequest]:
     return recording, _asked(variant, settings, calibrated=recording.calibration is not None)
 
 
-def _angles(path: Path, settings: Settings) -> tuple[AngleSeries, FitRequest]:
+def _angles(path: Path, settings: FitSettings) -> tuple[AngleSeries, FitRequest]:
     series = read_angles(path)
     refuse_calibration(series, settings.calibration)
     variant = angle_variant(series, settings.variant, settings.terms)
     return series, _asked(variant, settings, calibrated=False)
 
 
-def _asked(variant: Variant, settings: Settings, *, calibrated: bool) -> FitRequest:
+def _asked(variant: ModelChoice, settings: FitSettings, *, calibrated: bool) -> FitRequest:
     """Raises InputError for what cannot be held."""
     ask = FitRequest(variant, settings.window, settings.fixed, settings.hints)
     check_fixed(ask, calibrated=calibrated)
@@ -82,7 +82,7 @@ def _asked(variant: Variant, settings: Settings, *, calibrated: bool) -> FitRequ
 
 
 @contextmanager
-def _readable(source: Source) -> Iterator[Path]:
+def _readable(source: InputFile) -> Iterator[Path]:
     """A path that this machine can read."""
     if source.content is None:
         yield source.path
@@ -93,13 +93,13 @@ def _readable(source: Source) -> Iterator[Path]:
         yield copy
 
 
-def count_frames(source: Source, settings: Settings) -> int:
+def count_frames(source: InputFile, settings: FitSettings) -> int:
     """Frames of a recording that can be fitted as asked.  Raises InputError."""
     with opened(source, settings) as (recording, _):
         return len(chosen_frames(recording, settings.frames))
 
 
-def fit_part(source: Source, settings: Settings, first: int, last: int) -> list[dict[str, Any]]:
+def fit_part(source: InputFile, settings: FitSettings, first: int, last: int) -> list[dict[str, Any]]:
     """Reports of the chosen frames number first .. last-1.  Raises InputError."""
     with opened(source, settings) as (recording, ask):
         part = chosen_frames(recording, settings.frames)[first:last]
@@ -111,7 +111,7 @@ def _fit_frame(recording: Recording | AngleSeries, k: int, ask: FitRequest, deri
     return {**frame, "derived": frame_quantities(ask.model, frame)} if derived else frame
 
 
-def put_together(source: Source, settings: Settings, frames: list[dict[str, Any]]) -> dict[str, Any]:
+def put_together(source: InputFile, settings: FitSettings, frames: list[dict[str, Any]]) -> dict[str, Any]:
     """The report of a file from those of all its frames.  Raises InputError if no frame could be read."""
     with opened(source, settings) as (recording, ask):
         if isinstance(recording, AngleSeries):
@@ -125,6 +125,6 @@ def put_together(source: Source, settings: Settings, frames: list[dict[str, Any]
         return report
 
 
-def fit_whole(source: Source, settings: Settings) -> dict[str, Any]:
+def fit_whole(source: InputFile, settings: FitSettings) -> dict[str, Any]:
     """The report of a whole file.  Raises InputError."""
     return put_together(source, settings, fit_part(source, settings, 0, count_frames(source, settings)))

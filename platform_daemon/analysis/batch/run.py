@@ -12,8 +12,8 @@ from typing import Any
 
 from drivers.errors import InputError, PlatformError
 
-from .executors import Workers
-from .part import Settings, Source, count_frames, fit_part, fit_whole, put_together
+from .executors import WorkerPool
+from .part import FitSettings, InputFile, count_frames, fit_part, fit_whole, put_together
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ Event = Advanced | Finished | Failed
 class _File:
     """A file under way: parts that wait (first, last frame), and the frames' reports by first frame of their part."""
 
-    source: Source
+    source: InputFile
     waiting: deque[tuple[int, int]]
     frames: int = 0
     parts: dict[int, list[dict[str, Any]]] = field(default_factory=dict)
@@ -69,7 +69,7 @@ class _Part:
     alone: bool = False
 
 
-def fit_files(paths: Iterable[Path], settings: Settings, workers: Workers) -> Iterator[Event]:
+def fit_files(paths: Iterable[Path], settings: FitSettings, workers: WorkerPool) -> Iterator[Event]:
     """Fit files in the order given and hand each out as it finishes; one bad file does not stop the others.
 
     Files are opened, or read where the workers cannot, only shortly before their turn: there may be any number of them.
@@ -78,7 +78,7 @@ def fit_files(paths: Iterable[Path], settings: Settings, workers: Workers) -> It
 
 
 class _Batch:
-    def __init__(self, paths: deque[Path], settings: Settings, workers: Workers) -> None:
+    def __init__(self, paths: deque[Path], settings: FitSettings, workers: WorkerPool) -> None:
         self._paths, self._settings, self._workers = paths, settings, workers
         self._current: _File | None = None
         self._running: dict[Future[Any], _Part] = {}
@@ -119,9 +119,9 @@ class _Batch:
         """A file with its parts.  Raises PlatformError, OSError."""
         size = self._workers.frames_per_part
         if size is None:
-            return _File(Source(path, path.read_bytes() if self._workers.send_content else None), deque([(0, 0)]))
-        frames = count_frames(Source(path), self._settings)
-        return _File(Source(path), deque((k, min(k + size, frames)) for k in range(0, frames, size)), frames)
+            return _File(InputFile(path, path.read_bytes() if self._workers.send_content else None), deque([(0, 0)]))
+        frames = count_frames(InputFile(path), self._settings)
+        return _File(InputFile(path), deque((k, min(k + size, frames)) for k in range(0, frames, size)), frames)
 
     def _submit(self, part: _Part) -> None:
         task = (fit_part, part.first, part.last) if part.last else (fit_whole,)

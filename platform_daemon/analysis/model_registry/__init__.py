@@ -6,22 +6,22 @@ from which data).
 """
 
 from .adopted_model import AdoptedModel, AdoptedTerm
-from .adoption import AdoptionRefused, draft
-from .evidence import digests
+from .adoption import AdoptionRefused, model_from_diagnosis
+from .evidence import file_digests
 from .library import Library, UnknownModel
-from .resolve import Variant, label_of, model_of, resolve, under_model
+from .resolve import ModelChoice, label_of, model_of, resolve, with_receiver_correction
 
 __all__ = [
     "AdoptedModel",
     "AdoptedTerm",
     "AdoptionRefused",
     "Library",
+    "ModelChoice",
     "UnknownModel",
-    "Variant",
-    "digests",
-    "draft",
+    "file_digests",
     "label_of",
+    "model_from_diagnosis",
     "model_of",
     "resolve",
-    "under_model",
+    "with_receiver_correction",
 ]

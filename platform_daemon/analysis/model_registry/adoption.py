@@ -10,11 +10,11 @@ from pydantic import BaseModel, ConfigDict, Field
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from drivers.validation import validated
-from platform_daemon.estimation.calibration.receiver_correction import UNDOABLE
+from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
 from platform_daemon.estimation.physics.torques import TERMS
 
 from .adopted_model import AdoptedModel, AdoptedTerm
-from .evidence import signed
+from .evidence import provenance
 from .library import Library, check_name
 from .resolve import resolve
 
@@ -62,7 +62,7 @@ class _Diagnosis(_Part):
     parameters_after: dict[str, _Value]
 
 
-def draft(
+def model_from_diagnosis(
     diagnosis: Mapping[str, Any],
     name: str,
     by: str,
@@ -95,9 +95,9 @@ def draft(
         version=0,
         base=found.model if before is None else before.base,
         terms=(*(before.terms if before else ()), *(_term(e, values, free) for e in chosen if e.id in TERMS)),
-        receiver=(*(before.receiver if before else ()), *(_receiver(e, values) for e in chosen if e.id in UNDOABLE)),
+        receiver=(*(before.receiver if before else ()), *(_receiver(e, values) for e in chosen if e.id in CORRECTABLE)),
         evidence={
-            **signed(by),
+            **provenance(by),
             "started_from": found.model,
             "forced": force or None,
             "recordings": [dict(r) for r in recordings],
@@ -123,8 +123,8 @@ def _chosen(found: _Diagnosis, wanted: Collection[str], free: Collection[str], f
         raise AdoptionRefused(f"the diagnosis does not name {missing[0]}", where="effects", remedy=remedy)
     chosen = [e for e in found.effects if not wanted or e.id in wanted]
     for e in chosen:
-        if e.id not in TERMS and e.id not in UNDOABLE:
-            _refuse(e, [i for i in named if i in TERMS or i in UNDOABLE])
+        if e.id not in TERMS and e.id not in CORRECTABLE:
+            _refuse(e, [i for i in named if i in TERMS or i in CORRECTABLE])
     bound = [i for i in free if i not in TERMS]
     if bound:
         why = "a fit absorbs it in m_r, R or f_nat: only held strengths of receiver effects mean anything"

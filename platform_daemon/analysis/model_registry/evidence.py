@@ -11,7 +11,7 @@ from typing import Any
 from platform_daemon import __version__
 
 
-def digests(files: Iterable[Path]) -> list[dict[str, Any]]:
+def file_digests(files: Iterable[Path]) -> list[dict[str, Any]]:
     """Name, size and SHA-256 of files; sha256 None for one that is not there any more."""
     return [_digest(Path(f)) for f in files]
 
@@ -25,7 +25,7 @@ def _digest(path: Path) -> dict[str, Any]:
         return {"file": path.name, "size_bytes": None, "sha256": None}
 
 
-def signed(by: str) -> dict[str, Any]:
+def provenance(by: str) -> dict[str, Any]:
     """Who, when and with which software."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {"adopted_by": by, "adopted_at": now, "software_version": __version__}

@@ -11,11 +11,11 @@ from platform_daemon.store import Recording
 from .adopted_model import AdoptedModel
 from .library import Library, UnknownModel
 
-Variant = str | AdoptedModel
+ModelChoice = str | AdoptedModel
 """A declared model by its name, or an adopted one."""
 
 
-def resolve(text: str | None, library: Library | None) -> Variant | None:
+def resolve(text: str | None, library: Library | None) -> ModelChoice | None:
     """A declared name as it is, an adopted one as its model.  Raises InputError, with the names there are."""
     if text is None or library is None or text.partition("+")[0] in MODELS:
         return text
@@ -26,17 +26,17 @@ def resolve(text: str | None, library: Library | None) -> Variant | None:
         raise InputError(f"no variant {text!r}", where="variant", why=unknown.why, remedy=remedy) from None
 
 
-def model_of(variant: Variant) -> RingDownModel:
+def model_of(variant: ModelChoice) -> RingDownModel:
     """What a fit takes.  Raises ValueError for a name that is not declared."""
     return variant.model if isinstance(variant, AdoptedModel) else model_named(variant)
 
 
-def label_of(variant: Variant) -> str:
+def label_of(variant: ModelChoice) -> str:
     """What results are marked with."""
     return variant.label if isinstance(variant, AdoptedModel) else variant
 
 
-def notes_of(variant: Variant) -> list[str]:
+def notes_of(variant: ModelChoice) -> list[str]:
     """What a reader of results must know of an adopted model."""
     if not isinstance(variant, AdoptedModel):
         return []
@@ -50,7 +50,7 @@ def notes_of(variant: Variant) -> list[str]:
     ]
 
 
-def under_model(recording: Recording, variant: Variant) -> Recording:
+def with_receiver_correction(recording: Recording, variant: ModelChoice) -> Recording:
     """A recording whose calibration undoes the receiver effects of the model.
 
     Raises RecordingError if it has no calibration, or one with which they cannot be undone.

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.mirror import mean_of_twins, rotations, twins_of
+from platform_daemon.estimation.physics.mirror import mean_over_mirror_images, mirror_images, rotations
 from platform_daemon.estimation.result import FitResult
 
 
@@ -37,7 +37,7 @@ def error_angle(rodrigues: Array, reference: Array) -> Array:
     """Rotation angle of R_ref^T R in rad for the nearer twin R, (...) for vectors (..., 3); exact for tiny angles."""
     one, other = np.asarray(rodrigues, dtype=np.float64), np.asarray(reference, dtype=np.float64)
     given, back = rotations(one.reshape(-1, 3)), rotations(other).inv()
-    angle = np.minimum((back * given).magnitude(), (back * twins_of(given)).magnitude())
+    angle = np.minimum((back * given).magnitude(), (back * mirror_images(given)).magnitude())
     return np.asarray(angle, dtype=np.float64).reshape(one.shape[:-1])
 
 
@@ -46,7 +46,7 @@ def mean_orientation(rodrigues: Array) -> Array:
 
     Every frame counts by its nearer twin; of the mean's twins it is the one with e_v . x >= 0.
     """
-    return mean_of_twins(_frames(rodrigues))
+    return mean_over_mirror_images(_frames(rodrigues))
 
 
 def best_orientation(rodrigues: Array, r2: Array) -> Array:

@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 from typing import Any
 
 from platform_daemon.estimation.parameters import RODRIGUES
-from platform_daemon.estimation.physics.mirror import on_one_side
+from platform_daemon.estimation.physics.mirror import on_one_branch
 
 from ..fit_request import names_in_order
 
@@ -22,7 +22,7 @@ def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, Row]:
     rotations.
     """
     good = [f["parameters"] for f in frames if f["verdict"] == "good"]
-    rows, mean = on_one_side([{name: estimate["value"] for name, estimate in p.items()} for p in good])
+    rows, mean = on_one_branch([{name: estimate["value"] for name, estimate in p.items()} for p in good])
     result: dict[str, Row] = {}
     for name in names_in_order({name for row in rows for name in row}):
         values = [row[name] for row in rows if name in row]

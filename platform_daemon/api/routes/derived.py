@@ -12,7 +12,7 @@ from platform_daemon.analysis.derived import frame_envelopes, frame_quantities, 
 from platform_daemon.analysis.fit_request import FitRefused, checked_variant, why_refused
 from platform_daemon.analysis.harmonics import frame_harmonics
 from platform_daemon.analysis.model_registry import model_of, resolve
-from platform_daemon.analysis.precision import PAPER_DEFLECTION_DEG, predict
+from platform_daemon.analysis.precision import PAPER_DEFLECTION_DEG, planned_precision
 from platform_daemon.analysis.sliding import slide_frame, sliding_report
 from platform_daemon.engine.engine import UnknownId
 from platform_daemon.estimation.physics.models import RingDownModel
@@ -125,7 +125,7 @@ def post_predict(body: PredictBody) -> dict[str, Any]:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
     specimen = load_specimen(body.resonator)[0]
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
-    return predict(
+    return planned_precision(
         specimen,
         body.windows,
         phi_max_rad=deflection,

@@ -10,8 +10,8 @@ from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
-from platform_daemon.analysis.diagnose import check_specimen, load_specimen
-from platform_daemon.analysis.model_registry import Variant, digests, draft, resolve
+from platform_daemon.analysis.diagnose import check_diagnosis_input, load_diagnosis_input
+from platform_daemon.analysis.model_registry import ModelChoice, file_digests, model_from_diagnosis, resolve
 from platform_daemon.engine.engine import UnknownId
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.reports.diagnosis_work import diagnosed
@@ -34,8 +34,8 @@ def _body(job: Job) -> dict[str, Any]:
 def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) -> dict[str, Any]:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
-    model: Variant | None = resolve(body.base or body.variant, context.models)
-    check_specimen(list(files), model, body.observable, frames=files)
+    model: ModelChoice | None = resolve(body.base or body.variant, context.models)
+    check_diagnosis_input(list(files), model, body.observable, frames=files)
 
     def work(job: Job) -> None:
         def tell(what: str, share: float) -> None:
@@ -44,8 +44,8 @@ def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) ->
                 raise Cancelled
 
         tell("reading", 0.0)
-        report, page = diagnosed(load_specimen(list(files), model, body.observable, frames=files), tell)
-        job.result = report | {"files": [f.name for f in files], "recordings": digests(files)}
+        report, page = diagnosed(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
+        job.result = report | {"files": [f.name for f in files], "recordings": file_digests(files)}
         job.at(1.0, "write")
         write_whole(_page(job.identifier, context), page)
         write_whole(context.diagnoses / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
@@ -94,7 +94,7 @@ def adopt(identifier: str, body: AdoptBody, response: Response, context: Shared)
     """Make the declared model with the named effects a named, versioned model for later fits."""
     result = _result(identifier, context)
     made = context.models.add(
-        draft(
+        model_from_diagnosis(
             result, body.name, body.by, context.models,
             recordings=result["recordings"], effects=body.effects, free=body.free, force=body.force,
         )

@@ -14,7 +14,7 @@ from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
 from platform_daemon.analysis.fit import ring_down
-from platform_daemon.analysis.plot_data import envelope
+from platform_daemon.analysis.plot_data import min_max_decimate
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.store import Recording, describe, list_recordings, open_recording, resolve
 
@@ -103,7 +103,7 @@ def _span(samples: int, rate_hz: float, start_s: float, stop_s: float | None) ->
 
 
 def _points(identifier: str, frame: int, record: RingDownRecord, cut: Any, first: int, points: int) -> dict[str, Any]:
-    size, low, high = envelope(cut, points)
+    size, low, high = min_max_decimate(cut, points)
     start = (first + size * np.arange(low.shape[1])) / record.sampling_rate_hz
     calibrated = record.quantity == "dmdt"
     return {

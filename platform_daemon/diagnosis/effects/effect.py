@@ -17,10 +17,10 @@ from dataclasses import dataclass, field
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.torques import TorqueTerm
 
-from ..shots.linearisation import Look
+from ..shots.linearisation import Linearisation
 
-Columns = Callable[[Look], Array]
-Change = Callable[[Look, float], Array]
+Columns = Callable[[Linearisation], Array]
+Change = Callable[[Linearisation, float], Array]
 Public = Callable[[float, float, float], tuple[float, float]]
 
 

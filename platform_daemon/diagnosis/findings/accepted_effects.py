@@ -12,21 +12,21 @@ import numpy as np
 from ..effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE
 from ..effects.clock import gap
 from ..effects.effect import Candidate
-from ..regression.joint_fit import Refit
-from ..regression.score_test import Picture, picture
-from ..selection.confounders import Rival, gain_of, rivals
-from ..selection.data_integrity import Flaw
+from ..regression.joint_fit import JointFit
+from ..regression.score_test import ScoreTable, score_table
+from ..selection.confounders import Confounder, confounders, gain_of
+from ..selection.data_integrity import DataDefect
 from ..selection.significance import log_chance
-from ..selection.stepwise import Found
-from ..validation.cross_validation import HeldOut
-from ..validation.validated_effects import Passed, help_of, without
+from ..selection.stepwise import Selection
+from ..validation.cross_validation import CrossValidation
+from ..validation.validated_effects import ReplacedEffects, held_out_gain_of, without
 
 _NEAR = 4.0  # rise of chi^2 up to which another hidden scale tells of the strength's error
 _SCALES = (0.1, 0.4, 1.5, 4.0)  # shares of a grid step at which a hidden scale is varied
 
 
 @dataclass(frozen=True)
-class Named:
+class AcceptedEffect:
     """An accepted effect.
 
     strength, std: in the effect's unit. held_out_gain: fall of the held-out chi^2 that it brings as the last one.
@@ -37,7 +37,7 @@ class Named:
     std: float
     log_p: float
     held_out_gain: float
-    alike: tuple[Rival, ...]
+    alike: tuple[Confounder, ...]
 
     @property
     def rise(self) -> float:
@@ -45,33 +45,35 @@ class Named:
         return min((r.rise for r in self.alike), default=0.0)
 
 
-def named_effects(found: Found, seen: Picture, after: HeldOut, passed: Passed, pool: Executor) -> tuple[Named, ...]:
+def accepted_effects(
+    found: Selection, seen: ScoreTable, after: CrossValidation, passed: ReplacedEffects, pool: Executor
+) -> tuple[AcceptedEffect, ...]:
     """Accepted effects with their evidence."""
     named, final = [], seen.refit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     for c in final.hypothesis.effects:
-        alike: tuple[Rival, ...] = ()
+        alike: tuple[Confounder, ...] = ()
         if c in final.hypothesis.common:
             where = next(s for o, s in zip(final.hypothesis.common, final.hypothesis.slices, strict=True) if o is c)
             value, std = _strength(c, final, where)
             std = max(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
             value, std = c.public(value, std, f_nat)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
-            alike = tuple(r for r in rivals(seen, c, pool) if r.indistinguishable)
+            alike = tuple(r for r in confounders(seen, c, pool) if r.indistinguishable)
             alike += tuple(r for r in passed.get(c.key, ()) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)
             alike = _named_alike(c)
-        named.append(Named(c, value, std, log_p, help_of(final, c, after, found.base, pool), alike))
+        named.append(AcceptedEffect(c, value, std, log_p, held_out_gain_of(final, c, after, found.base, pool), alike))
     return tuple(named)
 
 
-def _named_alike(c: Candidate) -> tuple[Rival, ...]:
+def _named_alike(c: Candidate) -> tuple[Confounder, ...]:
     """A single line at a multiple of the mains may be either."""
     frequency = c.detail.frequency_hz or 0.0
     if c.effect is LINE and any(_is_multiple(frequency, mains) for mains in MAINS_HZ):
-        return (Rival(replace(c, effect=MAINS), 0.0, 0.0),)
-    return (Rival(replace(c, effect=LINE), 0.0, 0.0),) if c.effect is MAINS and len(c.tones_hz) == 1 else ()
+        return (Confounder(replace(c, effect=MAINS), 0.0, 0.0),)
+    return (Confounder(replace(c, effect=LINE), 0.0, 0.0),) if c.effect is MAINS and len(c.tones_hz) == 1 else ()
 
 
 def _is_multiple(frequency_hz: float, mains_hz: float) -> bool:
@@ -79,7 +81,7 @@ def _is_multiple(frequency_hz: float, mains_hz: float) -> bool:
     return abs(frequency_hz / mains_hz - round(frequency_hz / mains_hz)) * mains_hz < MAINS_TOLERANCE * frequency_hz
 
 
-def _strength(c: Candidate, final: Refit, where: slice) -> tuple[float, float]:
+def _strength(c: Candidate, final: JointFit, where: slice) -> tuple[float, float]:
     """One number for the strength: the strength itself, or the amplitude of an additive effect."""
     values, covariance = final.strengths[where], final.covariance[where, where] * final.noise_factor
     if c.size == 1:
@@ -87,11 +89,11 @@ def _strength(c: Candidate, final: Refit, where: slice) -> tuple[float, float]:
     return _amplitude(values, covariance, pairs=c.detail.frequency_hz is not None)
 
 
-def _scale_spread(c: Candidate, final: Refit, base: Refit, pool: Executor) -> float:
+def _scale_spread(c: Candidate, final: JointFit, base: JointFit, pool: Executor) -> float:
     """By how much the strength moves with its hidden scale, per standard deviation of the latter."""
     beside = without(final, c, base, pool)
     assert c.near is not None
-    seen = picture(beside, [replace(v, parts=()) for share in _SCALES for v in c.near(share)], pool)
+    seen = score_table(beside, [replace(v, parts=()) for share in _SCALES for v in c.near(share)], pool)
     scores = [score for b in seen.blocks if (score := seen.gain([b])) is not None]
     best = max(scores, key=lambda s: s.gain)
     near = [s for s in scores if best.gain - s.gain < _NEAR]
@@ -110,7 +112,7 @@ def _amplitude(values: np.ndarray, covariance: np.ndarray, *, pairs: bool) -> tu
     return (size, std) if pairs else (float(values[part][0]), std)
 
 
-def _own_strength(c: Candidate, final: Refit, trials: float) -> tuple[float, float, float]:
+def _own_strength(c: Candidate, final: JointFit, trials: float) -> tuple[float, float, float]:
     """Rms amplitude over the shots of the strongest channel, its standard deviation, log chance."""
     rows, gain, directions = [], 0.0, 0
     for started, linear in zip(final.started, final.linear, strict=True):
@@ -132,12 +134,12 @@ def _own_strength(c: Candidate, final: Refit, trials: float) -> tuple[float, flo
     return value, std, log_chance(gain / final.noise_factor, directions, trials * c.trials)
 
 
-def gap_effects(gaps: Sequence[Flaw]) -> list[Named]:
+def gap_effects(gaps: Sequence[DataDefect]) -> list[AcceptedEffect]:
     """Clock gaps, one effect for each place, as mean over the shots that show it."""
     found = []
     for at in dict.fromkeys(f.at for f in gaps):
         same = [f for f in gaps if f.at == at]
         value = float(np.mean([f.value or 0.0 for f in same]))
         std = float(np.sqrt(np.sum([(f.sd or 0.0) ** 2 for f in same]))) / len(same)
-        found.append(Named(gap(at or 0), value, std, min(f.log_p for f in same), 0.0, ()))
+        found.append(AcceptedEffect(gap(at or 0), value, std, min(f.log_p for f in same), 0.0, ()))
     return found

@@ -22,38 +22,38 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 
 from ..effects.effect import Candidate
 from ..regression.information import solved
-from ..regression.joint_fit import Refit, linearise
-from ..regression.score_test import picture
-from ..shots.shot import Started, grids_for, whitening_for
+from ..regression.joint_fit import JointFit, linearise_shot
+from ..regression.score_test import score_table
+from ..shots.shot import PreparedShot, grids_for, whitening_for
 
 _SHOTS = 3  # that stand for all
 _QUARTER_TURN = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
-Planned = tuple[Started, FitState]
-Plan = Callable[[Started, FitState], Planned | None]
+PlannedShot = tuple[PreparedShot, FitState]
+Plan = Callable[[PreparedShot, FitState], PlannedShot | None]
 
 
-def _half_amplitude(started: Started, state: FitState) -> Planned:
+def _half_amplitude(started: PreparedShot, state: FitState) -> PlannedShot:
     return started, replace(state, dynamics=replace(state.dynamics, amplitude=0.5 * state.dynamics.amplitude))
 
 
-def _twice_as_long(started: Started, state: FitState) -> Planned:
+def _twice_as_long(started: PreparedShot, state: FitState) -> PlannedShot:
     record = started.shot.record
     last = 2 * started.grids[-1].last * started.grids[-1].factor
     wider = replace(record, samples=np.zeros((record.channels, last)), valid_to=last)
     shot, f_nat_hz = replace(started.shot, record=wider), state.dynamics.w / (2.0 * math.pi)
     grids = grids_for(wider, last, f_nat_hz)
-    return Started(shot, state, grids, whitening_for(shot, grids, f_nat_hz)), state
+    return PreparedShot(shot, state, grids, whitening_for(shot, grids, f_nat_hz)), state
 
 
-def _turned(started: Started, state: FitState) -> Planned | None:
+def _turned(started: PreparedShot, state: FitState) -> PlannedShot | None:
     observation = state.observation
     if not isinstance(observation, DipoleObservation):
         return None
     return started, replace(state, observation=replace(observation, rotation=_QUARTER_TURN @ observation.rotation))
 
 
-def _repeated(started: Started, state: FitState) -> Planned:
+def _repeated(started: PreparedShot, state: FitState) -> PlannedShot:
     return started, state
 
 
@@ -67,7 +67,7 @@ PLANS: dict[str, tuple[Plan, float]] = {
 
 
 def discrimination(
-    at: Refit, effect: Candidate, rivals: Sequence[Candidate], key: str, pool: Executor
+    at: JointFit, effect: Candidate, rivals: Sequence[Candidate], key: str, pool: Executor
 ) -> list[float] | None:
     """Standard deviations by which the present shots with those of a plan would set an effect apart from each rival.
 
@@ -81,7 +81,9 @@ def discrimination(
         future = _planned(some, plan)
         if future is None:
             return None
-        information = picture(some, rivals, pool).information + copies * picture(future, rivals, pool).information
+        information = (
+            score_table(some, rivals, pool).information + copies * score_table(future, rivals, pool).information
+        )
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     scale = len(at.started) / len(some.started) / at.noise_factor
@@ -91,22 +93,22 @@ def discrimination(
     return [math.sqrt(scale * _exchange(information, at, place, c)) for c in columns]
 
 
-def _some(at: Refit) -> Refit:
+def _some(at: JointFit) -> JointFit:
     """The first shots, which stand for all."""
     return replace(at, started=at.started[:_SHOTS], states=at.states[:_SHOTS], linear=at.linear[:_SHOTS])
 
 
-def _planned(at: Refit, plan: Plan) -> Refit | None:
+def _planned(at: JointFit, plan: Plan) -> JointFit | None:
     """The refit of shots to come, as far as sensitivities go; its residuals mean nothing."""
     shots = [plan(started, state) for started, state in zip(at.started, at.states, strict=True)]
     if any(s is None for s in shots):
         return None
     started, states = zip(*(s for s in shots if s is not None), strict=True)
-    linear = tuple(linearise(a, at.hypothesis, b, at.strengths) for a, b in zip(started, states, strict=True))
+    linear = tuple(linearise_shot(a, at.hypothesis, b, at.strengths) for a, b in zip(started, states, strict=True))
     return replace(at, started=started, states=states, linear=linear)
 
 
-def _exchange(information: Array, at: Refit, place: slice, rival: list[int]) -> float:
+def _exchange(information: Array, at: JointFit, place: slice, rival: list[int]) -> float:
     """Rise of chi^2 with the rival in the effect's place, everything else that is common fitted beside it."""
     gone = list(range(*place.indices(at.hypothesis.size)))
     which = [k for k in range(at.hypothesis.size) if k not in gone] + rival

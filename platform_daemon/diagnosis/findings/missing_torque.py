@@ -8,8 +8,8 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 
-from ..regression.joint_fit import Refit
-from ..selection.omnibus_test import Residues, monomials
+from ..regression.joint_fit import JointFit
+from ..selection.omnibus_test import OmnibusTest, monomials
 
 _POINTS = 25
 _VISIBLE = 1e-7
@@ -32,7 +32,7 @@ class MissingTorque:
     gain: float
 
 
-def missing_torque(at: Refit, left: Residues) -> MissingTorque:
+def missing_torque(at: JointFit, left: OmnibusTest) -> MissingTorque:
     """From the scores of a smooth torque beside everything that is fitted."""
     generic, (largest, fastest) = left.torque, left.scale
     w = float(np.mean([s.dynamics.w for s in at.states]))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..effects.effect import Candidate
-from ..regression.joint_fit import Refit
+from ..regression.joint_fit import JointFit
 from ..regression.parameters import Mean
-from ..selection.stepwise import Found
-from ..shots.initial_fits import Refused
+from ..selection.stepwise import Selection
+from ..shots.initial_fits import UnfittedShot
 
 _SPANS = 1.5  # growth of a standard deviation that is worth a note
 
@@ -22,7 +22,11 @@ def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[st
 
 
 def notes(
-    found: Found, final: Refit, alike: Sequence[Candidate], refused: Sequence[Refused], dropped: Sequence[Candidate]
+    found: Selection,
+    final: JointFit,
+    alike: Sequence[Candidate],
+    refused: Sequence[UnfittedShot],
+    dropped: Sequence[Candidate],
 ) -> tuple[str, ...]:
     """What the reader should know besides."""
     said = [f"{r.shot.name} was left out: {r.reason}" for r in refused]

@@ -15,10 +15,10 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.sliding_window import ReferenceRefusedError, SlidingFit, fit_sliding
 
-from ..regression.joint_fit import Refit
-from ..regression.parameters import clean_record, held_strengths, published
+from ..regression.joint_fit import JointFit
+from ..regression.parameters import clean_record, held_strengths, public_parameters
 from ..regression.prediction import own_sizes, predicted, window_of
-from ..regression.torque_response import motion_of
+from ..regression.torque_response import sample_motion
 
 HARMONICS = (1, 2, 3, 4, 5)
 _STRETCHES = 24
@@ -33,7 +33,7 @@ _ANGLE_PERIODS = 6.0
 
 
 @dataclass(frozen=True)
-class Line:
+class SpectralLine:
     """A line in the spectrum of a residual: channel, frequency in Hz, amplitude, power over that of the noise."""
 
     channel: int
@@ -49,7 +49,7 @@ class Spectrum:
     frequency_hz: Array
     amplitude: Array
     noise: Array
-    lines: tuple[Line, ...]
+    lines: tuple[SpectralLine, ...]
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class HarmonicCourse:
 
 
 @dataclass(frozen=True)
-class ShotAnatomy:
+class ResidualAnalysis:
     """What is left of one shot.
 
     Attributes:
@@ -114,7 +114,7 @@ class Scatter:
     drift_sd: float
 
 
-def shot_anatomy(at: Refit, k: int) -> ShotAnatomy:
+def analyse_residual(at: JointFit, k: int) -> ResidualAnalysis:
     """Of shot k."""
     started = at.started[k]
     noise, rate_hz = started.shot.noise, started.shot.rate_hz
@@ -125,7 +125,7 @@ def shot_anatomy(at: Refit, k: int) -> ShotAnatomy:
     spectrum, in_band = _spectrum(residual, noise, rate_hz, _BAND * f_nat_hz)
     squares = (residual / sd[:, None]) ** 2
     begin = max(1, round(_START_S * rate_hz))
-    return ShotAnatomy(
+    return ResidualAnalysis(
         name=started.shot.name,
         time_s=np.arange(first, last) / rate_hz,
         residual=residual,
@@ -139,12 +139,12 @@ def shot_anatomy(at: Refit, k: int) -> ShotAnatomy:
     )
 
 
-def typical_shot(at: Refit) -> int:
+def typical_shot(at: JointFit) -> int:
     """The shot whose residual is in the middle of all."""
     return int(np.argsort([a.chi2 / s.dof for a, s in zip(at.linear, at.started, strict=True)])[len(at.linear) // 2])
 
 
-def _residual(at: Refit, k: int) -> Array:
+def _residual(at: JointFit, k: int) -> Array:
     """Data minus prediction at every sample of the window, (channels, n)."""
     started, linear = at.started[k], at.linear[k]
     own = own_sizes(at.hypothesis, linear, at.strengths)
@@ -174,7 +174,7 @@ def _spectrum(residual: Array, noise: NoiseModel, rate_hz: float, band_hz: float
     return Spectrum(frequency, amplitude, expected, _lines(frequency, amplitude, expected)), in_band
 
 
-def _lines(frequency: Array, amplitude: Array, expected: Array) -> tuple[Line, ...]:
+def _lines(frequency: Array, amplitude: Array, expected: Array) -> tuple[SpectralLine, ...]:
     """The strongest lines, each once per channel."""
     found = []
     over = (amplitude / expected) ** 2
@@ -184,7 +184,7 @@ def _lines(frequency: Array, amplitude: Array, expected: Array) -> tuple[Line, .
             k = int(np.argmax(row))
             if row[k] < _SURE:
                 break
-            found.append(Line(channel, float(frequency[k]), float(amplitude[channel, k]), float(row[k])))
+            found.append(SpectralLine(channel, float(frequency[k]), float(amplitude[channel, k]), float(row[k])))
             low, high = _line_ends(row, k)
             row[low:high] = 0.0
     return tuple(sorted(found, key=lambda line: -line.over_noise)[:_MOST_LINES])
@@ -200,11 +200,11 @@ def _line_ends(row: Array, k: int) -> tuple[int, int]:
     return max(0, low - _LOBE_BINS), min(row.size, high + _LOBE_BINS)
 
 
-def _harmonics(at: Refit, k: int, residual: Array) -> HarmonicCourse | None:
+def _harmonics(at: JointFit, k: int, residual: Array) -> HarmonicCourse | None:
     """Least-squares harmonics of the swing in stretches of the window."""
     started = at.started[k]
     try:
-        motion = motion_of(started, at.hypothesis.augmented, at.full_state(k))
+        motion = sample_motion(started, at.hypothesis.augmented, at.full_state(k))
     except LostTrajectoryError:
         return None
     first, _ = window_of(started)
@@ -241,7 +241,7 @@ def _waves(phase: Array) -> Array:
     return np.stack(columns, axis=1)
 
 
-def _local(at: Refit, k: int, residual: Array) -> tuple[Array, tuple[str, ...], Array]:
+def _local(at: JointFit, k: int, residual: Array) -> tuple[Array, tuple[str, ...], Array]:
     """(residual in the local frame (axes, m), names of the axes, the frame (axes, channels))."""
     observation = at.states[k].observation
     if isinstance(observation, DipoleObservation):
@@ -251,7 +251,7 @@ def _local(at: Refit, k: int, residual: Array) -> tuple[Array, tuple[str, ...], 
     return residual, names, np.eye(residual.shape[0])
 
 
-def sliding_windows(at: Refit, k: int) -> SlidingFit | None:
+def sliding_windows(at: JointFit, k: int) -> SlidingFit | None:
     """Fits along shot k with the effects held; None if it is too short for windows."""
     record, fixed = clean_record(at, k), held_strengths(at, k)
     # An angle tells its frequency in few periods, and pendulums swing few of them.
@@ -265,7 +265,7 @@ def sliding_windows(at: Refit, k: int) -> SlidingFit | None:
         return None
 
 
-def scatter(at: Refit, pool: Executor) -> tuple[Scatter, ...]:
+def scatter(at: JointFit, pool: Executor) -> tuple[Scatter, ...]:
     """Parameters from shot to shot, with their drift along the series; none for a single shot."""
     shots = [p for p in pool.map(lambda k: _parameters(at, k), range(len(at.started))) if p is not None]
     if len(shots) < 2:
@@ -273,9 +273,9 @@ def scatter(at: Refit, pool: Executor) -> tuple[Scatter, ...]:
     return tuple(_course(name, [s[name] for s in shots]) for name in shots[0] if all(name in s for s in shots))
 
 
-def _parameters(at: Refit, k: int) -> dict[str, tuple[float, float]] | None:
+def _parameters(at: JointFit, k: int) -> dict[str, tuple[float, float]] | None:
     try:
-        found = published(at, k).parameters
+        found = public_parameters(at, k).parameters
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     return {name: (e.value, e.std) for name, e in found.items() if e.std is not None}

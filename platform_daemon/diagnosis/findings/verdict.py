@@ -11,15 +11,15 @@ from scipy.stats import ncx2
 
 from ..effects.additive import SIDE_MODE
 from ..effects.effect import Candidate
-from ..regression.joint_fit import Refit
+from ..regression.joint_fit import JointFit
 from ..selection.component_search import sweep_hz
 from ..selection.confounders import gain_of
-from ..selection.data_integrity import Flaw
-from ..selection.omnibus_test import Generic
+from ..selection.data_integrity import DataDefect
+from ..selection.omnibus_test import OmnibusScore
 from ..selection.significance import LEVEL
-from ..selection.stepwise import Found
-from ..validation.cross_validation import HeldOut
-from .accepted_effects import Named
+from ..selection.stepwise import Selection
+from ..validation.cross_validation import CrossValidation
+from .accepted_effects import AcceptedEffect
 
 Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
 
@@ -33,8 +33,12 @@ _SURELY = 0.8  # share of all that may be missing, at _CHANCE, that an explanati
 _CHANCE = 0.05
 
 
-def judge(
-    found: Found, final: Refit, named: Sequence[Named], gaps: Sequence[Flaw], after: HeldOut
+def assess_diagnosis(
+    found: Selection,
+    final: JointFit,
+    named: Sequence[AcceptedEffect],
+    gaps: Sequence[DataDefect],
+    after: CrossValidation,
 ) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and why an explanation is only a part of one."""
     left = found.residues
@@ -50,30 +54,32 @@ def judge(
     return ("partly_explained" if doubts else "explained"), doubts
 
 
-def _explained(found: Found, final: Refit) -> float:
+def _explained(found: Selection, final: JointFit) -> float:
     """Fall of chi^2 that the named effects bring."""
     return max(found.base.chi2 - final.chi2, 0.0) / final.noise_factor
 
 
-def _noise_excess(final: Refit) -> float:
+def _noise_excess(final: JointFit) -> float:
     """What is left beyond the measured noise, whatever its form."""
     factor = final.noise_factor
     return (final.chi2 - final.dof) / factor if factor > _NOISY else 0.0
 
 
-def _significant(found: Found, final: Refit) -> bool:
+def _significant(found: Selection, final: JointFit) -> bool:
     """Something is left that matters."""
     left = found.residues
     visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
     return visible or final.noise_factor > _NOISY
 
 
-def _chance_of_rest(found: Found) -> float:
+def _chance_of_rest(found: Selection) -> float:
     """Logarithm."""
     return math.log(max(found.residues.p_value, 1e-300))
 
 
-def _doubts(found: Found, final: Refit, named: Sequence[Named], after: HeldOut) -> Iterator[str]:
+def _doubts(
+    found: Selection, final: JointFit, named: Sequence[AcceptedEffect], after: CrossValidation
+) -> Iterator[str]:
     """Why named effects may not be all, or not the right ones."""
     together = [n for n in named if n.candidate in final.hypothesis.common]
     if after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED:
@@ -105,7 +111,7 @@ def _kind(candidate: Candidate) -> str:
     return "beside" if candidate.additive else "receiver"
 
 
-def _on_harmonic(mode: Candidate, final: Refit) -> bool:
+def _on_harmonic(mode: Candidate, final: JointFit) -> bool:
     """Within its line width of what a harmonic of the motion sweeps through, in any shot."""
     f_hz, tau_s = mode.detail.frequency_hz or 0.0, mode.detail.tau_s or math.inf
     for state in final.states:
@@ -116,13 +122,13 @@ def _on_harmonic(mode: Candidate, final: Refit) -> bool:
     return False
 
 
-def _sure_share(found: Found, final: Refit) -> float:
+def _sure_share(found: Selection, final: JointFit) -> float:
     """Of all that may be missing, what is explained; what may be left is an upper limit."""
     explained, left = _explained(found, final), found.residues
     return explained / (explained + max(_most(left.torque), _most(left.envelopes), 1e-300))
 
 
-def _most(left: Generic) -> float:
+def _most(left: OmnibusScore) -> float:
     """Upper limit of the gain without noise that hides in an observed one."""
 
     def too_likely(size: float) -> float:

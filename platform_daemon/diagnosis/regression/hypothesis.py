@@ -13,7 +13,7 @@ from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.models import RingDownModel
 
 from ..effects.effect import Candidate
-from ..shots.linearisation import Look
+from ..shots.linearisation import Linearisation
 
 _STEP = 1e-4  # of the signal, for derivatives of what receivers do to it
 
@@ -148,7 +148,7 @@ class Hypothesis:
                 own[3 + carrier] += strength * base[place]
         return own, np.asarray(self.factors(state)[:, None] * base[places])
 
-    def through(self, seen: Look, strengths: Array) -> Look:
+    def through(self, seen: Linearisation, strengths: Array) -> Linearisation:
         """A look at the data through the receiver effects: residual and Jacobian of the channels as they change them.
 
         Parameters that are nearly determined depend on the third digit of the Jacobian.
@@ -162,7 +162,7 @@ class Hypothesis:
             jacobian[k] += (self.changes(seen.moved(int(k), step), strengths) - here) / step
         return replace(seen, residual=seen.residual - here, jacobian=jacobian)
 
-    def changes(self, seen: Look, strengths: Array) -> Array:
+    def changes(self, seen: Linearisation, strengths: Array) -> Array:
         """What the receiver effects change in the model's channels, (channels, m); products of two are left out."""
         out = np.zeros_like(seen.signal)
         for c, strength in zip(self.receivers, strengths[len(self.torques) :], strict=False):
@@ -170,11 +170,11 @@ class Hypothesis:
                 out += c.change(seen, float(strength))
         return out
 
-    def shared_columns(self, seen: Look) -> Array:
+    def shared_columns(self, seen: Linearisation) -> Array:
         """Columns of receiver and shared additive effects in units of the noise, (q, rows)."""
         return _columns([c for c in self.common if c.term is None], seen)
 
-    def own_columns(self, seen: Look) -> Array:
+    def own_columns(self, seen: Linearisation) -> Array:
         """Columns of the additive effects of every shot in units of the noise, (q, rows)."""
         return _columns(list(self.own), seen)
 
@@ -187,6 +187,6 @@ class Hypothesis:
         return np.asarray(strengths[len(self.torques) + count :] @ shared[count:])
 
 
-def _columns(candidates: list[Candidate], seen: Look) -> Array:
+def _columns(candidates: list[Candidate], seen: Linearisation) -> Array:
     found = [seen.started.white(c.columns(seen)) for c in candidates if c.columns is not None]
     return np.concatenate([np.empty((0, seen.whitened.size)), *found])

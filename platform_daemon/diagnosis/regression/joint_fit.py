@@ -17,8 +17,8 @@ from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 
-from ..shots.linearisation import Look, look
-from ..shots.shot import Started
+from ..shots.linearisation import Linearisation, linearise_signal
+from ..shots.shot import PreparedShot
 from .hypothesis import Hypothesis
 from .information import inverse, solved
 
@@ -30,7 +30,7 @@ _NOTHING = 1e-9  # share of a column that must be left beside the others
 
 
 @dataclass(frozen=True)
-class Linear:
+class LinearisedShot:
     """One shot at one state: its own parameters in triangular form, the common strengths beside them.
 
     Attributes:
@@ -42,7 +42,7 @@ class Linear:
         residual: (rows,) beside `own`.
     """
 
-    seen: Look
+    seen: Linearisation
     own: Array
     q: Array
     triangle: Array
@@ -96,24 +96,24 @@ class Linear:
         return out
 
 
-_There = tuple[list[FitState], Array, list[Linear]]
+_There = tuple[list[FitState], Array, list[LinearisedShot]]
 """States, strengths, and all shots linearised at them."""
 
 
 @dataclass(frozen=True)
-class Refit:
+class JointFit:
     """A joint minimum.
 
     states: of every shot, of the declared model. strengths (q,) and their covariance (q, q) in the order of
     hypothesis.common; linear: every shot at its state.
     """
 
-    started: Sequence[Started]
+    started: Sequence[PreparedShot]
     hypothesis: Hypothesis
     states: tuple[FitState, ...]
     strengths: Array
     covariance: Array
-    linear: tuple[Linear, ...]
+    linear: tuple[LinearisedShot, ...]
 
     @property
     def chi2(self) -> float:
@@ -135,13 +135,13 @@ class Refit:
         return self.hypothesis.extended(self.states[k], self.strengths)
 
 
-def refit(
-    started: Sequence[Started],
+def fit_jointly(
+    started: Sequence[PreparedShot],
     hypothesis: Hypothesis,
     pool: Executor,
     states: Sequence[FitState] | None = None,
     guess: Array | None = None,
-) -> Refit:
+) -> JointFit:
     """Minimise chi^2 of all shots.
 
     states: of the declared model, to begin at; None: as the shots were started. guess: strengths (q,); None: 0.
@@ -160,10 +160,10 @@ def refit(
         if better is None:
             break
         states, strengths, at = better
-    return Refit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
+    return JointFit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
 
 
-def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
+def starting_strengths(at: JointFit, hypothesis: Hypothesis) -> np.ndarray:
     """Strengths of a refit as a beginning for another hypothesis; 0 for what is new."""
     known = {c.key: at.strengths[s] for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True)}
     out = np.zeros(hypothesis.size)
@@ -173,7 +173,7 @@ def carried(at: Refit, hypothesis: Hypothesis) -> np.ndarray:
     return out
 
 
-def following(at: Refit, hypothesis: Hypothesis) -> tuple[list[FitState], np.ndarray]:
+def starting_point(at: JointFit, hypothesis: Hypothesis) -> tuple[list[FitState], np.ndarray]:
     """States and strengths of a refit as a beginning for another hypothesis.
 
     Effects that it lacks, and losses that it holds at 0, are taken up by everything else as well as that can, to first
@@ -184,14 +184,14 @@ def following(at: Refit, hypothesis: Hypothesis) -> tuple[list[FitState], np.nda
     for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True):
         kept[s] = c.key in keys
     if kept.all() and not held:
-        return list(at.states), carried(at, hypothesis)
+        return list(at.states), starting_strengths(at, hypothesis)
     pairs = list(zip(at.states, at.linear, strict=True))
     rest = [_lacking(a, s, held, np.where(kept, 0.0, at.strengths), kept) for s, a in pairs]
     common, _ = _common_step(rest, int(kept.sum()))
     strengths = at.strengths.copy()
     strengths[kept] += common
     states = [_at_zero(s.moved(a.own_step(common)), hypothesis.gone) for s, a in zip(at.states, rest, strict=True)]
-    return states, carried(replace(at, strengths=strengths), hypothesis)
+    return states, starting_strengths(replace(at, strengths=strengths), hypothesis)
 
 
 def _at_zero(state: FitState, gone: Sequence[int]) -> FitState:
@@ -200,7 +200,7 @@ def _at_zero(state: FitState, gone: Sequence[int]) -> FitState:
     return replace(state, dynamics=replace(state.dynamics, values=values))
 
 
-def _lacking(a: Linear, state: FitState, held: Sequence[int], gone: Array, kept: np.ndarray) -> Linear:
+def _lacking(a: LinearisedShot, state: FitState, held: Sequence[int], gone: Array, kept: np.ndarray) -> LinearisedShot:
     """One shot without some declared parameters (their places `held`) and common strengths, as if these were 0.
 
     gone (common,): the strengths that are to become 0; kept bool (common,): those that stay in play.
@@ -209,17 +209,17 @@ def _lacking(a: Linear, state: FitState, held: Sequence[int], gone: Array, kept:
     free[held] = False
     values = np.array([state.dynamics.values[k - 3] for k in held])
     residual = a.residual + base[:, held] @ values + a.columns @ gone
-    return Linear(a.seen, a.own, *_factors(base[:, free]), free, a.columns[:, kept], residual)
+    return LinearisedShot(a.seen, a.own, *_factors(base[:, free]), free, a.columns[:, kept], residual)
 
 
-def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linear:
+def linearise_shot(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> LinearisedShot:
     """One shot at a state of the declared model with the strengths put in.
 
     Raises:
         LostTrajectoryError: the state does not oscillate.
     """
     full = hypothesis.extended(state, strengths)
-    seen = hypothesis.through(look(started, hypothesis.augmented, full), strengths)
+    seen = hypothesis.through(linearise_signal(started, hypothesis.augmented, full), strengths)
     shared = hypothesis.shared_columns(seen)
     base, torques = hypothesis.torque_rows(state, strengths, seen.base)
     columns, base = np.concatenate([torques, shared]).T, base.T
@@ -229,7 +229,7 @@ def linearise(started: Started, hypothesis: Hypothesis, state: FitState, strengt
     own = _orthonormal(hypothesis.own_columns(seen).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
-    return Linear(seen, own, *_factors(base), free, columns, residual)
+    return LinearisedShot(seen, own, *_factors(base), free, columns, residual)
 
 
 def _factors(base: Array) -> tuple[Array, Array, Array]:
@@ -251,21 +251,25 @@ def _orthonormal(columns: Array) -> Array:
 
 
 def _linearised(
-    started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array, pool: Executor
-) -> list[Linear]:
+    started: Sequence[PreparedShot],
+    hypothesis: Hypothesis,
+    states: Sequence[FitState],
+    strengths: Array,
+    pool: Executor,
+) -> list[LinearisedShot]:
     """All shots at their states."""
 
-    def one(start: Started, state: FitState) -> Linear:
-        return linearise(start, hypothesis, state, strengths)
+    def one(start: PreparedShot, state: FitState) -> LinearisedShot:
+        return linearise_shot(start, hypothesis, state, strengths)
 
     return list(pool.map(one, started, states))
 
 
-def _chi2(at: Sequence[Linear]) -> float:
+def _chi2(at: Sequence[LinearisedShot]) -> float:
     return sum(a.chi2 for a in at)
 
 
-def _information(at: Sequence[Linear], size: int) -> tuple[Array, Array]:
+def _information(at: Sequence[LinearisedShot], size: int) -> tuple[Array, Array]:
     """Matrix and gradient of the common strengths beside everything that the shots have for themselves."""
     matrix, gradient = np.zeros((size, size)), np.zeros(size)
     for a in at:
@@ -275,7 +279,7 @@ def _information(at: Sequence[Linear], size: int) -> tuple[Array, Array]:
     return matrix, gradient
 
 
-def _common_step(at: Sequence[Linear], size: int) -> tuple[Array, float]:
+def _common_step(at: Sequence[LinearisedShot], size: int) -> tuple[Array, float]:
     """Best step of the common strengths, and the fall of chi^2 it brings together with the shots' own steps."""
     matrix, gradient = _information(at, size)
     step = solved(matrix, gradient)
@@ -283,13 +287,13 @@ def _common_step(at: Sequence[Linear], size: int) -> tuple[Array, float]:
     return step, float(gradient @ step) + own
 
 
-def _covariance(at: Sequence[Linear], size: int) -> Array:
+def _covariance(at: Sequence[LinearisedShot], size: int) -> Array:
     return inverse(_information(at, size)[0]) if size else np.zeros((0, 0))
 
 
 def _line_search(
-    started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
-    at: list[Linear], common: Array, pool: Executor,
+    started: Sequence[PreparedShot], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
+    at: list[LinearisedShot], common: Array, pool: Executor,
 ) -> _There | None:  # fmt: skip
     """The longest of ever shorter steps that goes down, or None.
 
@@ -310,7 +314,7 @@ def _line_search(
 
 
 def _back(
-    started: Sequence[Started], hypothesis: Hypothesis, there: _There, before: float, pool: Executor
+    started: Sequence[PreparedShot], hypothesis: Hypothesis, there: _There, before: float, pool: Executor
 ) -> _There | None:
     """After steps of the shots' own parameters at given strengths, as long as they go down, and one of all together."""
     nothing = np.zeros(hypothesis.size)
@@ -326,8 +330,8 @@ def _back(
 
 
 def _stepped(
-    started: Sequence[Started], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
-    at: list[Linear], fraction: float, common: Array, pool: Executor,
+    started: Sequence[PreparedShot], hypothesis: Hypothesis, states: Sequence[FitState], strengths: Array,
+    at: list[LinearisedShot], fraction: float, common: Array, pool: Executor,
 ) -> _There | None:  # fmt: skip
     """After a fraction of a step; None where nothing oscillates."""
     moved = [s.moved(fraction * a.own_step(common)) for s, a in zip(states, at, strict=True)]

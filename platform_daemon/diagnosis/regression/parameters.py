@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.least_squares.gauss_newton import Normal
-from platform_daemon.estimation.least_squares.public_parameters import Published, publish
+from platform_daemon.estimation.least_squares.gauss_newton import NormalEquations
+from platform_daemon.estimation.least_squares.public_parameters import PublicParameters, propagate_to_public
 from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
 from platform_daemon.estimation.result import FitResult
 
 from .hypothesis import Hypothesis
 from .information import inverse
-from .joint_fit import Refit
+from .joint_fit import JointFit
 from .prediction import additive, own_sizes, received, window_of
 
 _ANGLES = {"psi_start_rad"}
@@ -39,7 +39,7 @@ class Mean:
     scatter: float | None
 
 
-def published(at: Refit, k: int, *, common: bool = True) -> Published:
+def public_parameters(at: JointFit, k: int, *, common: bool = True) -> PublicParameters:
     """Public parameters of shot k; common: errors include those of the common strengths.  LostTrajectoryError."""
     linear, state = at.linear[k], at.full_state(k)
     mask = at.hypothesis.declared(state.size)
@@ -65,16 +65,16 @@ def published(at: Refit, k: int, *, common: bool = True) -> Published:
     matrix = np.zeros((state.size, state.size))
     matrix[np.ix_(mask, mask)] = inverse(whole[np.ix_(mask, mask)])
     nothing = np.zeros(state.offsets.size)
-    normal = Normal(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
-    return publish(at.hypothesis.augmented, state, normal, mask)
+    normal = NormalEquations(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
+    return propagate_to_public(at.hypothesis.augmented, state, normal, mask)
 
 
-def means(at: Refit) -> dict[str, Mean]:
+def means(at: JointFit) -> dict[str, Mean]:
     """Mean public parameters of all shots; angles on the circle."""
     rows, alone = [], []
     for k in range(len(at.linear)):
         try:
-            both = published(at, k).parameters, published(at, k, common=False).parameters
+            both = public_parameters(at, k).parameters, public_parameters(at, k, common=False).parameters
         except (LostTrajectoryError, np.linalg.LinAlgError):
             continue
         rows.append(both[0])
@@ -117,7 +117,7 @@ def _mean(name: str, rows: Sequence[Parameters], alone: Sequence[Parameters]) ->
     return Mean(mean, math.hypot(float(np.sqrt(np.sum(own**2))) / values.size, common), scatter)
 
 
-def window_disagreement(at: Refit, pool: Executor) -> dict[str, float]:
+def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
     """|mean of N50 - D30| over its standard error, by parameter: both windows fitted with the strengths held.
 
     Empty where a window cannot be fitted (an angle, a record too short).
@@ -132,7 +132,7 @@ def window_disagreement(at: Refit, pool: Executor) -> dict[str, float]:
     return {name: _sigma(name, good) for name in names}
 
 
-def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
+def _both(at: JointFit, k: int) -> tuple[FitResult, FitResult] | None:
     started, hypothesis = at.started[k], at.hypothesis
     if started.shot.record.quantity == "angle":
         return None
@@ -146,7 +146,7 @@ def _both(at: Refit, k: int) -> tuple[FitResult, FitResult] | None:
     return (short, long) if short.verdict == long.verdict == "good" else None
 
 
-def held_strengths(at: Refit, k: int) -> dict[str, float]:
+def held_strengths(at: JointFit, k: int) -> dict[str, float]:
     """Coefficients of the torque effects by name, to be held in fits of shot k alone."""
     fixed: dict[str, float] = {}
     factors = at.hypothesis.factors(at.states[k])
@@ -157,12 +157,12 @@ def held_strengths(at: Refit, k: int) -> dict[str, float]:
     return fixed
 
 
-def clean_record(at: Refit, k: int) -> RingDownRecord:
+def clean_record(at: JointFit, k: int) -> RingDownRecord:
     """The record of a shot without receiver and additive effects."""
     return replace(at.started[k].shot.record, samples=_clean(at, k))
 
 
-def _clean(at: Refit, k: int) -> np.ndarray:
+def _clean(at: JointFit, k: int) -> np.ndarray:
     """Samples of a shot without receiver and additive effects; beyond the window as they were."""
     started, hypothesis = at.started[k], at.hypothesis
     samples = started.shot.record.samples

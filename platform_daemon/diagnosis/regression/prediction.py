@@ -10,19 +10,19 @@ import numpy as np
 from platform_daemon.estimation.least_squares.gauss_newton import FitState
 from platform_daemon.estimation.numerics.arrays import Array
 
-from ..shots.linearisation import Look, basis_at
-from ..shots.shot import Grid, Started, whitening_for
+from ..shots.linearisation import Linearisation, basis_at
+from ..shots.shot import PreparedShot, SampleGrid, whitening_for
 from .hypothesis import Hypothesis
-from .joint_fit import Linear
+from .joint_fit import LinearisedShot
 
 
-def window_of(started: Started) -> tuple[int, int]:
+def window_of(started: PreparedShot) -> tuple[int, int]:
     """First and last (exclusive) sample of the shot's window."""
     first, last = started.grids[0], started.grids[-1]
     return first.first * first.factor, last.last * last.factor
 
 
-def predicted(hypothesis: Hypothesis, linear: Linear, state: FitState, strengths: Array, own: Array) -> Array:
+def predicted(hypothesis: Hypothesis, linear: LinearisedShot, state: FitState, strengths: Array, own: Array) -> Array:
     """Channels (channels, n) over the shot's window, offsets and all effects included.
 
     linear: a look at about this state, for the columns of additive effects. state: of the declared model. own: sizes
@@ -33,28 +33,28 @@ def predicted(hypothesis: Hypothesis, linear: Linear, state: FitState, strengths
     return np.asarray(signal + additive(hypothesis, linear, strengths, own) + state.offsets[:, None])
 
 
-def received(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Array:
+def received(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Array:
     """The motion's signal after the receiver effects, (channels, n)."""
     seen = _whole(started, hypothesis, state, strengths)
     return np.asarray(seen.signal + hypothesis.changes(seen, strengths))
 
 
-def _whole(started: Started, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Look:
+def _whole(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linearisation:
     """A look at every sample of the window, without residual and derivatives."""
     full, model = hypothesis.extended(state, strengths), hypothesis.augmented
     every = _every_sample(started)
     basis = basis_at(every, model, full)
-    return Look.of_basis(every, full, basis)
+    return Linearisation.of_basis(every, full, basis)
 
 
-def _every_sample(started: Started) -> Started:
+def _every_sample(started: PreparedShot) -> PreparedShot:
     """The shot on a grid of all samples of its window."""
-    grid = (Grid(1, *window_of(started)),)
+    grid = (SampleGrid(1, *window_of(started)),)
     fundamental_hz = started.state.dynamics.w / (2.0 * math.pi)
-    return Started(started.shot, started.state, grid, whitening_for(started.shot, grid, fundamental_hz))
+    return PreparedShot(started.shot, started.state, grid, whitening_for(started.shot, grid, fundamental_hz))
 
 
-def additive(hypothesis: Hypothesis, linear: Linear, strengths: Array, own: Array) -> Array:
+def additive(hypothesis: Hypothesis, linear: LinearisedShot, strengths: Array, own: Array) -> Array:
     """What additive effects put into the window, (channels, n)."""
     started = linear.seen.started
     first, last = window_of(started)
@@ -76,7 +76,9 @@ def additive(hypothesis: Hypothesis, linear: Linear, strengths: Array, own: Arra
     return out
 
 
-def own_sizes(hypothesis: Hypothesis, linear: Linear, strengths: Array, keep: np.ndarray | None = None) -> Array:
+def own_sizes(
+    hypothesis: Hypothesis, linear: LinearisedShot, strengths: Array, keep: np.ndarray | None = None
+) -> Array:
     """Sizes of the additive effects of the shot's own that fit what is left of a look, of its rows `keep` only."""
     columns = hypothesis.own_columns(linear.seen).T
     if columns.shape[1] == 0:

@@ -16,18 +16,18 @@ from scipy.stats import chi2 as chi2_distribution
 from platform_daemon.estimation.numerics.arrays import Array
 
 from ..effects.effect import Candidate
-from ..shots.linearisation import look
-from ..shots.shot import Started
+from ..shots.linearisation import linearise_signal
+from ..shots.shot import PreparedShot
 from .hypothesis import Hypothesis
 from .information import solved
-from .joint_fit import Refit
+from .joint_fit import JointFit
 
 _RESOLVED = 1e-11  # part of a column's power that must survive the projection
 _SINGULAR = 1e-9  # smallest eigenvalue of a scaled matrix that still tells candidates apart
 
 
 @dataclass(frozen=True)
-class Block:
+class CandidateBlock:
     """Columns of one candidate in a picture: whose they are, and where they stand."""
 
     candidate: Candidate
@@ -35,20 +35,20 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Picture:
+class ScoreTable:
     """All columns of all shots after projection: information (k, k), gradient (k,), full power (k,).
 
     The first `accepted` columns are the common strengths of the refit; blocks of candidates follow.
     """
 
-    refit: Refit
+    refit: JointFit
     information: Array
     gradient: Array
     power: Array
     accepted: int
-    blocks: tuple[Block, ...]
+    blocks: tuple[CandidateBlock, ...]
 
-    def gain(self, blocks: Sequence[Block]) -> Score | None:
+    def gain(self, blocks: Sequence[CandidateBlock]) -> ScoreResult | None:
         """What linear steps in these blocks, and in what is accepted, would gain; None if they cannot be told apart."""
         added = [k for b in blocks for k in b.where]
         which = [*range(self.accepted), *added]
@@ -69,7 +69,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Score:
+class ScoreResult:
     """A linear step: the new strengths (q,), their standard deviations (q,), the fall of chi^2 over the noise factor.
 
     steps: of everything, accepted strengths first.
@@ -85,7 +85,7 @@ class Score:
         return float(min(1.0, trials * chi2_distribution.sf(self.gain, self.strengths.size)))
 
 
-def _score(matrix: Array, gradient: Array, added: int, noise_factor: float) -> Score | None:
+def _score(matrix: Array, gradient: Array, added: int, noise_factor: float) -> ScoreResult | None:
     """Joint score test; None if the matrix is singular."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
@@ -95,10 +95,10 @@ def _score(matrix: Array, gradient: Array, added: int, noise_factor: float) -> S
     steps = covariance @ gradient
     first = matrix.shape[0] - added
     sd = np.sqrt(np.diag(covariance)[first:] * noise_factor)
-    return Score(steps[first:], sd, float(gradient @ steps) / noise_factor, steps)
+    return ScoreResult(steps[first:], sd, float(gradient @ steps) / noise_factor, steps)
 
 
-def picture(at: Refit, candidates: Sequence[Candidate], pool: Executor) -> Picture:
+def score_table(at: JointFit, candidates: Sequence[Candidate], pool: Executor) -> ScoreTable:
     """Columns of candidates beside a refit.
 
     Torque candidates are seen through the refit's model with their terms at zero strength. Raises
@@ -109,15 +109,15 @@ def picture(at: Refit, candidates: Sequence[Candidate], pool: Executor) -> Pictu
     for c in candidates:
         columns = tuple(range(place, place + c.size))
         place += c.size
-        blocks.append(Block(c, columns))
+        blocks.append(CandidateBlock(c, columns))
         each = c.size // max(1, len(c.parts))
-        blocks += [Block(p, columns[n * each : (n + 1) * each]) for n, p in enumerate(c.parts)]
+        blocks += [CandidateBlock(p, columns[n * each : (n + 1) * each]) for n, p in enumerate(c.parts)]
     parts = list(pool.map(lambda k: _one(at, k, candidates), range(len(at.linear))))
     information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
-    return Picture(at, information, gradient, power, accepted, tuple(blocks))
+    return ScoreTable(at, information, gradient, power, accepted, tuple(blocks))
 
 
-def _one(at: Refit, k: int, candidates: Sequence[Candidate]) -> tuple[Array, Array, Array]:
+def _one(at: JointFit, k: int, candidates: Sequence[Candidate]) -> tuple[Array, Array, Array]:
     """Information, gradient and power of one shot."""
     linear = at.linear[k]
     new = candidate_columns(at.started[k], at.hypothesis, at, k, candidates)
@@ -125,7 +125,7 @@ def _one(at: Refit, k: int, candidates: Sequence[Candidate]) -> tuple[Array, Arr
 
 
 def candidate_columns(
-    started: Started, hypothesis: Hypothesis, at: Refit, k: int, candidates: Sequence[Candidate]
+    started: PreparedShot, hypothesis: Hypothesis, at: JointFit, k: int, candidates: Sequence[Candidate]
 ) -> Array:
     """Columns of candidates in units of the noise, (sum of sizes, rows), in their order."""
     linear = at.linear[k]
@@ -141,7 +141,7 @@ def candidate_columns(
 
 
 def _torque_columns(
-    started: Started, hypothesis: Hypothesis, at: Refit, k: int, candidates: Sequence[Candidate]
+    started: PreparedShot, hypothesis: Hypothesis, at: JointFit, k: int, candidates: Sequence[Candidate]
 ) -> dict[object, Array]:
     """Columns of the torque candidates by their keys, each (1, rows)."""
     torques = [c for c in candidates if c.term is not None]
@@ -158,7 +158,7 @@ def _torque_columns(
         for place, c in enumerate(wide.torques):
             values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
         strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
-        seen = wide.through(look(started, wide.augmented, wide.extended(at.states[k], values)), strengths)
+        seen = wide.through(linearise_signal(started, wide.augmented, wide.extended(at.states[k], values)), strengths)
         _, rows = wide.torque_rows(at.states[k], values, seen.base)
         for c, row in zip(wide.torques, rows, strict=True):
             found[c.key] = row[None]

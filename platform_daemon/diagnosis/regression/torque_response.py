@@ -23,14 +23,14 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.torques.dispatch import acceleration
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
 
-from ..shots.shot import Grid, Started
+from ..shots.shot import PreparedShot, SampleGrid
 
 Forces = Callable[[Array, Array], Array]
 _STEP = 0.04  # rad at most, of dimensionless time: the error of the phase grows with its fourth power
 
 
 @dataclass(frozen=True)
-class Motion:
+class SampledMotion:
     """phi in rad and v = phi' / w at the instants, (m,) each; amplitude in rad and phase in rad of the swing there."""
 
     phi: Array
@@ -48,14 +48,14 @@ class Motion:
         return np.arctan2(-self.v / (2.0 * np.sin(0.5 * amplitude)), self.phi / amplitude)
 
 
-def motion_of(started: Started, model: RingDownModel, state: FitState) -> Motion:
+def sample_motion(started: PreparedShot, model: RingDownModel, state: FitState) -> SampledMotion:
     """The motion at the instants.  Raises LostTrajectoryError."""
     pieces = [_piece(started, model, state, g, 1) for g in started.grids]
-    return Motion(np.concatenate([p.phi for p in pieces]), np.concatenate([p.v for p in pieces]))
+    return SampledMotion(np.concatenate([p.phi for p in pieces]), np.concatenate([p.v for p in pieces]))
 
 
 @kernel
-def respond(phi, v, force, h, split, codes, widths, c, at, dipole, out):  # type: ignore[no-untyped-def]
+def integrate_responses(phi, v, force, h, split, codes, widths, c, at, dipole, out):  # type: ignore[no-untyped-def]
     """March the answers to extra torques along the motion, from `at` (2, k) = (d, d') on, which moves along.
 
     phi, v (split (m - 1) + 1,) with an even number `split` of half steps of h between the instants; force (k, ...) at
@@ -111,7 +111,7 @@ def respond(phi, v, force, h, split, codes, widths, c, at, dipole, out):  # type
     return 0
 
 
-def torque_answers(started: Started, model: RingDownModel, state: FitState, forces: Forces) -> Array:
+def torque_responses(started: PreparedShot, model: RingDownModel, state: FitState, forces: Forces) -> Array:
     """Change of the record's channels per unit of extra torques, (k, channels, m).
 
     forces: (phi (n,), v (n,)) -> torques (k, n) in units of I w^2.
@@ -133,14 +133,14 @@ def torque_answers(started: Started, model: RingDownModel, state: FitState, forc
         at = np.zeros((2, force.shape[0])) if at is None else at
         out = np.empty((2, force.shape[0], g.count + 1))
         args = model.codes, model.widths, coefficients, at, obs.observable == DIPOLE, out
-        respond(moving.phi, moving.v, force, ds / split, split, *args)
+        integrate_responses(moving.phi, moving.v, force, ds / split, split, *args)
         pieces.append(gains[:, :1] * out[0, :, None, :-1] + gains[:, 1:] * out[1, :, None, :-1])
     return np.concatenate(pieces, axis=2)
 
 
-def _piece(started: Started, model: RingDownModel, state: FitState, grid: Grid, split: int) -> Motion:
+def _piece(started: PreparedShot, model: RingDownModel, state: FitState, grid: SampleGrid, split: int) -> SampledMotion:
     """The motion at the instants of a grid and at split - 1 places between any two of them."""
     last = split * (grid.last - 1) + 1
     step = grid.factor / started.shot.rate_hz / split
     basis = Workspace(model).basis(state.dynamics, split * grid.first, last, step, STATE)
-    return Motion(basis[0], basis[1])
+    return SampledMotion(basis[0], basis[1])

@@ -20,7 +20,7 @@ from platform_daemon.estimation.physics.orbit import frequency_ratio
 
 from ..effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode, tone, transient
 from ..effects.effect import Candidate
-from ..regression.joint_fit import Refit
+from ..regression.joint_fit import JointFit
 from ..regression.prediction import own_sizes, predicted, window_of
 from .significance import log_chance
 
@@ -37,7 +37,7 @@ _TRANSIENTS = 14
 
 
 @dataclass(frozen=True)
-class Leftover:
+class ShotResidual:
     """The residual of one shot at the full rate, (channels, n), freed from all that the refit holds, from time 0 on."""
 
     samples: Array
@@ -46,21 +46,21 @@ class Leftover:
     first: int
 
 
-def leftovers(at: Refit, pool: Executor) -> list[Leftover]:
+def shot_residuals(at: JointFit, pool: Executor) -> list[ShotResidual]:
     """Of all shots."""
-    return list(pool.map(lambda k: _leftover(at, k), range(len(at.linear))))
+    return list(pool.map(lambda k: _shot_residual(at, k), range(len(at.linear))))
 
 
-def _leftover(at: Refit, k: int) -> Leftover:
+def _shot_residual(at: JointFit, k: int) -> ShotResidual:
     started, linear, shot = at.started[k], at.linear[k], at.started[k].shot
     own = own_sizes(at.hypothesis, linear, at.strengths)
     first, last = window_of(started)
     samples = shot.record.samples[:, first:last] - predicted(at.hypothesis, linear, at.states[k], at.strengths, own)
     level = sd_at(shot.noise, np.array([at.states[k].dynamics.w / (2.0 * math.pi)]), shot.rate_hz)[:, 0]
-    return Leftover(samples, level, shot.rate_hz, first)
+    return ShotResidual(samples, level, shot.rate_hz, first)
 
 
-def tones(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
+def tones(at: JointFit, left: Sequence[ShotResidual]) -> list[Candidate]:
     """Lines in the residual's spectrum outside the zones of the harmonics: mains first, then others."""
     n = next_fast_len(max(x.samples.shape[1] for x in left), real=True)
     rate = left[0].rate_hz
@@ -80,7 +80,7 @@ def tones(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
     return _named(found, 0.5 * bins)
 
 
-def _spectrum(left: Leftover, n: int) -> Array:
+def _spectrum(left: ShotResidual, n: int) -> Array:
     """Power over the noise's, added over the channels, (bins,)."""
     count = left.samples.shape[1]
     window = windows.kaiser(count, 8.0)
@@ -98,7 +98,7 @@ def _floor(power: Array) -> Array:
     return np.maximum(np.interp(np.arange(power.size), middles, levels), 1e-300)
 
 
-def _zones(at: Refit, grid: Array, bin_hz: float) -> np.ndarray:
+def _zones(at: JointFit, grid: Array, bin_hz: float) -> np.ndarray:
     """True where a harmonic of any shot sweeps, bool (bins,)."""
     inside = np.zeros(grid.size, dtype=bool)
     for state in at.states:
@@ -138,7 +138,7 @@ def _named(found: Sequence[float], trials: float) -> list[Candidate]:
     return candidates + [tone(LINE, (f,), f, trials) for f in rest]
 
 
-def side_modes(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
+def side_modes(at: JointFit, left: Sequence[ShotResidual]) -> list[Candidate]:
     """Decaying oscillations, with a phase common to all shots or each its own."""
     rate = left[0].rate_hz
     block = max(1, int(rate / _SIDE_RATE_HZ))
@@ -165,7 +165,7 @@ def side_modes(at: Refit, left: Sequence[Leftover]) -> list[Candidate]:
     return _different([candidate for _, candidate in found], seconds)[:_OFFERED]
 
 
-def steady(at: Refit, sides: Sequence[Candidate]) -> list[Candidate]:
+def steady_tones(at: JointFit, sides: Sequence[Candidate]) -> list[Candidate]:
     """Tones where oscillations hardly decay: too weak to stand out as lines."""
     seconds = float(at.started[0].time_s[-1])
     found: list[Candidate] = []
@@ -190,7 +190,7 @@ def _different(candidates: Sequence[Candidate], seconds: float) -> list[Candidat
     return kept
 
 
-def _blocks(left: Leftover, block: int, count: int) -> Array:
+def _blocks(left: ShotResidual, block: int, count: int) -> Array:
     """Block means over their noise, (channels, count)."""
     cut = left.samples[:, : block * count].reshape(left.samples.shape[0], count, block)
     return np.asarray(cut.mean(axis=2) * math.sqrt(block) / left.level[:, None])
@@ -221,7 +221,7 @@ def _peaks(
     return found
 
 
-def transients(at: Refit) -> list[Candidate]:
+def transients(at: JointFit) -> list[Candidate]:
     """Decaying offsets of any channel, at a grid of decay times."""
     channels = at.linear[0].seen.residual.shape[0]
     seconds = float(at.started[0].time_s[-1])

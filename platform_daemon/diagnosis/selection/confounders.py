@@ -12,8 +12,8 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
-from ..regression.joint_fit import Refit, following, refit
-from ..regression.score_test import Block, Picture
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import CandidateBlock, ScoreTable
 from .sign_constraints import signs_allowed, without_gain_of_energy
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
@@ -23,7 +23,7 @@ _MOST_REFITS = 10
 
 
 @dataclass(frozen=True)
-class Rival:
+class Confounder:
     """An alternative for an accepted effect.
 
     rise: of chi^2 if it takes the effect's place; negative: it fits better. gain: what the effect itself gains.
@@ -32,7 +32,7 @@ class Rival:
     candidate: Candidate
     rise: float
     gain: float
-    refit: Refit | None = None
+    refit: JointFit | None = None
 
     @property
     def indistinguishable(self) -> bool:
@@ -40,7 +40,7 @@ class Rival:
         return self.rise < TOLD_APART
 
 
-def rivals(seen: Picture, effect: Candidate, pool: Executor) -> list[Rival]:
+def confounders(seen: ScoreTable, effect: Candidate, pool: Executor) -> list[Confounder]:
     """Alternatives for one common effect of the picture's refit, the best first."""
     at = seen.refit
     gain = gain_of(at, effect)
@@ -48,18 +48,18 @@ def rivals(seen: Picture, effect: Candidate, pool: Executor) -> list[Rival]:
     for block in seen.blocks:
         rise = _exchange(seen, effect, block)
         if rise is not None and rise < _WORTH_A_REFIT + _SHARE * gain:
-            found.append(Rival(block.candidate, rise, gain))
+            found.append(Confounder(block.candidate, rise, gain))
     found.sort(key=lambda r: r.rise)
     checked = [_checked(at, effect, r, pool) for r in found[:_MOST_REFITS]]
     return sorted((r for r in checked if r is not None), key=lambda r: r.rise)
 
 
-def _place(at: Refit, effect: Candidate) -> slice:
+def _place(at: JointFit, effect: Candidate) -> slice:
     """Where its strengths stand."""
     return next(s for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True) if c.key == effect.key)
 
 
-def gain_of(at: Refit, effect: Candidate) -> float:
+def gain_of(at: JointFit, effect: Candidate) -> float:
     """Rise of chi^2 over the noise factor if an accepted effect is left out, to first order; 0 for a shot's own."""
     if effect not in at.hypothesis.common:
         return 0.0
@@ -68,7 +68,7 @@ def gain_of(at: Refit, effect: Candidate) -> float:
     return float(value @ np.linalg.lstsq(at.covariance[where, where], value, rcond=None)[0]) / at.noise_factor
 
 
-def _exchange(seen: Picture, effect: Candidate, block: Block) -> float | None:
+def _exchange(seen: ScoreTable, effect: Candidate, block: CandidateBlock) -> float | None:
     """Rise of chi^2 if a block takes the effect's place, to first order; None if it is not seen beside the rest."""
     at = seen.refit
     gone = range(*_place(at, effect).indices(seen.accepted))
@@ -87,19 +87,19 @@ def _exchange(seen: Picture, effect: Candidate, block: Block) -> float | None:
     return (whole - explained) / at.noise_factor
 
 
-def _checked(at: Refit, effect: Candidate, rival: Rival, pool: Executor) -> Rival | None:
+def _checked(at: JointFit, effect: Candidate, rival: Confounder, pool: Executor) -> Confounder | None:
     """The same by a refit."""
     hypothesis: Hypothesis = at.hypothesis.without(next(c for c in at.hypothesis.effects if c.key == effect.key)).plus(
         rival.candidate
     )
     try:
-        found = refit(at.started, hypothesis, pool, *following(at, hypothesis))
+        found = fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
         if found.chi2 - at.chi2 > max(rival.gain, TOLD_APART) * at.noise_factor:
             # Nothing is worse than nothing in the effect's place: the way down leads from the shots' own fits.
-            found = refit(at.started, hypothesis, pool)
+            found = fit_jointly(at.started, hypothesis, pool)
         found = without_gain_of_energy(found, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     if not signs_allowed(found):
         return None
-    return Rival(rival.candidate, (found.chi2 - at.chi2) / at.noise_factor, rival.gain, found)
+    return Confounder(rival.candidate, (found.chi2 - at.chi2) / at.noise_factor, rival.gain, found)

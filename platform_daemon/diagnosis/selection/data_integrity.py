@@ -17,8 +17,8 @@ from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.screening.clipping import saturation
 
 from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import Linear, linearise
-from ..shots.shot import Shot, Started, whitening_for
+from ..regression.joint_fit import LinearisedShot, linearise_shot
+from ..shots.shot import DiagnosisShot, PreparedShot, whitening_for
 from .significance import log_chance
 
 _SURE = -18.0  # logarithm of the chance of a gap in a clock without one
@@ -28,7 +28,7 @@ _AROUND = 4  # instants on either side in which a gap is located
 
 
 @dataclass(frozen=True)
-class Flaw:
+class DataDefect:
     """Something that is not as it should be.
 
     Attributes:
@@ -46,31 +46,33 @@ class Flaw:
     log_p: float = 0.0
 
 
-def flaws(shots: Sequence[Shot]) -> list[Flaw]:
+def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
     """Saturated and duplicated shots."""
     found = []
     seen: dict[bytes, int] = {}
     for k, shot in enumerate(shots):
         clipped = saturation(shot.record.valid)
         if clipped is not None:
-            found.append(Flaw("saturation", f"{shot.name}: {clipped}", k))
+            found.append(DataDefect("saturation", f"{shot.name}: {clipped}", k))
         key = shot.record.samples.tobytes()
         if key in seen:
-            found.append(Flaw("duplicated_shot", f"{shot.name} holds the samples of {shots[seen[key]].name}", k))
+            found.append(DataDefect("duplicated_shot", f"{shot.name} holds the samples of {shots[seen[key]].name}", k))
         else:
             seen[key] = k
     return found
 
 
-def without_gaps(started: Sequence[Started], model: RingDownModel, pool: Executor) -> tuple[list[Started], list[Flaw]]:
+def without_gaps(
+    started: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+) -> tuple[list[PreparedShot], list[DataDefect]]:
     """Shots with the samples put back that their clocks have lost, and where that was."""
     results = list(pool.map(lambda pair: _mended(pair[0], pair[1], model), enumerate(started)))
     return [r[0] for r in results], [f for r in results for f in r[1]]
 
 
-def _mended(k: int, started: Started, model: RingDownModel) -> tuple[Started, list[Flaw]]:
+def _mended(k: int, started: PreparedShot, model: RingDownModel) -> tuple[PreparedShot, list[DataDefect]]:
     """Gap after gap, each with a new fit."""
-    found: list[Flaw] = []
+    found: list[DataDefect] = []
     hypothesis = Hypothesis(model)
     linear, state = _settled(started, hypothesis)
     while len(found) < _MOST_GAPS:
@@ -89,17 +91,17 @@ def _mended(k: int, started: Started, model: RingDownModel) -> tuple[Started, li
         linear, state = _settled(replace(started, state=state), hypothesis)
         started = replace(started, state=state)
         where = f"{started.shot.name}: {samples} samples are missing before sample {at}"
-        found.append(Flaw("clock_gap", where, k, at, step, sd, log_p))
+        found.append(DataDefect("clock_gap", where, k, at, step, sd, log_p))
     return started, found
 
 
-def _settled(started: Started, hypothesis: Hypothesis) -> tuple[Linear, FitState]:
+def _settled(started: PreparedShot, hypothesis: Hypothesis) -> tuple[LinearisedShot, FitState]:
     """The shot's own fit."""
     state, nothing = started.state, np.zeros(0)
-    linear = linearise(started, hypothesis, state, nothing)
+    linear = linearise_shot(started, hypothesis, state, nothing)
     for _ in range(8):
         moved = state.moved(linear.own_step(nothing))
-        trial = linearise(started, hypothesis, moved, nothing)
+        trial = linearise_shot(started, hypothesis, moved, nothing)
         if trial.chi2 >= linear.chi2:
             break
         fall, linear, state = linear.chi2 - trial.chi2, trial, moved
@@ -108,7 +110,7 @@ def _settled(started: Started, hypothesis: Hypothesis) -> tuple[Linear, FitState
     return linear, state
 
 
-def _strongest(linear: Linear) -> tuple[float, int, float, float] | None:
+def _strongest(linear: LinearisedShot) -> tuple[float, int, float, float] | None:
     """(log of its chance, index of the instant, step in s, its sd) of the likeliest jump of time; None: no jump."""
     started = linear.seen.started
     slope = started.white(linear.seen.slope[None]).reshape(linear.seen.slope.shape)
@@ -132,7 +134,7 @@ def _strongest(linear: Linear) -> tuple[float, int, float, float] | None:
     return log_p, best, float(gradient[best] / information[best]), float(information[best] ** -0.5)
 
 
-def _located(started: Started, model: RingDownModel, state: FitState, index: int) -> tuple[int, float, float]:
+def _located(started: PreparedShot, model: RingDownModel, state: FitState, index: int) -> tuple[int, float, float]:
     """(first sample after the jump, its size in samples, standard deviation) from the samples around an instant."""
     time, rate = started.time_s, started.shot.rate_hz
     first = int(time[max(0, index - _AROUND)] * rate)
@@ -159,7 +161,7 @@ def _best_split(cross: Array, power: Array) -> tuple[int, float, float]:
     return k + 1, float(step), float(np.sqrt(1.0 / max(after2[k], 1e-300) + 1.0 / max(before2[k], 1e-300)))
 
 
-def _size(linear: Linear, started: Started, at: int) -> tuple[float, float]:
+def _size(linear: LinearisedShot, started: PreparedShot, at: int) -> tuple[float, float]:
     """Samples lost before sample `at`, and their standard deviation."""
     later = started.time_s * started.shot.rate_hz >= at - 0.5
     column = linear.seen.slope * later / started.shot.rate_hz
@@ -169,7 +171,7 @@ def _size(linear: Linear, started: Started, at: int) -> tuple[float, float]:
     return float(rest @ linear.residual) / power, (factor / power) ** 0.5
 
 
-def _filled(started: Started, at: int, count: int) -> Started:
+def _filled(started: PreparedShot, at: int, count: int) -> PreparedShot:
     """The shot with samples put in before sample `at`, on a cubic through their neighbours."""
     record = started.shot.record
     y = record.samples
@@ -183,4 +185,4 @@ def _filled(started: Started, at: int, count: int) -> Started:
     noise = started.shot.noise if "blank" in started.shot.noise.source else estimate_noise(record)
     shot = replace(started.shot, record=record, noise=noise)
     white = whitening_for(shot, started.grids, started.state.dynamics.w / (2.0 * math.pi))
-    return Started(shot, started.state, started.grids, white)
+    return PreparedShot(shot, started.state, started.grids, white)

@@ -19,8 +19,8 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
-from ..regression.joint_fit import Linear, Refit, carried
-from ..regression.torque_response import motion_of, torque_answers
+from ..regression.joint_fit import JointFit, LinearisedShot, starting_strengths
+from ..regression.torque_response import sample_motion, torque_responses
 
 _HIGHEST_POWER = 5  # of phi and v together
 _HARMONICS = 4
@@ -29,7 +29,7 @@ _RESOLVED = 1e-7  # share of a direction's power that must survive the projectio
 
 
 @dataclass(frozen=True)
-class Generic:
+class OmnibusScore:
     """What a block of columns would gain: fall of chi^2 over the noise factor, and the number of its directions.
 
     information, gradient: of its columns beside everything that is fitted; power: of the columns as they are.
@@ -53,11 +53,11 @@ class Generic:
 
 
 @dataclass(frozen=True)
-class Residues:
+class OmnibusTest:
     """What a smooth torque, and what slow changes of the harmonics would gain."""
 
-    torque: Generic
-    envelopes: Generic
+    torque: OmnibusScore
+    envelopes: OmnibusScore
     scale: tuple[float, float]  # largest |phi| in rad and |v| that the torque's polynomials are drawn over
 
     @property
@@ -82,38 +82,38 @@ def monomials(phi: Array, v: Array, scale: tuple[float, float]) -> Array:
     return np.stack([x**i * y**j for i, j in powers()])
 
 
-def residues(at: Refit, pool: Executor) -> Residues:
+def omnibus_test(at: JointFit, pool: Executor) -> OmnibusTest:
     """What is left of all shots beside what is fitted."""
     amplitude = max(abs(s.dynamics.amplitude) for s in at.states)
     scale = amplitude, 2.0 * math.sin(0.5 * amplitude)
     parts = list(pool.map(lambda k: _one(at, k, scale), range(len(at.linear))))
     torque = _gained(at, [p[0] for p in parts])
     envelopes = _gained(at, [p[1] for p in parts])
-    return Residues(torque, envelopes, scale)
+    return OmnibusTest(torque, envelopes, scale)
 
 
 _Part = tuple[Array, Array, Array]
 
 
-def _one(at: Refit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
+def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
     """(information, gradient, power) of the smooth torque and of the envelopes in one shot."""
     started, linear = at.started[k], at.linear[k]
     # Torques that depend on time have no tables; they change the motion too little to matter here.
     still = tuple(c for c in at.hypothesis.torques if c.term is not None and not c.term.timed)
     hypothesis = Hypothesis(at.hypothesis.model, still)
-    model, state = hypothesis.augmented, hypothesis.extended(at.states[k], carried(at, hypothesis))
+    model, state = hypothesis.augmented, hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
     try:
-        answers = torque_answers(started, model, state, lambda phi, v: monomials(phi, v, scale))
+        answers = torque_responses(started, model, state, lambda phi, v: monomials(phi, v, scale))
         torque = started.white(answers)
     except LostTrajectoryError:
         torque = np.zeros((len(powers()), linear.residual.size))
-    phase = motion_of(started, model, state).phase
+    phase = sample_motion(started, model, state).phase
     envelopes = started.white(_envelopes(phase, started.time_s, linear))
     accepted = linear.columns.T
     return linear.projected(np.concatenate([accepted, torque])), linear.projected(np.concatenate([accepted, envelopes]))
 
 
-def _envelopes(phase: Array, time_s: Array, linear: Linear) -> Array:
+def _envelopes(phase: Array, time_s: Array, linear: LinearisedShot) -> Array:
     """Harmonics of the motion with slowly changing sizes in every channel, (k, channels, m)."""
     channels = linear.seen.residual.shape[0]
     place = 2.0 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1.0
@@ -126,7 +126,7 @@ def _envelopes(phase: Array, time_s: Array, linear: Linear) -> Array:
     return out
 
 
-def _gained(at: Refit, parts: Sequence[_Part]) -> Generic:
+def _gained(at: JointFit, parts: Sequence[_Part]) -> OmnibusScore:
     """All shots together, beside the common strengths."""
     information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
     q = at.hypothesis.size
@@ -140,4 +140,4 @@ def _gained(at: Refit, parts: Sequence[_Part]) -> Generic:
     visible = values > _RESOLVED
     along = vectors[:, visible].T @ (gradient * scale)
     gain = float(np.sum(along**2 / values[visible])) / at.noise_factor
-    return Generic(gain, int(visible.sum()), information, gradient, power)
+    return OmnibusScore(gain, int(visible.sum()), information, gradient, power)

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import replace
 
-from ..regression.joint_fit import Refit, following, refit
-from ..regression.score_test import Block, Score
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import CandidateBlock, ScoreResult
 
 _SURELY = 3.0  # standard deviations below 0
 
 
-def negative_losses(at: Refit) -> tuple[int, ...]:
+def negative_losses(at: JointFit) -> tuple[int, ...]:
     """Losses of the declared model that come out surely negative: places among its coefficients."""
     model, count = at.hypothesis.model, len(at.started)
     found = []
@@ -26,7 +26,7 @@ def negative_losses(at: Refit) -> tuple[int, ...]:
     return tuple(found)
 
 
-def without_gain_of_energy(found: Refit, pool: Executor) -> Refit:
+def without_gain_of_energy(found: JointFit, pool: Executor) -> JointFit:
     """The refit, or another one with the losses that would feed energy into the motion held at 0.
 
     Raises LostTrajectoryError, LinAlgError.
@@ -35,16 +35,16 @@ def without_gain_of_energy(found: Refit, pool: Executor) -> Refit:
     if not negative:
         return found
     held = replace(found.hypothesis, gone=tuple(sorted({*found.hypothesis.gone, *negative})))
-    return refit(found.started, held, pool, *following(found, held))
+    return fit_jointly(found.started, held, pool, *starting_point(found, held))
 
 
-def signs_allowed(at: Refit) -> bool:
+def signs_allowed(at: JointFit) -> bool:
     """True if no strength has a sign that physics forbids."""
     pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
     return all(c.allows(float(at.strengths[s][0])) for c, s in pairs)
 
 
-def step_allowed(blocks: Sequence[Block], score: Score) -> bool:
+def step_allowed(blocks: Sequence[CandidateBlock], score: ScoreResult) -> bool:
     """The same for a linear step."""
     place = 0
     for b in blocks:

@@ -18,10 +18,10 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import Refit, following, refit
-from ..regression.score_test import Block, Picture, Score, picture
-from .component_search import leftovers, side_modes, steady, tones, transients
-from .omnibus_test import Residues, residues
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
+from .component_search import shot_residuals, side_modes, steady_tones, tones, transients
+from .omnibus_test import OmnibusTest, omnibus_test
 from .sign_constraints import signs_allowed, step_allowed, without_gain_of_energy
 from .significance import LEVEL, log_chance
 from .subsets import pairs, singles, triples
@@ -35,11 +35,11 @@ _MOST_ADDITIVE = 6
 _MOST_MOVES = 5  # from place to place
 _SHARP = 0.5  # fall of chi^2 that makes another move worth while
 
-Progress = Callable[[str, float], None]
+ProgressCallback = Callable[[str, float], None]
 
 
 @dataclass(frozen=True)
-class Tried:
+class CandidateTest:
     """A candidate set with its evidence."""
 
     candidates: tuple[Candidate, ...]
@@ -51,7 +51,7 @@ class Tried:
 
 
 @dataclass(frozen=True)
-class Found:
+class Selection:
     """The end of a search.
 
     Attributes:
@@ -66,18 +66,20 @@ class Found:
         forbidden: the best set fits only with a sign that physics does not allow.
     """
 
-    base: Refit
-    best: Refit
-    picture: Picture
-    residues: Residues
-    before: Residues
-    tried: tuple[Tried, ...]
+    base: JointFit
+    best: JointFit
+    picture: ScoreTable
+    residues: OmnibusTest
+    before: OmnibusTest
+    tried: tuple[CandidateTest, ...]
     trials: float
-    look_again: Callable[[Refit], Picture]
+    look_again: Callable[[JointFit], ScoreTable]
     forbidden: tuple[Candidate, ...] = ()
 
 
-def search(base: Refit, candidates: Sequence[Candidate], pool: Executor, tell: Progress) -> Found:
+def select_effects(
+    base: JointFit, candidates: Sequence[Candidate], pool: Executor, tell: ProgressCallback
+) -> Selection:
     """Add effects to the declared model until nothing that has a name is left.
 
     candidates: torque and receiver candidates; additive ones are looked for here.
@@ -91,14 +93,14 @@ def search(base: Refit, candidates: Sequence[Candidate], pool: Executor, tell: P
 class _Search:
     """State of a search."""
 
-    def __init__(self, base: Refit, named: list[Candidate], pool: Executor, tell: Progress) -> None:
+    def __init__(self, base: JointFit, named: list[Candidate], pool: Executor, tell: ProgressCallback) -> None:
         self._base, self._named, self._pool, self._tell = base, named, pool, tell
         self._trials = float(len(named) + len(transients(base)) + 3)
-        self._scanned: tuple[Refit, tuple[list[Candidate], list[Candidate]]] | None = None
+        self._scanned: tuple[JointFit, tuple[list[Candidate], list[Candidate]]] | None = None
 
-    def run(self) -> Found:
+    def run(self) -> Selection:
         """Alternate between effects of each shot's own and sets of common ones."""
-        before = residues(self._base, self._pool)
+        before = omnibus_test(self._base, self._pool)
         self._tell("scores of all candidates", 0.25)
         root, best = self._base, self._base
         first = seen = self._picture(root)
@@ -128,31 +130,33 @@ class _Search:
                 continue
             better, forbidden = self._sharpened(better), ()
             best, seen = better, self._picture(better)
-        after = residues(best, self._pool) if best is not self._base else before
-        return Found(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
+        after = omnibus_test(best, self._pool) if best is not self._base else before
+        return Selection(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
 
-    def _scan(self, at: Refit) -> tuple[list[Candidate], list[Candidate]]:
+    def _scan(self, at: JointFit) -> tuple[list[Candidate], list[Candidate]]:
         """(tones, side modes) in what a refit leaves over; looked for once."""
         if self._scanned is None or self._scanned[0] is not at:
-            left = leftovers(at, self._pool)
+            left = shot_residuals(at, self._pool)
             sides = side_modes(at, left)
-            lines = [*tones(at, left), *steady(at, sides)]
+            lines = [*tones(at, left), *steady_tones(at, sides)]
             self._scanned = at, (lines, [c for c in sides if not self._steady(at, c, lines)])
         return self._scanned[1]
 
-    def _steady(self, at: Refit, side: Candidate, lines: Sequence[Candidate]) -> bool:
+    def _steady(self, at: JointFit, side: Candidate, lines: Sequence[Candidate]) -> bool:
         """True if a tone that does not decay explains more than the decaying one."""
         f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.started[0].time_s[-1])
         near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
         return bool(near) and max(self._own_gain(at, c)[0] for c in near) >= self._own_gain(at, side)[0]
 
-    def _picture(self, at: Refit) -> Picture:
+    def _picture(self, at: JointFit) -> ScoreTable:
         taken = {c.key for c in at.hypothesis.effects}
         shared = [c for c in self._scan(at)[1] if c.shared]
-        offered = [c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _twin(c, at)]
-        return picture(at, offered, self._pool)
+        offered = [
+            c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _same_effect_in(c, at)
+        ]
+        return score_table(at, offered, self._pool)
 
-    def _singles(self, seen: Picture) -> tuple[Tried, ...]:
+    def _singles(self, seen: ScoreTable) -> tuple[CandidateTest, ...]:
         """Every candidate by itself, the most surprising first."""
         rows = []
         for block in seen.blocks:
@@ -161,13 +165,13 @@ class _Search:
                 c = block.candidate
                 log_p = log_chance(score.gain, c.size, self._trials * c.trials)
                 rows.append(
-                    Tried(
+                    CandidateTest(
                         (c,), tuple(score.strengths), tuple(score.sd), score.gain, log_p, step_allowed([block], score)
                     )
                 )
         return tuple(sorted(rows, key=lambda t: (t.log_p, -t.gain)))
 
-    def _best_common(self, seen: Picture) -> float:
+    def _best_common(self, seen: ScoreTable) -> float:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
         floor = _NEGLIGIBLE * max(self._base.chi2 - seen.refit.chi2, 0.0) / seen.refit.noise_factor
         best = 0.0
@@ -177,20 +181,20 @@ class _Search:
                     best = min(best, self._log_p(blocks, score, trials))
         return best
 
-    def _log_p(self, blocks: Sequence[Block], score: Score, more: float = 1.0) -> float:
+    def _log_p(self, blocks: Sequence[CandidateBlock], score: ScoreResult, more: float = 1.0) -> float:
         trials = self._trials * more
         for b in blocks:
             trials *= b.candidate.trials
         return log_chance(score.gain, sum(b.candidate.size for b in blocks), trials)
 
-    def _best_own(self, at: Refit) -> tuple[float, Candidate] | None:
+    def _best_own(self, at: JointFit) -> tuple[float, Candidate] | None:
         """The most surprising effect that every shot has for itself."""
         lines, sides = self._scan(at)
         offered = [*lines, *(c for c in sides if not c.shared)]
         floor = _NEGLIGIBLE * max(self._base.chi2 - at.chi2, 0.0)
         best: tuple[float, Candidate] | None = None
         for c in offered:
-            if _twin(c, at):
+            if _same_effect_in(c, at):
                 continue
             gain, directions = self._own_gain(at, c)
             if gain * at.noise_factor > floor:
@@ -199,7 +203,7 @@ class _Search:
                     best = log_p, c
         return best
 
-    def _own_gain(self, at: Refit, candidate: Candidate) -> tuple[float, int]:
+    def _own_gain(self, at: JointFit, candidate: Candidate) -> tuple[float, int]:
         """Fall of chi^2 over the noise factor, and the number of columns."""
 
         def one(k: int) -> tuple[float, int]:
@@ -214,8 +218,8 @@ class _Search:
         return sum(p[0] for p in parts) / at.noise_factor, sum(p[1] for p in parts)
 
     def _grown(
-        self, first: Picture, seen: Picture, best: Refit, size: int
-    ) -> tuple[Refit | None, tuple[Candidate, ...]]:
+        self, first: ScoreTable, seen: ScoreTable, best: JointFit, size: int
+    ) -> tuple[JointFit | None, tuple[Candidate, ...]]:
         """The best refit with a set of this size; None if it is no better than what there is."""
         leaders = self._leaders(first, seen, size)
         fits = [f for f in (self._allowed_refit(h, start) for h, start in leaders) if f is not None]
@@ -230,7 +234,7 @@ class _Search:
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
-    def _sharpened(self, at: Refit) -> Refit:
+    def _sharpened(self, at: JointFit) -> JointFit:
         """With the hidden scales and places of its common effects where chi^2 is least."""
         for share in (1.0, 0.4, 0.15):
             for _ in range(_MOST_MOVES):
@@ -241,12 +245,12 @@ class _Search:
                     break
         return at
 
-    def _sharper(self, at: Refit, c: Candidate, share: float) -> Refit:
+    def _sharper(self, at: JointFit, c: Candidate, share: float) -> JointFit:
         """One effect at the best of its neighbouring places; the refit itself if none is better."""
         beside = self._refit(at.hypothesis.without(c), at)
         if beside is None or c.near is None:
             return at
-        seen = picture(beside, [replace(v, parts=()) for v in c.near(share)], self._pool)
+        seen = score_table(beside, [replace(v, parts=()) for v in c.near(share)], self._pool)
         scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
         if not scores:
             return at
@@ -254,7 +258,7 @@ class _Search:
         trial = self._allowed_refit(beside.hypothesis.plus(sharp), beside)
         return at if trial is None or trial.chi2 >= at.chi2 else trial
 
-    def _sharpened_own(self, at: Refit, c: Candidate) -> Candidate:
+    def _sharpened_own(self, at: JointFit, c: Candidate) -> Candidate:
         """The same for an effect of every shot's own."""
         bin_hz = 1.0 / float(at.started[0].time_s[-1])
         for share in (1.0, 0.3):
@@ -263,7 +267,7 @@ class _Search:
                 c = max(c.near(scale), key=lambda v: self._own_gain(at, v)[0])
         return c
 
-    def _leaders(self, first: Picture, seen: Picture, size: int) -> list[tuple[Hypothesis, Refit]]:
+    def _leaders(self, first: ScoreTable, seen: ScoreTable, size: int) -> list[tuple[Hypothesis, JointFit]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
         sets = {1: singles, 2: pairs, 3: triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if step_allowed(blocks, score)]
@@ -274,7 +278,7 @@ class _Search:
                 for blocks, score in singles(seen) if step_allowed(blocks, score)
             ]  # fmt: skip
         proposals.sort(key=lambda p: -p[0])
-        chosen: list[tuple[Hypothesis, Refit]] = []
+        chosen: list[tuple[Hypothesis, JointFit]] = []
         known: set[frozenset[object]] = set()
         for gain, at, blocks, _ in proposals:
             if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
@@ -286,7 +290,7 @@ class _Search:
                 chosen.append((hypothesis, at.refit))
         return chosen
 
-    def _allowed_refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
+    def _allowed_refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:
         """A refit without losses that would feed energy into the motion: these are held at 0."""
         found = self._refit(hypothesis, at)
         try:
@@ -294,16 +298,16 @@ class _Search:
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return None
 
-    def _refit(self, hypothesis: Hypothesis, at: Refit) -> Refit | None:
+    def _refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:
         """From another refit; None if the motion is lost."""
         try:
             # What is new begins at 0, so that the shots' own parameters can follow it.
-            return refit(self._base.started, hypothesis, self._pool, *following(at, hypothesis))
+            return fit_jointly(self._base.started, hypothesis, self._pool, *starting_point(at, hypothesis))
         except (LostTrajectoryError, np.linalg.LinAlgError):
             return None
 
 
-def _twin(candidate: Candidate, at: Refit) -> bool:
+def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:
     """True if a hidden scale or a place of the same effect is in the refit already."""
     for c in at.hypothesis.effects:
         if c.effect is not candidate.effect:

@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from ..regression.score_test import Block, Picture, Score
+from ..regression.score_test import CandidateBlock, ScoreResult, ScoreTable
 
 _PAIRS_FROM = 12  # blocks, for pairs with more than two columns
 _NARROW_PAIRS = 80
@@ -14,17 +14,17 @@ _TOLD_APART = 1e-6  # share of two columns' power that must differ
 _TRIPLES_FROM = 12  # pairs
 _THIRDS_FROM = 24
 
-Sets = list[tuple[list[Block], Score]]
+Sets = list[tuple[list[CandidateBlock], ScoreResult]]
 
 
-def singles(seen: Picture) -> Sets:
+def singles(seen: ScoreTable) -> Sets:
     """Every candidate by itself."""
     scores = [([b], seen.gain([b])) for b in seen.blocks]
     found = [(b, s) for b, s in scores if s is not None]
     return sorted(found, key=lambda pair: -pair[1].gain)
 
 
-def pairs(seen: Picture) -> Sets:
+def pairs(seen: ScoreTable) -> Sets:
     """The best pairs; of single columns all are looked at, because two effects can hide each other."""
     some = [blocks[0] for blocks, _ in singles(seen)][:_PAIRS_FROM]
     wide = [(a, b) for a, b in itertools.combinations(some, 2) if len(a.where) + len(b.where) > 2]
@@ -34,7 +34,7 @@ def pairs(seen: Picture) -> Sets:
     return sorted(found, key=lambda pair: -pair[1].gain)
 
 
-def _best_narrow_pairs(seen: Picture) -> list[tuple[Block, Block]]:
+def _best_narrow_pairs(seen: ScoreTable) -> list[tuple[CandidateBlock, CandidateBlock]]:
     """Pairs of blocks of one column each that promise most, by the formula for two columns."""
     blocks = [b for b in seen.blocks if len(b.where) == 1]
     information, gradient = seen.beside_accepted([b.where[0] for b in blocks])
@@ -49,7 +49,7 @@ def _best_narrow_pairs(seen: Picture) -> list[tuple[Block, Block]]:
     return [(blocks[rows[k]], blocks[columns[k]]) for k in best]
 
 
-def triples(seen: Picture) -> Sets:
+def triples(seen: ScoreTable) -> Sets:
     """The best pairs, each with a third."""
     thirds = [blocks[0] for blocks, _ in singles(seen)][:_THIRDS_FROM]
     found = []
@@ -62,7 +62,7 @@ def triples(seen: Picture) -> Sets:
     return sorted(found, key=lambda item: -item[1].gain)
 
 
-def _compatible(a: Block, b: Block) -> bool:
+def _compatible(a: CandidateBlock, b: CandidateBlock) -> bool:
     """False for two scales of one effect, which are one effect."""
     if a.candidate.effect is not b.candidate.effect:
         return True

@@ -11,24 +11,24 @@ import numpy as np
 
 from platform_daemon.estimation.numerics.arrays import Array
 
-from ..regression.joint_fit import Refit, refit
-from ..shots.shot import Started, whitening_for
-from .component_search import leftovers, tones
+from ..regression.joint_fit import JointFit, fit_jointly
+from ..shots.shot import PreparedShot, whitening_for
+from .component_search import shot_residuals, tones
 
 
-def beside_tones(base: Refit, pool: Executor) -> Refit:
+def with_tone_free_noise(base: JointFit, pool: Executor) -> JointFit:
     """The joint fit again, with noise spectra bridged at the tones; as it is where there are none.
 
     The quiet parts that tell the noise hold the tones too. Counted as noise they would hide themselves, and chi^2 per
     degree of freedom would fall below 1 once they are explained.
     """
-    found = np.array([f for c in tones(base, leftovers(base, pool)) for f in c.tones_hz])
+    found = np.array([f for c in tones(base, shot_residuals(base, pool)) for f in c.tones_hz])
     if not found.size:
         return base
-    return refit(_quieter(base.started, found), base.hypothesis, pool, base.states)
+    return fit_jointly(_quieter(base.started, found), base.hypothesis, pool, base.states)
 
 
-def _quieter(started: Sequence[Started], tones_hz: Array) -> list[Started]:
+def _quieter(started: Sequence[PreparedShot], tones_hz: Array) -> list[PreparedShot]:
     out = []
     for s in started:
         shot = replace(s.shot, noise=s.shot.noise.without_tones(tones_hz))

@@ -19,35 +19,37 @@ from platform_daemon.estimation.refusal import RefusedError
 from platform_daemon.estimation.solve import solve
 from platform_daemon.estimation.task import task_of
 
-from .shot import Shot, Started, grids_for, whitening_for
+from .shot import DiagnosisShot, PreparedShot, grids_for, whitening_for
 
 _LEFT = 0.12  # of the first amplitude: what is below says little and may be stuck
 
 
 @dataclass(frozen=True)
-class Refused:
+class UnfittedShot:
     """A shot that cannot be looked at, and why."""
 
-    shot: Shot
+    shot: DiagnosisShot
     reason: str
 
 
-def start(shots: Sequence[Shot], model: RingDownModel, pool: Executor) -> tuple[list[Started], list[Refused]]:
+def initial_fits(
+    shots: Sequence[DiagnosisShot], model: RingDownModel, pool: Executor
+) -> tuple[list[PreparedShot], list[UnfittedShot]]:
     """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record."""
     results = list(pool.map(lambda shot: _start(shot, model), shots))
-    started = [r for r in results if isinstance(r, Started)]
-    return _on_one_side(started, model), [r for r in results if isinstance(r, Refused)]
+    started = [r for r in results if isinstance(r, PreparedShot)]
+    return _on_one_side(started, model), [r for r in results if isinstance(r, UnfittedShot)]
 
 
-def _on_one_side(started: Sequence[Started], model: RingDownModel) -> list[Started]:
+def _on_one_side(started: Sequence[PreparedShot], model: RingDownModel) -> list[PreparedShot]:
     """Every shot as the twin (phi -> -phi) nearest to the first shot: common strengths and means need one side.
 
     Where e_v is perpendicular to x, noise decides which of the two a fit finds.
     """
-    return [replace(s, state=_nearer_twin(s.state, started[0].state, model)) for s in started]
+    return [replace(s, state=_nearer_mirror_image(s.state, started[0].state, model)) for s in started]
 
 
-def _nearer_twin(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
+def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
     """The state, or its twin if that is turned less against the reference."""
     here, there = state.observation, reference.observation
     if not (isinstance(here, DipoleObservation) and isinstance(there, DipoleObservation)):
@@ -57,19 +59,19 @@ def _nearer_twin(state: FitState, reference: FitState, model: RingDownModel) -> 
     return replace(state.mirrored(model), observation=here.turned())
 
 
-def _start(shot: Shot, model: RingDownModel) -> Started | Refused:
+def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | UnfittedShot:
     try:
         _, fitted = solve(task_of(shot.record, "d30", shot.noise, {}), model)
         state = by_convention(fitted.state, model)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:
-        return Refused(shot, str(error))
+        return UnfittedShot(shot, str(error))
     frequency_hz = state.dynamics.w / (2.0 * math.pi)
     grids = grids_for(shot.record, last, frequency_hz)
-    return Started(shot, state, grids, whitening_for(shot, grids, frequency_hz))
+    return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
 
 
-def _end(shot: Shot, model: RingDownModel, state: FitState) -> int:
+def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
     """Sample at which the motion has become small."""
     record = shot.record
     times, sizes = turning_points(model, state.dynamics, record.end * record.dt_s)

@@ -14,13 +14,13 @@ from platform_daemon.estimation.numerics.finite_differences import REACH, deriva
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, Trajectory
 
-from .shot import Started
+from .shot import PreparedShot
 
 _LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
 
 @dataclass(frozen=True)
-class Look:
+class Linearisation:
     """A shot at a state of a model, on its grids, all pieces side by side.
 
     Attributes:
@@ -34,7 +34,7 @@ class Look:
             f2.
     """
 
-    started: Started
+    started: PreparedShot
     state: FitState
     odd: Array
     even: Array
@@ -44,7 +44,7 @@ class Look:
     even_jacobian: Array
 
     @classmethod
-    def of_basis(cls, started: Started, state: FitState, basis: Array) -> Look:
+    def of_basis(cls, started: PreparedShot, state: FitState, basis: Array) -> Linearisation:
         """The model's channels only, from the kernel's basis (b, m): no residual, no Jacobian."""
         d, gains = state.dynamics, state.observation.gains(state.dynamics.w)
         odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
@@ -52,7 +52,7 @@ class Look:
         nothing = np.zeros((0, *odd.shape))
         return cls(started, state, odd, even, slopes, nothing, nothing, nothing)
 
-    def moved(self, parameter: int, step: float) -> Look:
+    def moved(self, parameter: int, step: float) -> Linearisation:
         """The model's channels after a small step of a parameter, to first order; not of an offset."""
         even = step * self.even_jacobian[parameter]
         odd = step * self.jacobian[parameter] - even
@@ -123,7 +123,7 @@ class Look:
         return np.asarray(self.started.shot.to_volts @ self.signal)
 
 
-def look(started: Started, model: RingDownModel, state: FitState) -> Look:
+def linearise_signal(started: PreparedShot, model: RingDownModel, state: FitState) -> Linearisation:
     """Evaluate a state.
 
     Raises:
@@ -132,13 +132,13 @@ def look(started: Started, model: RingDownModel, state: FitState) -> Look:
     basis = basis_at(started, model, state)
     if not np.abs(basis).max() < _LARGEST:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
-    seen = Look.of_basis(started, state, basis)
+    seen = Linearisation.of_basis(started, state, basis)
     residual = started.data - seen.signal - state.offsets[:, None]
     jacobian, even = _jacobian(model, state, basis)
     return replace(seen, residual=residual, jacobian=jacobian, even_jacobian=even)
 
 
-def basis_at(started: Started, model: RingDownModel, state: FitState) -> Array:
+def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
     """The kernel's basis at the instants, (b, m)."""
     d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
     # Torques that depend on time are integrated once; the others have tables.

@@ -24,7 +24,7 @@ _WHITE = 0.02  # relative differences of the noise's level in the band that do n
 
 
 @dataclass(frozen=True)
-class Shot:
+class DiagnosisShot:
     """A ring-down with its measured noise.
 
     Attributes:
@@ -58,7 +58,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Grid:
+class SampleGrid:
     """Instants t = i factor / rate, first <= i < last, of a piece of a record: every sample, or decimated.
 
     taps: low-pass filter of the decimation; its pass band is flat to 1e-6 up to 6.5 fundamentals, so that the model
@@ -92,7 +92,7 @@ class Grid:
         return np.asarray(filtered[:, skip : skip + self.count])
 
 
-def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[Grid, ...]:
+def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[SampleGrid, ...]:
     """Grids that cover samples valid_from .. last-1: the start in full, the rest decimated if it is long.
 
     frequency_hz: of the fundamental.
@@ -100,14 +100,14 @@ def grids_for(record: RingDownRecord, last: int, frequency_hz: float) -> tuple[G
     first, rate = record.valid_from, record.sampling_rate_hz
     factor = min(int(rate / (2.0 * _GUARD * frequency_hz)), (last - first) // _ENOUGH)
     if factor < 2:
-        return (Grid(1, first, last),)
+        return (SampleGrid(1, first, last),)
     taps = _low_pass(rate, factor, frequency_hz)
     half = taps.size // 2
     begin = -(-max(first + half, first + round(_START_S * rate)) // factor)
     end = (last - half) // factor
     if end - begin < _ENOUGH // 4:
-        return (Grid(1, first, last),)
-    return Grid(1, first, begin * factor), Grid(factor, begin, end, taps), Grid(1, end * factor, last)
+        return (SampleGrid(1, first, last),)
+    return SampleGrid(1, first, begin * factor), SampleGrid(factor, begin, end, taps), SampleGrid(1, end * factor, last)
 
 
 def _low_pass(rate_hz: float, factor: int, frequency_hz: float) -> Array:
@@ -143,7 +143,7 @@ class Whitening:
         return np.asarray(scaled.reshape(*columns.shape[:-2], -1))
 
 
-def whitening_for(shot: Shot, grids: tuple[Grid, ...], frequency_hz: float) -> Whitening:
+def whitening_for(shot: DiagnosisShot, grids: tuple[SampleGrid, ...], frequency_hz: float) -> Whitening:
     """From the noise's level in the band of the first harmonics; frequency_hz: of the fundamental."""
     level = sd_at(shot.noise, np.array([frequency_hz]), shot.rate_hz)[:, 0]
     ends = np.cumsum([0, *(g.count for g in grids)])
@@ -152,7 +152,7 @@ def whitening_for(shot: Shot, grids: tuple[Grid, ...], frequency_hz: float) -> W
     return Whitening(slices, scale, tuple(_filter(shot, g, frequency_hz, level) for g in grids))
 
 
-def _filter(shot: Shot, grid: Grid, frequency_hz: float, level: Array) -> Array | None:
+def _filter(shot: DiagnosisShot, grid: SampleGrid, frequency_hz: float, level: Array) -> Array | None:
     """Level at the fundamental over that at every bin, held beyond the harmonics; None for white noise."""
     band = np.geomspace(0.3 * frequency_hz, _HARMONICS * frequency_hz, 24)
     levels = sd_at(shot.noise, band, shot.rate_hz) / level[:, None]
@@ -164,12 +164,12 @@ def _filter(shot: Shot, grid: Grid, frequency_hz: float, level: Array) -> Array 
 
 
 @dataclass(frozen=True)
-class Started:
+class PreparedShot:
     """A shot with a fitted state of the declared model, its grids and how its noise is taken out of columns."""
 
-    shot: Shot
+    shot: DiagnosisShot
     state: FitState
-    grids: tuple[Grid, ...]
+    grids: tuple[SampleGrid, ...]
     white: Whitening
 
     @property

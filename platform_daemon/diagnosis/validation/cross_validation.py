@@ -23,9 +23,9 @@ from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryE
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
-from ..regression.joint_fit import Linear, Refit, linearise
+from ..regression.joint_fit import JointFit, LinearisedShot, linearise_shot
 from ..regression.prediction import own_sizes, predicted, window_of
-from ..shots.shot import Started
+from ..shots.shot import PreparedShot
 
 _OWN = 0.3  # of the window
 _SPLIT = 0.7  # of the window of a single shot
@@ -35,7 +35,7 @@ _FRACTIONS = (1.0, 0.3, 0.1, 0.03)
 
 
 @dataclass(frozen=True)
-class Score:
+class HeldOutScore:
     """Sums over all samples of the scored parts: chi^2, its expectation, squares of the residual and of the data.
 
     chi2: counts the errors of the prediction too, so that it is dof if nothing but noise is left.
@@ -61,48 +61,48 @@ class Score:
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class CrossValidation:
     """Scores of every shot, None where its prediction leads nowhere."""
 
-    by_shot: tuple[Score | None, ...]
+    by_shot: tuple[HeldOutScore | None, ...]
 
     @property
-    def total(self) -> Score:
+    def total(self) -> HeldOutScore:
         """Of all shots that could be predicted."""
         good = [s for s in self.by_shot if s is not None]
         if not good:
-            return Score(math.inf, 1.0, math.inf, 1.0, math.inf)
+            return HeldOutScore(math.inf, 1.0, math.inf, 1.0, math.inf)
         sums = [sum(getattr(s, name) for s in good) for name in ("chi2", "dof", "squares", "energy", "whole")]
-        return Score(*sums)
+        return HeldOutScore(*sums)
 
-    def worse_by(self, other: HeldOut) -> float:
+    def worse_by(self, other: CrossValidation) -> float:
         """Rise of chi^2 against another hypothesis; infinite for one that cannot predict what the other can."""
         rises = [_rise(a, b) for a, b in zip(self.by_shot, other.by_shot, strict=True)]
         return math.inf if math.inf in rises else sum(rises)
 
 
-def _rise(a: Score | None, b: Score | None) -> float:
+def _rise(a: HeldOutScore | None, b: HeldOutScore | None) -> float:
     """Of one shot's chi^2 from b to a."""
     if a is None or b is None:
         return 0.0 if a is b else math.inf if a is None else -math.inf
     return a.whole - b.whole
 
 
-def held_out(at: Refit, pool: Executor) -> HeldOut:
+def cross_validate(at: JointFit, pool: Executor) -> CrossValidation:
     """Score a hypothesis by data that were not used for it."""
     count = len(at.started)
     work = _split_in_time if count == 1 else _leave_out
-    return HeldOut(tuple(pool.map(lambda k: _guarded(work, at, k), range(count))))
+    return CrossValidation(tuple(pool.map(lambda k: _guarded(work, at, k), range(count))))
 
 
-def _guarded(work, at: Refit, k: int) -> Score | None:  # type: ignore[no-untyped-def]
+def _guarded(work, at: JointFit, k: int) -> HeldOutScore | None:  # type: ignore[no-untyped-def]
     try:
         return work(at, k)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
 
-def _leave_out(at: Refit, k: int) -> Score:
+def _leave_out(at: JointFit, k: int) -> HeldOutScore:
     """Predict shot k from the others."""
     others = [j for j in range(len(at.started)) if j != k]
     strengths, sure = _strengths_without(at, k)
@@ -122,13 +122,13 @@ def _leave_out(at: Refit, k: int) -> Score:
     return _scored(at.started[k], at.hypothesis, state, strengths, keep, _OWN, whole, known)
 
 
-def _split_in_time(at: Refit, k: int) -> Score:
+def _split_in_time(at: JointFit, k: int) -> HeldOutScore:
     """Predict the end of a shot from its beginning; strengths too are fitted to that alone."""
     started, hypothesis = at.started[k], at.hypothesis
     keep = _rows(started, _SPLIT)
     state, strengths = at.states[k], at.strengths
     for _ in range(_STEPS):
-        linear = linearise(started, hypothesis, state, strengths)
+        linear = linearise_shot(started, hypothesis, state, strengths)
         both = np.concatenate([linear.base(), linear.columns], axis=1)[keep]
         step, fall = _solved(both, linear.residual[keep])
         own = linear.free.size
@@ -149,13 +149,13 @@ def _solved(columns: Array, residual: Array) -> tuple[Array, float]:
     return step / norm, float(residual @ (scaled @ step))
 
 
-def _rows(started: Started, end: float) -> np.ndarray:
+def _rows(started: PreparedShot, end: float) -> np.ndarray:
     """Rows of the instants before this share of the window, bool (channels m,)."""
     time = started.time_s
     return np.tile(time - time[0] < end * (time[-1] - time[0]), started.shot.record.channels)
 
 
-def _strengths_without(at: Refit, k: int) -> tuple[Array, Array]:
+def _strengths_without(at: JointFit, k: int) -> tuple[Array, Array]:
     """Common strengths (q,) from all shots but k, by one linear step, and the root of their information, (q, q)."""
     size = at.hypothesis.size
     if size == 0:
@@ -172,7 +172,7 @@ def _strengths_without(at: Refit, k: int) -> tuple[Array, Array]:
     return np.asarray(at.strengths + solved(matrix, gradient)), root
 
 
-def _places(at: Refit) -> list[int]:
+def _places(at: JointFit) -> list[int]:
     """Parameters of a declared state that the others know: losses and further coefficients, and the moment."""
     coefficients = len(at.hypothesis.model.coefficients)
     state = at.states[0]
@@ -184,7 +184,7 @@ def _is_dipole(state: FitState) -> bool:
     return isinstance(state.observation, DipoleObservation)
 
 
-def _values(at: Refit, state: FitState) -> Array:
+def _values(at: JointFit, state: FitState) -> Array:
     """Their values in a state."""
     moment = [state.observation.m_r] if isinstance(state.observation, DipoleObservation) else []
     own = state.dynamics.values[: len(at.hypothesis.model.coefficients)]
@@ -192,7 +192,7 @@ def _values(at: Refit, state: FitState) -> Array:
     return np.array([*values, *moment])
 
 
-def _known(at: Refit, others: Sequence[int], k: int) -> tuple[Array, Array]:
+def _known(at: JointFit, others: Sequence[int], k: int) -> tuple[Array, Array]:
     """(places' expected change from shot k's own fit, its standard deviation), from the other shots.
 
     How much the shots scatter is told by all of them: two that agree by chance would promise too much for a third.
@@ -216,7 +216,7 @@ def _wide(freedom: int) -> float:
 
 
 def _fitted(
-    started: Started,
+    started: PreparedShot,
     hypothesis: Hypothesis,
     state: FitState,
     strengths: Array,
@@ -233,7 +233,7 @@ def _fitted(
     places += [3 + len(hypothesis.model.coefficients)] if _is_dipole(state) else []
     prior = np.zeros((mean.size, hypothesis.reduced(state).size))
     prior[np.arange(mean.size), places] = 1.0 / sd
-    linear, gone = linearise(started, hypothesis, state, strengths), np.zeros(mean.size)
+    linear, gone = linearise_shot(started, hypothesis, state, strengths), np.zeros(mean.size)
     chi2 = _penalised(linear, keep, (mean - gone) / sd)
     for _ in range(_STEPS):
         columns = np.concatenate([linear.base()[keep], prior])
@@ -244,7 +244,7 @@ def _fitted(
         for fraction in _FRACTIONS:
             moved = state.moved(fraction * step)
             try:
-                trial = linearise(started, hypothesis, moved, strengths)
+                trial = linearise_shot(started, hypothesis, moved, strengths)
             except LostTrajectoryError:
                 continue
             there = _penalised(trial, keep, (mean - gone - fraction * step[places]) / sd)
@@ -256,7 +256,7 @@ def _fitted(
     return state, chi2
 
 
-def _uncertain(linear: Linear, keep: np.ndarray, known: Array) -> float:
+def _uncertain(linear: LinearisedShot, keep: np.ndarray, known: Array) -> float:
     """Part of the rest's chi^2 that lies within the errors of the prediction, which is made from the kept rows.
 
     With e the errors of what is predicted, chi^2 = r (1 + e e^T)^-1 r has an expectation of one per sample.
@@ -270,14 +270,14 @@ def _uncertain(linear: Linear, keep: np.ndarray, known: Array) -> float:
     return float(target @ (wide @ step))
 
 
-def _penalised(linear: Linear, keep: np.ndarray, miss: Array) -> float:
+def _penalised(linear: LinearisedShot, keep: np.ndarray, miss: Array) -> float:
     """chi^2 of the kept rows and of what is known."""
     rows = linear.residual[keep]
     return float(rows @ rows + miss @ miss)
 
 
 def _scored(
-    started: Started,
+    started: PreparedShot,
     hypothesis: Hypothesis,
     state: FitState,
     strengths: Array,
@@ -285,12 +285,12 @@ def _scored(
     begin: float,
     whole: float,
     known: Array,
-) -> Score:
+) -> HeldOutScore:
     """Of all samples from the share `begin` of the window on; the shot's own additive effects are fitted to `keep`.
 
     known: (..., parameters of the shot and strengths) what is known of these besides, in standard deviations.
     """
-    linear = linearise(started, hypothesis, state, strengths)
+    linear = linearise_shot(started, hypothesis, state, strengths)
     own = own_sizes(hypothesis, linear, strengths, keep)
     first, last = window_of(started)
     data = started.shot.record.samples[:, first:last]
@@ -300,7 +300,7 @@ def _scored(
     rest = slice(round(begin * (last - first)), None)
     squares = weights[:, 0] * np.sum(left[:, rest] ** 2, axis=1)
     chi2 = float(squares.sum()) - _uncertain(linear, keep, known)
-    return Score(
+    return HeldOutScore(
         chi2, float(left[:, rest].size), float(np.sum(left[:, rest] ** 2)),
         float(np.sum(data[:, rest] ** 2)), whole,
     )  # fmt: skip

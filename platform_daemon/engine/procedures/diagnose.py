@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from drivers.errors import InputError
-from platform_daemon.analysis.diagnose import diagnose_specimen, load_specimen
-from platform_daemon.analysis.model_registry import Variant, digests
+from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
+from platform_daemon.analysis.model_registry import ModelChoice, file_digests
 from platform_daemon.diagnosis import Diagnosis, as_json
 from platform_daemon.diagnosis.findings.next_measurements import Measurement, Proposal
-from platform_daemon.diagnosis.selection.stepwise import Progress
+from platform_daemon.diagnosis.selection.stepwise import ProgressCallback
 
 from ..engine import Engine
 from ..jobs import Job
@@ -53,7 +53,7 @@ class Callbacks:
     """
 
     acquired: Callable[[Job], None] = _wait
-    tell: Progress = lambda what, share: None
+    tell: ProgressCallback = lambda what, share: None
     say: Callable[[str], None] = lambda text: None
     asked: Callable[[Measurement], bool] = lambda step: False
 
@@ -74,7 +74,7 @@ class LiveDiagnosis:
     folder: Path
     budget: Budget
     callbacks: Callbacks = field(default_factory=Callbacks)
-    model: Variant | None = None
+    model: ModelChoice | None = None
     rounds: list[dict[str, Any]] = field(default_factory=list)
     found: Diagnosis | None = None
     stopped: str = "interrupted"
@@ -108,7 +108,7 @@ class LiveDiagnosis:
             "seconds": time.monotonic() - self._began_s,
             "rounds": self.rounds,
             "manual_steps_left": [{"id": k, "what": v} for k, v in self.left.items()],
-            "recordings": digests(self._files),
+            "recordings": file_digests(self._files),
             "files": [str(f) for f in self._files],
             "diagnosis": None if self.found is None else as_json(self.found),
         }
@@ -145,7 +145,7 @@ class LiveDiagnosis:
             entry["seconds"] = time.monotonic() - began
 
     def _diagnosed(self) -> Diagnosis:
-        return diagnose_specimen(load_specimen(self._files, self.model), self.callbacks.tell)
+        return diagnose_input(load_diagnosis_input(self._files, self.model), self.callbacks.tell)
 
     def _free_path(self, key: str) -> Path:
         """A new name: an earlier loop in the same folder is not overwritten."""

@@ -20,15 +20,15 @@ from platform_daemon import __version__
 from platform_daemon.analysis.fit import file_report, fit_frame, fit_table, frame_report, refused_report
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.analysis.model_registry import AdoptedModel, label_of
-from platform_daemon.analysis.noise import hear
+from platform_daemon.analysis.noise import learn_noise
 from platform_daemon.estimation import FitResult, SeriesNoise
 from platform_daemon.estimation.calibration.validity import Conditions
 from platform_daemon.store import Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
 from ..jobs import Cancelled, Job
-from ..latency import be_punctual
-from ..live_estimate import LiveHarmonics
+from ..latency import reduce_latency
+from ..live_estimate import LiveEstimate
 from ..planning import AcquisitionPlan
 from ..shot import RawShot, run_shot
 from .self_test import SelfTest
@@ -38,7 +38,7 @@ MAX_REFUSED_IN_A_ROW = 3
 PAUSE_STEP_S = 0.1
 
 
-class Acquisition:
+class SeriesWork:
     """The work of one acquisition job; call it with the job."""
 
     def __init__(
@@ -48,7 +48,7 @@ class Acquisition:
         target: Path,
         config_text: str,
         fits: Executor,
-        live: LiveHarmonics,
+        live: LiveEstimate,
         *,
         overwrite: bool,
         in_shot: Callable[[], None] = lambda: None,
@@ -76,7 +76,7 @@ class Acquisition:
             job.warnings.append(self._plan.settle.warning)
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
-        be_punctual()
+        reduce_latency()
         with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
             try:
                 with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
@@ -179,7 +179,7 @@ class Acquisition:
         if window is None:
             self._fits.append("no on-line fit was asked for")
             return
-        heard = self._executor.submit(hear, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
+        heard = self._executor.submit(learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
             self._fits.append("a blank shot, without excitation")

@@ -26,7 +26,7 @@ from drivers.calibration import ReceiverEffect
 from .. import RingDownRecord
 from ..numerics.arrays import Array
 
-UNDOABLE = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression", "crosstalk")
+CORRECTABLE = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression", "crosstalk")
 _AXES = "xyz"
 # Central difference of order 8.
 _STENCIL = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 0.0, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -34,14 +34,16 @@ _SPLINE_REACH = 12  # samples after which a quintic spline has forgotten its end
 _STEPS = 8  # of the fixed point: c u^2 < 0.1 is then exact to 1e-8
 
 
-def undone(record: RingDownRecord, sensitivity: Array, effects: Sequence[ReceiverEffect]) -> RingDownRecord:
+def correct_receiver_effects(
+    record: RingDownRecord, sensitivity: Array, effects: Sequence[ReceiverEffect]
+) -> RingDownRecord:
     """A dm/dt record (3, n) without these effects; samples near the ends that they reach beyond are no longer valid."""
     if not effects:
         return record
     u = -sensitivity @ record.samples
     reach = 0
     for effect in effects:
-        u, lost = _undo(u, record.sampling_rate_hz, effect)
+        u, lost = _without_effect(u, record.sampling_rate_hz, effect)
         reach += lost
     return replace(
         record,
@@ -51,7 +53,7 @@ def undone(record: RingDownRecord, sensitivity: Array, effects: Sequence[Receive
     )
 
 
-def _undo(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Array, int]:
+def _without_effect(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Array, int]:
     """The channels without one effect, and how many samples at either end are spoilt."""
     s, out, reach = effect.strength, u.copy(), 0
     if effect.id == "crosstalk":
@@ -60,11 +62,11 @@ def _undo(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Array, int]
         out[_AXES.index(effect.target)] -= s * u[_AXES.index(effect.source)]
         return out, 0
     for c in range(len(u)) if effect.axis is None else [_AXES.index(effect.axis)]:
-        out[c], reach = _undo_channel(u[c], rate_hz, effect)
+        out[c], reach = _corrected_channel(u[c], rate_hz, effect)
     return out, reach
 
 
-def _undo_channel(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Array, int]:
+def _corrected_channel(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Array, int]:
     s = effect.strength
     if effect.id == "channel_gain" and effect.even is not None:
         assert effect.fundamental_hz is not None
@@ -85,7 +87,7 @@ def _undo_channel(u: Array, rate_hz: float, effect: ReceiverEffect) -> tuple[Arr
         for _ in range(_STEPS):
             v = u / (1.0 - s * v**2)
         return v, 0
-    raise ValueError(f"{effect.id} cannot be undone: {', '.join(UNDOABLE)} can")
+    raise ValueError(f"{effect.id} cannot be undone: {', '.join(CORRECTABLE)} can")
 
 
 def _harmonics(u: Array, half_period: float, *, even: bool) -> tuple[Array, int]:

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from ..least_squares.public_parameters import POOR_CHI2, Published, refuse_faint
+from ..least_squares.public_parameters import POOR_CHI2, PublicParameters, refuse_faint
 from ..physics.models import RingDownModel
 from ..refusal import Refusal, RefusedError
-from .collinearity import Tangle, loss_warnings
+from .collinearity import CollinearLosses, loss_warnings
 
 _UNEXPLAINED_R2 = 0.9
 _MISFIT = 6.0  # standard deviations of chi^2
@@ -40,7 +40,7 @@ def is_much_or_hidden(chi2: float, signal: float, dof: int) -> bool:
     return chi2 - dof > unseen or _LEFT_BY_WRONG * signal < unseen
 
 
-def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
+def refuse_untrustworthy(model: RingDownModel, public: PublicParameters) -> None:
     """Numbers that are not finite, or mean nothing beside their own error, are no result."""
     if not (np.isfinite(public.covariance).all() and (public.covariance.diagonal() > 0.0).all()):
         raise RefusedError(Refusal.NO_CONVERGENCE, "the covariance is not positive")
@@ -51,7 +51,9 @@ def refuse_untrustworthy(model: RingDownModel, public: Published) -> None:
         raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
 
 
-def doubts(model: RingDownModel, public: Published, tangle: Tangle | None, periods: float) -> tuple[str, ...]:
+def doubts(
+    model: RingDownModel, public: PublicParameters, tangle: CollinearLosses | None, periods: float
+) -> tuple[str, ...]:
     """Named warnings about the parameters of a good result of a window of so many periods."""
     warnings = [*loss_warnings(model, public, tangle)]
     if periods < _FEW_PERIODS:

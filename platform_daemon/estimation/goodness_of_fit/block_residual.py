@@ -13,11 +13,11 @@ from ..noise.coloured import sd_at
 from ..noise.model import NoiseModel
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import Dynamics, Trajectory
+from ..physics.trajectory.direct import MotionParameters, Trajectory
 from ..record import RingDownRecord
 from ..screening.frequency_search import block_means
 from ..screening.windows import SampleRange
-from .noise_floor import POINTS_PER_PERIOD, Floor, floor_of
+from .noise_floor import POINTS_PER_PERIOD, NoiseFloor, noise_floor_of
 from .residual import Residual
 
 _POINTS_PER_PERIOD = 12.0  # the band reaches to six times the fundamental: all harmonics that matter
@@ -69,7 +69,7 @@ def _means(
     return data, gains @ _integrated(workspace.model, *at)
 
 
-def _widening(floor: Floor, state: FitState, noise: NoiseModel, noise_sd: Array, rate_hz: float) -> float:
+def _widening(floor: NoiseFloor, state: FitState, noise: NoiseModel, noise_sd: Array, rate_hz: float) -> float:
     """By how much the variances of an angle's fit are too small; the fit weighs with the noise at the fundamental."""
     sd = max(float(sd_at(noise, np.array([_frequency_hz(state)]), rate_hz)[0, 0]), float(noise_sd[0]))
     return floor.widening(sd, rate_hz)
@@ -80,16 +80,16 @@ def _frequency_hz(state: FitState) -> float:
     return 0.5 * state.dynamics.w / math.pi
 
 
-def _floor(record: RingDownRecord, workspace: Workspace, state: FitState, chosen: SampleRange) -> Floor | None:
+def _floor(record: RingDownRecord, workspace: Workspace, state: FitState, chosen: SampleRange) -> NoiseFloor | None:
     """What the residual of an angle tells of its noise."""
     block = _block(record, state, POINTS_PER_PERIOD)
     data, model = _means(record, workspace, state, chosen, block, np.full(1, 1e-9 * abs(state.dynamics.amplitude)))
     n = int(prev_fast_len(data.shape[1], real=True))
-    return floor_of((data - model)[0, :n], record.sampling_rate_hz / block, _frequency_hz(state))
+    return noise_floor_of((data - model)[0, :n], record.sampling_rate_hz / block, _frequency_hz(state))
 
 
 def _integrated(
-    model: RingDownModel, dynamics: Dynamics, first: int, blocks: int, block: int, dt_s: float, observable: int
+    model: RingDownModel, dynamics: MotionParameters, first: int, blocks: int, block: int, dt_s: float, observable: int
 ) -> Array:
     """Block means (2, blocks) of the directly integrated motion, a stretch at a time."""
     trajectory = Trajectory(model, dynamics, (first + blocks * block) * dt_s)

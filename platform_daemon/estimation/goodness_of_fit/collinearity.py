@@ -10,8 +10,8 @@ from itertools import combinations
 import numpy as np
 
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.progressive import Problem
-from ..least_squares.public_parameters import Published
+from ..least_squares.progressive import FitProblem
+from ..least_squares.public_parameters import PublicParameters
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
 from ..physics.trajectory.direct import LostTrajectoryError
@@ -25,7 +25,7 @@ _SURELY = 3.0
 
 
 @dataclass(frozen=True)
-class Tangle:
+class CollinearLosses:
     """Two losses of which a window determines the sum only.
 
     Attributes:
@@ -37,17 +37,17 @@ class Tangle:
     correlation: float
 
 
-def tangled_losses(model: RingDownModel, public: Published) -> Tangle | None:
+def collinear_losses(model: RingDownModel, public: PublicParameters) -> CollinearLosses | None:
     """The pair of free losses with the largest correlation, if the window cannot tell them apart.
 
     It cannot where the errors of the two are nearly opposite and both are uncertain by more than a fifth.
     """
     free = [n for n in model.losses if n in public.names]
-    found = [t for pair in combinations(free, 2) if (t := _tangle(public, *pair)) is not None]
+    found = [t for pair in combinations(free, 2) if (t := _collinear(public, *pair)) is not None]
     return max(found, key=lambda t: abs(t.correlation), default=None)
 
 
-def _tangle(public: Published, one: str, other: str) -> Tangle | None:
+def _collinear(public: PublicParameters, one: str, other: str) -> CollinearLosses | None:
     """The pair, if the window cannot tell it apart."""
     i, j = public.names.index(one), public.names.index(other)
     covariance = public.covariance
@@ -59,10 +59,10 @@ def _tangle(public: Published, one: str, other: str) -> Tangle | None:
     better, worse = sorted(errors, key=lambda name: errors[name])
     if abs(correlation) < _TANGLED or errors[better] < _UNSEPARATED:
         return None
-    return Tangle((better, worse), correlation)
+    return CollinearLosses((better, worse), correlation)
 
 
-def tangle_warning(tangle: Tangle, enough_s: float | None) -> str:
+def collinearity_warning(tangle: CollinearLosses, enough_s: float | None) -> str:
     """Losses that the window cannot tell apart; enough_s: the window that would, None if there is no such."""
     if enough_s is None:
         longer = "the motion ends before a longer window tells them"
@@ -80,7 +80,7 @@ def _rounded_up(seconds: float) -> float:
     return math.ceil(seconds / step) * step
 
 
-def loss_warnings(model: RingDownModel, public: Published, tangle: Tangle | None) -> Iterator[str]:
+def loss_warnings(model: RingDownModel, public: PublicParameters, tangle: CollinearLosses | None) -> Iterator[str]:
     """Losses that feed energy in, or that are not there."""
     for name in model.losses:
         loss = public.parameters[name]
@@ -102,7 +102,7 @@ _UNTANGLED = 0.98  # correlation
 
 
 def separating_window_s(
-    problem: Problem, state: FitState, residual: Residual, public: Published, tangle: Tangle
+    problem: FitProblem, state: FitState, residual: Residual, public: PublicParameters, tangle: CollinearLosses
 ) -> float | None:
     """The window in s, or None if the motion ends before the two losses can be told apart.
 
@@ -129,7 +129,7 @@ def separating_window_s(
     return None
 
 
-def _plausible(public: Published, tangle: Tangle, stds: Array) -> Array:
+def _plausible(public: PublicParameters, tangle: CollinearLosses, stds: Array) -> Array:
     """Values of the two losses, (2, points), along their well-known sum: neither negative, not far from the fit."""
     one, other = (public.parameters[name].value for name in tangle.names)
     slope = -float(stds[1] / stds[0])
@@ -152,7 +152,7 @@ def _is_told(relative: Array, correlation: float) -> bool:
 
 
 def _errors(
-    problem: Problem, state: FitState, residual: Residual, losses: list[int], look: float
+    problem: FitProblem, state: FitState, residual: Residual, losses: list[int], look: float
 ) -> list[tuple[float, Array, float]]:
     """(window in s, errors of the two losses, their correlation) for the window itself and ever longer ones."""
     step_s, blocks = 1.0 / residual.rate_hz, residual.scaled.shape[1]

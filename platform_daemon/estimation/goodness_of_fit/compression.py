@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .residual_jacobian import Leftover, known_of, noise_of, without
+from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
 
 _POWERS = (3, 5)
 
@@ -29,19 +29,19 @@ class Compression:
     at_peak: float
 
 
-def find_compression(given: Leftover) -> Compression | None:
+def find_compression(given: LinearisedResidual) -> Compression | None:
     """Powers of each channel's own motion, added to the fit in linear approximation; None: nothing is left over."""
     channels = given.scaled.shape[0]
-    known = known_of(given)
-    left = without(given.scaled, known)
-    noise = noise_of(left)
+    known = fitted_subspace(given)
+    left = projected_out(given.scaled, known)
+    noise = noise_power(left)
     misfit = float(np.sum(left**2)) - noise * left.size
     peaks = np.max(np.abs(given.motion), axis=1)
     if misfit <= 0.0 or not np.all(peaks > 0.0):
         return None
     shape = given.motion / peaks[:, None]
     powers = [np.eye(channels)[:, :, None] * (peaks[:, None] * shape**p)[:, None, :] for p in _POWERS]
-    rows = np.stack([without(power, known).ravel() for power in np.concatenate(powers)])
+    rows = np.stack([projected_out(power, known).ravel() for power in np.concatenate(powers)])
     bends, *_ = np.linalg.lstsq(rows.T, left.ravel(), rcond=None)
     gain = float(np.sum((bends @ rows) ** 2))
     at_peak = -bends.reshape(len(_POWERS), channels).sum(axis=0)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..numerics.arrays import Array, ComplexArray
-from .residual_jacobian import Leftover, known_of, noise_of, without
+from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
 
 _STEPS = 8
 _FURTHEST = np.array([0.5, 3.0, 3.0, 3.0])  # of a step, over the length of the stretch: about where it is linear
@@ -22,7 +22,7 @@ _GAIN = 1e-5  # of the explained power, below which no further step is worth it
 
 
 @dataclass(frozen=True)
-class Cleared:
+class ProjectedResidual:
     """A residual without what the fit and a gain per channel can move.
 
     Attributes:
@@ -31,7 +31,7 @@ class Cleared:
         left: (channels, n) the rest.
     """
 
-    given: Leftover
+    given: LinearisedResidual
     known: Array
     left: Array
 
@@ -42,11 +42,11 @@ class Cleared:
 
     def clear(self, rows: Array) -> Array:
         """Rows (k, channels, n) without what is known, flat: (k, channels n)."""
-        return np.stack([without(row, self.known).ravel() for row in rows])
+        return np.stack([projected_out(row, self.known).ravel() for row in rows])
 
 
 @dataclass(frozen=True)
-class Wave:
+class DampedSinusoid:
     """An oscillation: shape (frequency in Hz; decay, chirp, bend in 1/s), and how well it is known.
 
     Attributes:
@@ -62,10 +62,10 @@ class Wave:
     noise: float
 
 
-def cleared(given: Leftover) -> Cleared:
+def projected_residual(given: LinearisedResidual) -> ProjectedResidual:
     """Take out what the fit can move."""
-    known = known_of(given)
-    return Cleared(given, known, without(given.scaled, known))
+    known = fitted_subspace(given)
+    return ProjectedResidual(given, known, projected_out(given.scaled, known))
 
 
 def carrier(shape: Array, n: int, rate_hz: float) -> tuple[ComplexArray, Array]:
@@ -82,14 +82,16 @@ def columns(wave: ComplexArray, channels: int) -> Array:
     return np.concatenate([eye * wave.real, eye * -wave.imag])
 
 
-def sharpened(cleared: Cleared, frequency_hz: float, decay_per_s: float) -> tuple[Wave, Wave]:
+def refined(
+    cleared: ProjectedResidual, frequency_hz: float, decay_per_s: float
+) -> tuple[DampedSinusoid, DampedSinusoid]:
     """The best wave from a start value: with an exponential decay at one frequency, and with chirp and bend."""
-    start = Wave(np.array([frequency_hz, decay_per_s, 0.0, 0.0]), np.zeros(4), 0.0, 1.0)
+    start = DampedSinusoid(np.array([frequency_hz, decay_per_s, 0.0, 0.0]), np.zeros(4), 0.0, 1.0)
     plain = _climbed(cleared, start, 2)
     return plain, _climbed(cleared, plain, 4)
 
 
-def _climbed(cleared: Cleared, start: Wave, free: int) -> Wave:
+def _climbed(cleared: ProjectedResidual, start: DampedSinusoid, free: int) -> DampedSinusoid:
     """Gauss-Newton on the first `free` numbers of the shape, as long as chi^2 falls; amplitudes are solved for."""
     best, shape = replace(start, gain=-np.inf), start.shape
     for _ in range(_STEPS):
@@ -103,7 +105,7 @@ def _climbed(cleared: Cleared, start: Wave, free: int) -> Wave:
     return best
 
 
-def _stepped(cleared: Cleared, shape: Array, free: int) -> tuple[Wave, Array]:
+def _stepped(cleared: ProjectedResidual, shape: Array, free: int) -> tuple[DampedSinusoid, Array]:
     """The wave of this shape with its best amplitudes, and the step that would improve it, (4,)."""
     channels, n = cleared.left.shape
     signal = cleared.left.ravel()
@@ -114,8 +116,8 @@ def _stepped(cleared: Cleared, shape: Array, free: int) -> tuple[Wave, Array]:
     seen = (amplitudes[:channels] + 1j * amplitudes[channels:])[:, None] * carried
     every = np.concatenate([rows, cleared.clear((seen * derivatives[:free, None]).real)])
     moves = np.linalg.lstsq(every.T, signal, rcond=None)[0]
-    noise = noise_of(cleared.left - explained.reshape(channels, n))
+    noise = noise_power(cleared.left - explained.reshape(channels, n))
     step, sd = np.zeros(4), np.zeros(4)
     step[:free] = moves[2 * channels :]
     sd[:free] = np.sqrt(noise * np.linalg.pinv(every @ every.T).diagonal()[2 * channels :])
-    return Wave(shape, sd, float(signal @ explained), noise), step
+    return DampedSinusoid(shape, sd, float(signal @ explained), noise), step

@@ -15,7 +15,7 @@ from .residual import Residual
 _STRETCHES = 8
 
 
-def slow_misfit_sigma(residual: Residual, left: float) -> float:
+def envelope_lack_of_fit_sigma(residual: Residual, left: float) -> float:
     """By how many standard deviations the amplitude and phase in eight stretches are off together.
 
     left: chi^2 that the residual has above the minimum, which a last small step would take off there.

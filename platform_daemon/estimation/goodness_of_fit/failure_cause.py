@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..least_squares.progressive import Fitted, Problem
-from ..physics.models import THREAD, RingDownModel, rivals_of
+from ..least_squares.progressive import FitProblem, Minimum
+from ..physics.models import THREAD, RingDownModel, alternatives_of
 from ..refusal import Refusal, RefusedError
 from ..solve import solve, solve_coarsely
 from ..task import Task
 from .lack_of_fit import in_words, refuse_failed
 from .residual import Residual
-from .verdict import findings, residual_left
+from .verdict import residual_findings, residual_left
 
 _EXPLAINED = 1.5  # chi^2 over degrees of freedom
 _LEFT = 1e-3  # of the signal's power
@@ -67,7 +67,7 @@ def refuse_by_cause(task: Task, model: RingDownModel) -> None:
     Raises:
         RefusedError: with the cause.
     """
-    _refuse_by_rivals(task, model)
+    _refuse_by_alternatives(task, model)
     if task.record.quantity == "angle":
         return
     coarse = solve_coarsely(task, model)
@@ -75,9 +75,9 @@ def refuse_by_cause(task: Task, model: RingDownModel) -> None:
         _refuse_by_residual(task, *coarse, residual_left(task, *coarse))
 
 
-def _refuse_by_rivals(task: Task, model: RingDownModel) -> None:
+def _refuse_by_alternatives(task: Task, model: RingDownModel) -> None:
     """Another declared model goes through the record."""
-    for other in rivals_of(model, task.record.quantity):
+    for other in alternatives_of(model, task.record.quantity):
         try:
             problem, best = solve(task, other)
         except RefusedError:
@@ -88,9 +88,9 @@ def _refuse_by_rivals(task: Task, model: RingDownModel) -> None:
             raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, seen)
 
 
-def _refuse_by_residual(task: Task, problem: Problem, best: Fitted, residual: Residual) -> None:
+def _refuse_by_residual(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> None:
     """What a coarse fit leaves over has a shape, or is simply large."""
-    found = findings(task, problem, best, residual)
+    found = residual_findings(task, problem, best, residual)
     refuse_failed(residual, found, task.frequency_hz)
     if residual.coloured and residual.unexplained > _LEFT:
         seen = f"{problem.model.name}: {in_words(residual.unexplained)} is left over"

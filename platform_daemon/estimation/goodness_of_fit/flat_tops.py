@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array
-from .residual_jacobian import Leftover, known_of, noise_of, without
+from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
 
 _CUTS = 0.004 * 1.35 ** np.arange(16)  # of the peak
 _WHOLE = (0.3, 3.0)  # of the excess: the fit follows some of it, and its own peaks are lower than the true ones
@@ -22,7 +22,7 @@ _SIDES = {"top": (1.0,), "bottom": (-1.0,), "top and bottom": (1.0, -1.0)}
 
 
 @dataclass(frozen=True)
-class Clipped:
+class FlatTop:
     """A channel whose motion is cut off.
 
     Attributes:
@@ -37,20 +37,20 @@ class Clipped:
     cut: float
 
 
-def find_clipped(given: Leftover) -> Clipped | None:
+def find_flat_tops(given: LinearisedResidual) -> FlatTop | None:
     """The channel, side and level that explain most of a misfit; None if what is left over is not an excess."""
-    known = known_of(given)
-    left = without(given.scaled, known)
-    noise = noise_of(left)
+    known = fitted_subspace(given)
+    left = projected_out(given.scaled, known)
+    noise = noise_power(left)
     misfit = float(np.sum(left**2)) - noise * left.size
-    found: list[tuple[float, Clipped]] = []
+    found: list[tuple[float, FlatTop]] = []
     for channel, side, cut, excess in _candidates(given.motion):
-        shape = without(excess, known)
+        shape = projected_out(excess, known)
         power = float(np.vdot(shape, shape))
         factor = -float(np.vdot(shape, left)) / max(power, 1e-300)
         gain = factor**2 * power
         if _WHOLE[0] < factor < _WHOLE[1] and gain > _SURE * noise:
-            found.append((gain, Clipped(channel, side, gain / max(misfit, gain), cut)))
+            found.append((gain, FlatTop(channel, side, gain / max(misfit, gain), cut)))
     return max(found, key=lambda one: one[0])[1] if found else None
 
 

@@ -10,7 +10,7 @@ from ..refusal import Refusal
 from ..result import FitResult
 
 
-def hinted(
+def holdable_losses(
     model: RingDownModel, hints: Mapping[str, float] | None, fixed: Mapping[str, float], *, dipole: bool
 ) -> dict[str, float]:
     """The hints that can matter: of losses that are fitted beside another one, in the model's order.
@@ -26,13 +26,13 @@ def hinted(
     return {name: hints[name] for name in free if hints and name in hints and len(free) > 1}
 
 
-def needed_hints(result: FitResult, hints: Mapping[str, float]) -> dict[str, float]:
+def loss_to_hold(result: FitResult, hints: Mapping[str, float]) -> dict[str, float]:
     """The one hint that a result needs: of a loss that was not told from another, or where losses came out absurd."""
     absurd = result.code is Refusal.OUT_OF_RANGE
     needed = [name for name in hints if absurd or name in result.inseparable]
     return {name: hints[name] for name in needed[:1]}
 
 
-def hint_notes(used: Mapping[str, float]) -> tuple[str, ...]:
+def held_loss_notes(used: Mapping[str, float]) -> tuple[str, ...]:
     """What was done."""
     return tuple(f"hint used: {name} held at {v:g}, the window cannot tell it" for name, v in used.items())

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.nuisance import Beside, Nuisance, fit_beside
-from ..least_squares.progressive import Fitted, Problem
+from ..least_squares.nuisance import Nuisance, NuisanceFit, fit_with_nuisance
+from ..least_squares.progressive import FitProblem, Minimum
 from ..noise.model import NoiseModel
 from ..noise.tones_and_drift import Zones, drift_degree, find_tones, may_hold_tones
 from ..numerics.arrays import Array
@@ -24,9 +24,9 @@ _SWEEP_MARGIN = 0.01
 _WIDEST = 3.0  # rad
 
 
-def without_disturbances(
-    problem: Problem, best: Fitted, residual: Residual, chosen: SampleRange, noise: NoiseModel, frequency_hz: float
-) -> Beside | None:
+def without_interference(
+    problem: FitProblem, best: Minimum, residual: Residual, chosen: SampleRange, noise: NoiseModel, frequency_hz: float
+) -> NuisanceFit | None:
     """The joint fit, from one that left this residual; None if nothing in that is steady and no part of the signal.
 
     Raises:
@@ -52,7 +52,7 @@ def without_disturbances(
         freed = noise.without_tones(tones)
         # What was raised above rounding stays there.
         sd = np.where(problem.noise_sd > noise.sd, problem.noise_sd, freed.sd)
-        beside = fit_beside(problem, best, nuisance, freed, sd, frequency_hz)
+        beside = fit_with_nuisance(problem, best, nuisance, freed, sd, frequency_hz)
         now, fitted = beside.problem, beside.fitted
     return beside
 

@@ -16,10 +16,10 @@ from ..noise.model import NoiseModel
 from ..parameters import Estimate
 from ..refusal import Refusal, RefusedError
 from .compression import Compression
-from .flat_tops import Clipped
-from .omitted_component import Move
+from .flat_tops import FlatTop
+from .omitted_component import ParameterShift
 from .residual import Residual
-from .second_oscillation import Companion
+from .second_oscillation import SecondOscillation
 
 _WORTH_A_SEARCH = 1e-5  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
 _WORTH_A_BEND = 1e-4  # the same for a receiver that compresses
@@ -53,15 +53,15 @@ _PROBABLY = 0.6  # of the misfit, where no fit got through
 
 
 @dataclass(frozen=True)
-class Findings:
+class ResidualFindings:
     """What was found in a misfit: a second oscillation, a receiver that compresses, flat tops."""
 
-    second: Companion | None = None
+    second: SecondOscillation | None = None
     bent: Compression | None = None
-    clipped: Clipped | None = None
+    clipped: FlatTop | None = None
 
     @property
-    def cut(self) -> Clipped | None:
+    def cut(self) -> FlatTop | None:
         """Flat tops that explain most of the misfit, and more of it than anything else does."""
         others = [one.share for one in (self.second, self.bent) if one is not None]
         return self.clipped if self.clipped is not None and self.clipped.share > max([_CUT_OFF, *others]) else None
@@ -82,12 +82,12 @@ def is_worth_a_search(residual: Residual) -> bool:
     return coloured or residual.line_power > _WORTH_A_SEARCH
 
 
-def may_be_bent(residual: Residual) -> bool:
+def may_be_compressed(residual: Residual) -> bool:
     """Large enough for a receiver that compresses by more than a percent or two."""
     return residual.unexplained > _WORTH_A_BEND
 
 
-def refuse_misfit(model_name: str, residual: Residual, found: Findings) -> None:
+def refuse_lack_of_fit(model_name: str, residual: Residual, found: ResidualFindings) -> None:
     """Refuse a residual above 2 % of the signal's power that no steady tone explains."""
     if not residual.coloured:
         return
@@ -105,7 +105,7 @@ def in_words(power: float) -> str:
     )
 
 
-def refuse_shape(residual: Residual, found: Findings) -> None:
+def refuse_shape(residual: Residual, found: ResidualFindings) -> None:
     """Refuse flat tops, and a receiver that bends the signal."""
     _refuse_cut(found.cut)
     refuse_compressed(found.bent)
@@ -113,7 +113,7 @@ def refuse_shape(residual: Residual, found: Findings) -> None:
         _refuse_clipped(residual)
 
 
-def refuse_second(second: Companion | None, losses: Sequence[str], frequency_hz: float) -> None:
+def refuse_second_oscillation(second: SecondOscillation | None, losses: Sequence[str], frequency_hz: float) -> None:
     """Refuse a second oscillation that is large and decays, or that moves a result by more than it may be wrong.
 
     One below 3 % of the fitted oscillation is an undeclared effect (a side mode) and passes with a warning, if the fit
@@ -129,7 +129,7 @@ def refuse_second(second: Companion | None, losses: Sequence[str], frequency_hz:
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}{moved}")
 
 
-def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> None:
+def refuse_failed(residual: Residual, found: ResidualFindings, frequency_hz: float) -> None:
     """Name the cause why a fit failed by what a coarse fit of the whole record leaves over, if it shows.
 
     No numbers are at stake, so that less is asked of a second oscillation than of one that refuses a good fit.
@@ -143,13 +143,13 @@ def refuse_failed(residual: Residual, found: Findings, frequency_hz: float) -> N
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
 
 
-def _refuse_cut(cut: Clipped | None) -> None:
+def _refuse_cut(cut: FlatTop | None) -> None:
     """Refuse a channel that is without more than a twentieth of its peak."""
     if cut is not None and cut.cut > _LARGEST_BEND:
         raise RefusedError(Refusal.SATURATED, _missing(cut))
 
 
-def _missing(cut: Clipped) -> str:
+def _missing(cut: FlatTop) -> str:
     return f"channel {cut.channel} is clipped at its {cut.side}: {100.0 * cut.cut:.2g} % of the peak are missing"
 
 
@@ -181,7 +181,7 @@ def _refuse_clipped(residual: Residual) -> None:
             raise RefusedError(Refusal.SATURATED, f"channel {channel} stays at {level:.3g} while the motion goes on")
 
 
-def _is_resonator(second: Companion) -> bool:
+def _is_resonator(second: SecondOscillation) -> bool:
     """Not steady, not a harmonic of the fitted motion, alone in the residual, and not too faint to be told."""
     if second.relative < _SMALLEST_SIDE_MODE:
         return False
@@ -195,13 +195,13 @@ def _is_resonator(second: Companion) -> bool:
     return second.share > _ALONE and not locked
 
 
-def _is_tone(second: Companion) -> bool:
+def _is_tone(second: SecondOscillation) -> bool:
     """Beside the harmonics of the motion, and steady as far as can be seen."""
     decays = second.decay_per_s > max(_SURE * second.decay_sd_per_s, _STEADY / second.seconds)
     return second.turns >= APART and second.share > _MOSTLY and not decays
 
 
-def _described(second: Companion) -> str:
+def _described(second: SecondOscillation) -> str:
     """Frequency and size of a second oscillation."""
     return f"{second.frequency_hz:.6g} Hz, with {100.0 * second.relative:.2g} % of the fitted oscillation's size"
 
@@ -214,8 +214,8 @@ def is_large(chi2_per_dof: float, dof: int, noise: NoiseModel) -> bool:
     return math.log(chi2_per_dof) > _BEYOND_CHANCE * sd
 
 
-def misfit_warnings(
-    residual: Residual, found: Findings, losses: Mapping[str, Estimate], *, chi2_is_large: bool
+def lack_of_fit_warnings(
+    residual: Residual, found: ResidualFindings, losses: Mapping[str, Estimate], *, chi2_is_large: bool
 ) -> tuple[str, ...]:
     """What the residual says about a result that may pass all the same; losses: the fitted ones."""
     if residual.is_rounding:
@@ -259,7 +259,7 @@ def colour_notes(residual: Residual) -> tuple[str, ...]:
     return (f"the noise is {wider:.2g} times as large near the motion as white noise would be; errors follow it",)
 
 
-def _moved(move: Move, estimate: Estimate) -> str:
+def _moved(move: ParameterShift, estimate: Estimate) -> str:
     """By how much a loss moves if the second oscillation is fitted too; nothing if it is held."""
     if estimate.std is None:
         return ""

@@ -11,14 +11,14 @@ import math
 import numpy as np
 
 from ..least_squares.observation_model import DipoleObservation, Observation
-from ..least_squares.public_parameters import Published
+from ..least_squares.public_parameters import PublicParameters
 from ..parameters import RODRIGUES
 from ..physics.rotation import rodrigues_jacobian
 
 _DECIDED = 3.0  # standard deviations
 
 
-def twin_warnings(observation: Observation, public: Published) -> tuple[str, ...]:
+def mirror_warnings(observation: Observation, public: PublicParameters) -> tuple[str, ...]:
     """A warning if noise decides which twin is published."""
     if not isinstance(observation, DipoleObservation):
         return ()
@@ -36,7 +36,7 @@ def twin_warnings(observation: Observation, public: Published) -> tuple[str, ...
     )
 
 
-def _side_std(observation: DipoleObservation, public: Published) -> float:
+def _side_std(observation: DipoleObservation, public: PublicParameters) -> float:
     """Standard deviation of e_v . x; R exp([delta]x) moves it by delta_u R_xw - delta_w R_xu."""
     rodrigues = np.array([public.parameters[name].value for name in RODRIGUES])
     r_xu, _, r_xw = observation.rotation[0].tolist()

@@ -26,7 +26,7 @@ _SOURCE = 2.0
 
 
 @dataclass(frozen=True)
-class Explanation:
+class ModelSummary:
     """What a model makes of a record.
 
     Attributes:
@@ -63,7 +63,7 @@ class Comparison:
     complete: bool
 
 
-def compare(model: Explanation, other: Explanation, dof: int) -> Comparison | None:
+def compare(model: ModelSummary, other: ModelSummary, dof: int) -> Comparison | None:
     """What speaks against a model; None if the other one does not explain the record significantly better.
 
     One with as many parameters need not be better to cast doubt on numbers: it is enough that it is not worse.
@@ -81,26 +81,26 @@ def compare(model: Explanation, other: Explanation, dof: int) -> Comparison | No
     return Comparison(_seen(model, other, moved), wrong and gain > _MOSTLY * model.excess, complete)
 
 
-def _seen(model: Explanation, other: Explanation, moved: Sequence[str]) -> str:
+def _seen(model: ModelSummary, other: ModelSummary, moved: Sequence[str]) -> str:
     """Both in a line, with the number that differs."""
     seen = f"{model.name}: chi2/dof = {model.chi2_per_dof:.4g}, while {other.name} reaches {other.chi2_per_dof:.4g}"
     values = (f"{name} = {other.parameters[name].value:.6g}, not {model.parameters[name].value:.6g}" for name in moved)
     return ", with ".join([seen, *values][:2])
 
 
-def _feeds(model: Explanation, other: Explanation) -> bool:
+def _feeds(model: ModelSummary, other: ModelSummary) -> bool:
     """The other one needs a source of energy, which no variant of that name is."""
     own = [other.parameters[name] for name in other.losses if name not in model.losses]
     return any(loss.value < -_SOURCE * (loss.std or 0.0) for loss in own)
 
 
-def _shrinks(model: Explanation, other: Explanation) -> bool:
+def _shrinks(model: ModelSummary, other: ModelSummary) -> bool:
     """The other one takes most of a loss over."""
     pairs = [(model.parameters[name], other.parameters[name]) for name in model.losses if name in other.losses]
     return any(abs(theirs.value) < _MOST * abs(ours.value) for ours, theirs in pairs)
 
 
-def _moved(model: Explanation, other: Explanation) -> tuple[str, ...]:
+def _moved(model: ModelSummary, other: ModelSummary) -> tuple[str, ...]:
     """Names of the numbers of both that are surely wrong in the first, by more than a number may be."""
     # psi and the pose are labels that hang on these.
     alike = ("f_nat_hz", "m_r_am2", "phi_max_rad", *model.losses)
@@ -108,7 +108,7 @@ def _moved(model: Explanation, other: Explanation) -> tuple[str, ...]:
     return tuple(name for name in shared if _is_wrong(name, model, other))
 
 
-def _is_wrong(name: str, model: Explanation, other: Explanation) -> bool:
+def _is_wrong(name: str, model: ModelSummary, other: ModelSummary) -> bool:
     ours, theirs = model.parameters[name], other.parameters[name]
     if ours.std is None or theirs.std is None:
         return False

@@ -27,7 +27,7 @@ _COLOUR = 2.0  # so much more may stand below than above in what is still called
 
 
 @dataclass(frozen=True)
-class Floor:
+class NoiseFloor:
     """The noise that a residual shows, and what stands on it.
 
     Attributes:
@@ -58,7 +58,7 @@ class Floor:
         return above if above > self.surely_above else 1.0
 
 
-def floor_of(residual: Array, rate_hz: float, frequency_hz: float) -> Floor | None:
+def noise_floor_of(residual: Array, rate_hz: float, frequency_hz: float) -> NoiseFloor | None:
     """The floor of a residual (n,) of so many points per second; None if there are too few bins to see one."""
     n = residual.size
     taper = np.hanning(n)
@@ -72,7 +72,7 @@ def floor_of(residual: Array, rate_hz: float, frequency_hz: float) -> Floor | No
     level = max(float(np.median(high)) * _MEDIAN, 1e-300)
     excess = float(low.mean()) / level
     chance = _MEDIAN**2 / high.size
-    return Floor(level / rate_hz, _surely(chance), excess, excess > _surely(chance, 1.0 / low.size))
+    return NoiseFloor(level / rate_hz, _surely(chance), excess, excess > _surely(chance, 1.0 / low.size))
 
 
 def _surely(*variances: float) -> float:

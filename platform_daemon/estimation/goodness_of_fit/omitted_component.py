@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..numerics.arrays import Array
-from .damped_sinusoid import Wave, carrier, columns
-from .residual_jacobian import Leftover
+from .damped_sinusoid import DampedSinusoid, carrier, columns
+from .residual_jacobian import LinearisedResidual
 
 _EARLY = 16  # part of the stretch from which the fitted signal's size at the beginning is read
 
 
 @dataclass(frozen=True)
-class Move:
+class ParameterShift:
     """A published parameter that moves: its value in the fit, the shift when the wave is fitted too, its error."""
 
     name: str
@@ -39,14 +39,14 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Alongside:
+class OmittedComponent:
     """Size of the second oscillation over that of the fitted signal, both at the beginning; what moves."""
 
     relative: float
-    moves: tuple[Move, ...]
+    moves: tuple[ParameterShift, ...]
 
 
-def taken_along(given: Leftover, wave: Wave) -> Alongside:
+def fit_with_component(given: LinearisedResidual, wave: DampedSinusoid) -> OmittedComponent:
     """Fit a wave of known shape and the parameters of the fit together to the residual."""
     channels, n = given.scaled.shape
     carried, _ = carrier(wave.shape, n, given.rate_hz)
@@ -56,7 +56,9 @@ def taken_along(given: Leftover, wave: Wave) -> Alongside:
     shifts = given.published @ fitted[:p]
     sds = np.sqrt((given.published @ covariance[:p, :p] * given.published).sum(axis=1))
     moves = zip(given.names, given.values.tolist(), shifts.tolist(), sds.tolist(), strict=True)
-    return Alongside(_relative(fitted[p:], float(wave.shape[0]), given), tuple(Move(*m) for m in moves))
+    return OmittedComponent(
+        _relative(fitted[p:], float(wave.shape[0]), given), tuple(ParameterShift(*m) for m in moves)
+    )
 
 
 def _solved(rows: Array, signal: Array, noise: float) -> tuple[Array, Array]:
@@ -68,7 +70,7 @@ def _solved(rows: Array, signal: Array, noise: float) -> tuple[Array, Array]:
     return spread @ (right[kept] @ signal), noise * spread @ spread.T
 
 
-def _relative(amplitudes: Array, frequency_hz: float, given: Leftover) -> float:
+def _relative(amplitudes: Array, frequency_hz: float, given: LinearisedResidual) -> float:
     """Size of an oscillation with these amplitudes (2 channels,) over that of the fitted signal at its beginning."""
     early = given.motion[:, : max(8, given.motion.shape[1] // _EARLY)] * given.sd[:, None]
     main = float(np.sqrt(2.0 * np.mean(early**2, axis=1).sum()))

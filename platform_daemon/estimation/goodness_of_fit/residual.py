@@ -17,7 +17,7 @@ from scipy.fft import prev_fast_len, rfft
 from ..noise.model import OF_RECORD, NoiseModel
 from ..numerics.arrays import Array, IntArray, medians
 from ..numerics.jit import fast_kernel
-from .noise_floor import Floor
+from .noise_floor import NoiseFloor
 
 _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distributed power
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
@@ -52,7 +52,7 @@ class Residual:
     rate_hz: float
     start_s: float
     noise: NoiseModel
-    floor: Floor | None = None
+    floor: NoiseFloor | None = None
     widening: float = 1.0
 
     @cached_property

@@ -20,7 +20,7 @@ _CHUNK_BLOCKS = 1 << 10
 
 
 @dataclass(frozen=True)
-class Leftover:
+class LinearisedResidual:
     """Block means of a residual and of the fitted signal's derivatives.
 
     Attributes:
@@ -44,23 +44,23 @@ class Leftover:
     values: Array
     published: Array
 
-    def beginning(self, n: int) -> Leftover:
+    def beginning(self, n: int) -> LinearisedResidual:
         """The first n points."""
         return replace(
             self, scaled=self.scaled[:, :n], motion=self.motion[:, :n], derivatives=self.derivatives[..., :n]
         )
 
 
-def leftover_of(
+def linearise_residual(
     residual: Residual, model: RingDownModel, state: FitState, free: np.ndarray, first: int, dt_s: float
-) -> Leftover:
+) -> LinearisedResidual:
     """Integrate the motion anew with its sensitivities; first: sample at which the window begins."""
     block = round(1.0 / (residual.rate_hz * dt_s))
     derivatives = derivatives_of(model, state, first, residual.scaled.shape[1], block, dt_s)[free]
     # Elliptic integral to second order: good to a thousandth at 60 degrees.
     slowing = 1.0 - state.dynamics.amplitude**2 / 16.0
     names, values, published = public_jacobian(model, state)
-    return Leftover(
+    return LinearisedResidual(
         scaled=residual.scaled,
         motion=residual.model / residual.sd[:, None],
         derivatives=derivatives / residual.sd[:, None],
@@ -94,22 +94,22 @@ def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: in
     return out
 
 
-def known_of(given: Leftover) -> Array:
+def fitted_subspace(given: LinearisedResidual) -> Array:
     """Orthonormal basis (k, channels, n) of what the fit and a gain per channel can move."""
     return _orthonormal(np.concatenate([given.derivatives, _gains(given.motion)]))
 
 
-def without(signal: Array, known: Array) -> Array:
+def projected_out(signal: Array, known: Array) -> Array:
     """A signal (channels, n) without its part in the space of an orthonormal basis (k, channels, n)."""
     return np.asarray(signal - np.tensordot(np.tensordot(known, signal, 2), known, 1))
 
 
-def noise_of(left: Array) -> float:
+def noise_power(left: Array) -> float:
     """Power of the noise in a point of a residual (channels, n), by the median of its spectrum."""
     return float(np.median(np.abs(rfft(left, axis=1)) ** 2)) / (left.shape[1] * math.log(2.0))
 
 
-def phase_of(given: Leftover) -> Array:
+def phase_of(given: LinearisedResidual) -> Array:
     """Phase in rad of the fitted motion, (n,), from the direction in which it is strongest."""
     motion = given.motion * given.sd[:, None]
     strongest = np.linalg.svd(motion @ motion.T)[0][:, 0]

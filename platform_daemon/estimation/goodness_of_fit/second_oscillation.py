@@ -19,9 +19,9 @@ import numpy as np
 from scipy.fft import next_fast_len, rfft
 
 from ..numerics.arrays import Array, ComplexArray
-from .damped_sinusoid import Cleared, Wave, carrier, cleared, sharpened
-from .omitted_component import Move, taken_along
-from .residual_jacobian import Leftover, noise_of, phase_of
+from .damped_sinusoid import DampedSinusoid, ProjectedResidual, carrier, projected_residual, refined
+from .omitted_component import ParameterShift, fit_with_component
+from .residual_jacobian import LinearisedResidual, noise_power, phase_of
 
 _PADDING = 4  # grid points per resolved frequency step
 _BAND = (0.2, 5.9)  # of the fundamental, in which candidates are sought; block means end at six
@@ -34,7 +34,7 @@ _ENDS = 20  # part of a stretch at either end where the phase of a motion is not
 
 
 @dataclass(frozen=True)
-class Companion:
+class SecondOscillation:
     """A second oscillation.
 
     Attributes:
@@ -58,45 +58,45 @@ class Companion:
     plain_share: float
     turns: float
     harmonic: int
-    moves: tuple[Move, ...]
+    moves: tuple[ParameterShift, ...]
 
 
 @dataclass(frozen=True)
 class _Candidate:
     """The best of a grid: a stretch, frequency and decay, and the share of the misfit that it removes."""
 
-    cleared: Cleared
+    cleared: ProjectedResidual
     frequency_hz: float
     decay_per_s: float
     share: float
 
 
-def find_companion(leftover: Leftover) -> Companion | None:
+def find_second_oscillation(leftover: LinearisedResidual) -> SecondOscillation | None:
     """The candidate that removes most of the misfit, over the beginning or over the whole window."""
     whole = leftover.scaled.shape[1]
     short, usual = (min(whole, int(p * leftover.rate_hz / leftover.fundamental_hz)) for p in _STRETCH_PERIODS)
     best = _best_of(leftover, {usual, whole})
     if best is not None and best.share < _MOSTLY:
         best = _best_of(leftover, {short}) or best
-    return None if best is None else _companion(best)
+    return None if best is None else _second_oscillation(best)
 
 
-def _best_of(leftover: Leftover, lengths: Iterable[int]) -> _Candidate | None:
+def _best_of(leftover: LinearisedResidual, lengths: Iterable[int]) -> _Candidate | None:
     """The candidate with the largest share over stretches of these lengths."""
-    found = [c for n in sorted(lengths) if (c := _scan(cleared(leftover.beginning(n)))) is not None]
+    found = [c for n in sorted(lengths) if (c := _scan(projected_residual(leftover.beginning(n)))) is not None]
     return max(found, key=lambda c: c.share, default=None)
 
 
-def _companion(candidate: _Candidate) -> Companion | None:
+def _second_oscillation(candidate: _Candidate) -> SecondOscillation | None:
     """The candidate with its frequency and decay sharpened, and what the fit would do with it; None: no oscillation."""
     at = candidate.cleared
-    plain, wave = sharpened(at, candidate.frequency_hz, candidate.decay_per_s)
+    plain, wave = refined(at, candidate.frequency_hz, candidate.decay_per_s)
     frequency = float(wave.shape[0])
     if np.pi * frequency < _SHARPNESS * (wave.shape[1] + wave.shape[3]) or frequency < 0.0:
         return None
     harmonic = max(1, round(frequency / at.given.fundamental_hz))
-    beside = taken_along(at.given, wave)
-    return Companion(
+    beside = fit_with_component(at.given, wave)
+    return SecondOscillation(
         frequency_hz=frequency,
         relative=beside.relative,
         decay_per_s=float(plain.shape[1]),
@@ -110,12 +110,12 @@ def _companion(candidate: _Candidate) -> Companion | None:
     )
 
 
-def _share(at: Cleared, gain: float, noise: float) -> float:
+def _share(at: ProjectedResidual, gain: float, noise: float) -> float:
     """Of the misfit's power that falls away; noise: power in a point."""
     return (gain - 2.0 * at.left.shape[0] * noise) / (float(np.sum(at.left**2)) - noise * at.left.size)
 
 
-def _turns(given: Leftover, wave: Wave, harmonic: int) -> float:
+def _turns(given: LinearisedResidual, wave: DampedSinusoid, harmonic: int) -> float:
     """Periods of the beat of a wave with a harmonic of the fitted motion, over the whole stretch."""
     n = given.scaled.shape[1]
     carried, _ = carrier(wave.shape, n, given.rate_hz)
@@ -124,11 +124,11 @@ def _turns(given: Leftover, wave: Wave, harmonic: int) -> float:
     return float(np.ptp(inner)) / (2.0 * np.pi) * n / inner.size
 
 
-def _scan(at: Cleared) -> _Candidate | None:
+def _scan(at: ProjectedResidual) -> _Candidate | None:
     """Best frequency over one stretch."""
     given, left = at.given, at.left
     n = left.shape[1]
-    noise = noise_of(left)
+    noise = noise_power(left)
     misfit = float(np.sum(left**2)) - noise * left.size
     size = next_fast_len(_PADDING * n, real=True)
     low, high = (int(b * given.fundamental_hz / given.rate_hz * size) for b in _BAND)

@@ -8,37 +8,37 @@ import numpy as np
 
 from ..least_squares.constraints import refuse_out_of_bounds
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.progressive import Fitted, Problem
-from ..least_squares.public_parameters import Published, by_convention, publish
+from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.public_parameters import PublicParameters, by_convention, propagate_to_public
 from ..refusal import Refusal, RefusedError
 from ..result import FitResult, FittedModel
 from ..solve import FAILURES, refuse_beat
 from ..task import Task
 from .acceptance import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
 from .block_residual import residual_of
-from .collinearity import Tangle, separating_window_s, tangle_warning, tangled_losses
+from .collinearity import CollinearLosses, collinear_losses, collinearity_warning, separating_window_s
 from .compression import find_compression
-from .flat_tops import PERIODS, find_clipped
+from .flat_tops import PERIODS, find_flat_tops
 from .interference import zones_of
 from .lack_of_fit import (
     APART,
-    Findings,
+    ResidualFindings,
     colour_notes,
     is_large,
     is_worth_a_search,
-    may_be_bent,
-    misfit_warnings,
-    refuse_misfit,
-    refuse_second,
+    lack_of_fit_warnings,
+    may_be_compressed,
+    refuse_lack_of_fit,
+    refuse_second_oscillation,
     refuse_shape,
 )
-from .mirror_ambiguity import twin_warnings
+from .mirror_ambiguity import mirror_warnings
 from .residual import Residual
-from .residual_jacobian import Leftover, leftover_of
-from .second_oscillation import Companion, find_companion
+from .residual_jacobian import LinearisedResidual, linearise_residual
+from .second_oscillation import SecondOscillation, find_second_oscillation
 
 
-def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> FitResult:
+def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> FitResult:
     """Quality figures and the verdict."""
     record, model, chosen = task.record, problem.model, task.chosen
     squares = float(best.normal.squares_by_channel.sum())
@@ -49,25 +49,25 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     dof = task.degrees(problem)
     chi2 = best.normal.chi2 / dof
     by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
-    found = findings(task, problem, best, residual)
+    found = residual_findings(task, problem, best, residual)
     if is_unexplained(r2, chi2):
         refuse_beat(task)
-        refuse_second(found.second, model.losses, task.frequency_hz)
+        refuse_second_oscillation(found.second, model.losses, task.frequency_hz)
     refuse_unexplained(model.name, r2, chi2)
     refuse_shape(residual, found)
-    refuse_second(found.second, model.losses, task.frequency_hz)
-    refuse_misfit(model.name, residual, found)
-    public = published(task, problem, best)
+    refuse_second_oscillation(found.second, model.losses, task.frequency_hz)
+    refuse_lack_of_fit(model.name, residual, found)
+    public = public_parameters(task, problem, best)
     state = by_convention(best.state, model)
     refuse_untrustworthy(model, public)
     refuse_out_of_bounds(model, public, state.dynamics.amplitude)
     public = public.widened(residual.widening)
-    tangle = tangled_losses(model, public)
-    tangled = () if tangle is None else (_tangle_seen(problem, state, residual, public, tangle),)
+    tangle = collinear_losses(model, public)
+    tangled = () if tangle is None else (_collinearity_seen(problem, state, residual, public, tangle),)
     return FitResult(
         verdict="good",
         warnings=(
-            *misfit_warnings(
+            *lack_of_fit_warnings(
                 residual,
                 found,
                 {n: public.parameters[n] for n in model.losses},
@@ -76,7 +76,7 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
             *task.doubts,
             *tangled,
             *doubts(model, public, tangle, task.periods),
-            *twin_warnings(state.observation, public),
+            *mirror_warnings(state.observation, public),
         ),
         notes=(*chosen.notes, *problem.knowledge.notes, *colour_notes(residual)),
         parameters=public.parameters,
@@ -97,56 +97,58 @@ def judged(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Fi
     )
 
 
-def _tangle_seen(problem: Problem, state: FitState, residual: Residual, public: Published, tangle: Tangle) -> str:
+def _collinearity_seen(
+    problem: FitProblem, state: FitState, residual: Residual, public: PublicParameters, tangle: CollinearLosses
+) -> str:
     """The losses that cannot be told apart, with the window in which they could be."""
-    return tangle_warning(tangle, separating_window_s(problem, state, residual, public, tangle))
+    return collinearity_warning(tangle, separating_window_s(problem, state, residual, public, tangle))
 
 
-def published(task: Task, problem: Problem, best: Fitted) -> Published:
+def public_parameters(task: Task, problem: FitProblem, best: Minimum) -> PublicParameters:
     """The public parameters of a minimum."""
     state = by_convention(best.state, problem.model)
     try:
         # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
         normal = best.normal if state is best.state else problem.evaluate(state, task.chosen.last).normal
-        return publish(problem.model, state, normal, problem.free)
+        return propagate_to_public(problem.model, state, normal, problem.free)
     except FAILURES as error:
         raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
 
 
-def findings(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Findings:
+def residual_findings(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> ResidualFindings:
     """What stands in the residual, if it is not noise; a second oscillation and a bend only if worth a search."""
     # An angle of few digits leaves small lines everywhere.
     angle = task.record.quantity == "angle"
-    thorough = residual.coloured and may_be_bent(residual) if angle else is_worth_a_search(residual)
+    thorough = residual.coloured and may_be_compressed(residual) if angle else is_worth_a_search(residual)
     if not (residual.coloured or thorough):
-        return Findings()
+        return ResidualFindings()
     beginning = int(PERIODS * residual.rate_hz / task.frequency_hz)
     args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
     try:
-        leftover = leftover_of(residual if thorough else residual.beginning(beginning), *args)
-        clipped = find_clipped(leftover.beginning(beginning))
+        leftover = linearise_residual(residual if thorough else residual.beginning(beginning), *args)
+        clipped = find_flat_tops(leftover.beginning(beginning))
         if not thorough:
-            return Findings(clipped=clipped)
-        bent = find_compression(leftover) if may_be_bent(residual) else None
-        return Findings(_second(leftover, task, best), bent, clipped)
+            return ResidualFindings(clipped=clipped)
+        bent = find_compression(leftover) if may_be_compressed(residual) else None
+        return ResidualFindings(_second(leftover, task, best), bent, clipped)
     except FAILURES as error:
         raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
 
 
-def _second(leftover: Leftover, task: Task, best: Fitted) -> Companion | None:
+def _second(leftover: LinearisedResidual, task: Task, best: Minimum) -> SecondOscillation | None:
     """A second oscillation; in an angle none that may be the swing itself."""
-    second = find_companion(leftover)
+    second = find_second_oscillation(leftover)
     angle = task.record.quantity == "angle"
     return None if second is not None and angle and _may_be_motion(second.frequency_hz, task, best) else second
 
 
-def _may_be_motion(frequency_hz: float, task: Task, best: Fitted) -> bool:
+def _may_be_motion(frequency_hz: float, task: Task, best: Minimum) -> bool:
     """True where the harmonics of a swing sweep along, or too near to tell: few periods hold a wide sweep."""
     margin = APART / (task.samples * task.record.dt_s)
     return bool(zones_of(best.state, margin).holds(np.array([frequency_hz]))[0])
 
 
-def residual_left(task: Task, problem: Problem, best: Fitted) -> Residual:
+def residual_left(task: Task, problem: FitProblem, best: Minimum) -> Residual:
     """What the fit leaves over."""
     try:
         return residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)

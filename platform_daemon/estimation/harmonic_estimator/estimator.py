@@ -51,7 +51,7 @@ _FLOOR = 4.0
 
 
 @dataclass(frozen=True)
-class FrequencyDomainEstimate:
+class HarmonicEstimate:
     """What the harmonics tell, at the middle of the stretch they were seen in.
 
     Attributes:
@@ -81,7 +81,7 @@ class FrequencyDomainEstimate:
     second_harmonic_snr: float
 
 
-def estimate_from_harmonics(record: RingDownRecord) -> FrequencyDomainEstimate:
+def estimate_from_harmonics(record: RingDownRecord) -> HarmonicEstimate:
     """Read frequency, amplitude, moment, orientation and decay off the first 24 periods of a dm/dt record.
 
     Raises:
@@ -106,7 +106,7 @@ def estimate_from_harmonics(record: RingDownRecord) -> FrequencyDomainEstimate:
     return _estimate(stretch, orbit, middle)
 
 
-def _estimate(stretch: Stretch, orbit: Orbit, time_s: float) -> FrequencyDomainEstimate:
+def _estimate(stretch: Stretch, orbit: Orbit, time_s: float) -> HarmonicEstimate:
     """Everything that follows from the orbit and the waves."""
     z = stretch.demodulated(orbit.omega, orbit.chirp, _HARMONICS)
     waves = aligned(z)
@@ -115,7 +115,7 @@ def _estimate(stretch: Stretch, orbit: Orbit, time_s: float) -> FrequencyDomainE
     amplitude = orbit.amplitude
     w = orbit.omega / averaged(frequency_ratio, orbit, stretch.phase_spread_s)
     decay = -0.5 * orbit.slope / math.tan(0.5 * amplitude)
-    return FrequencyDomainEstimate(
+    return HarmonicEstimate(
         time_s=time_s,
         stretch_s=stretch.length_s,
         frequency_hz=w * frequency_ratio(amplitude) / (2.0 * math.pi),

@@ -16,31 +16,33 @@ from ..physics.models import RingDownModel
 from ..physics.orbit import frequency_ratio
 from ..physics.torques import LINEAR_RESTORING
 from ..physics.torques.dispatch import acceleration
-from ..physics.trajectory.direct import Dynamics
+from ..physics.trajectory.direct import MotionParameters
 from ..record import RingDownRecord
 from ..refusal import Refusal, RefusedError
-from ..screening.angle_cycles import Swings, find_swings
-from .initial_state import Start
+from ..screening.angle_cycles import HalfCycles, find_half_cycles
+from .initial_state import InitialState
 
 _WIDEST = 2.98  # rad
 _PERIODS = 3.0
 _POINTS = 64
 
 
-def find_start_angle(record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float) -> Start:
+def guess_initial_state_of_angle(
+    record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float
+) -> InitialState:
     """Start states at the turning points nearest to t = 0.
 
     Raises:
         RefusedError: no two half swings stand out.
     """
-    swings = find_swings(record.samples[0, first:last], first, record.dt_s, frequency_hz)
+    swings = find_half_cycles(record.samples[0, first:last], first, record.dt_s, frequency_hz)
     if swings is None:
         raise RefusedError(Refusal.TOO_SHORT, "fewer than two half swings stand out")
     w = _natural_frequency(model, swings)
     values = _losses(model, swings, w)
     states = {s.dynamics.amplitude: s for s in _states(model, swings, w, values)}
     periods = (swings.passages_s[0] - first * record.dt_s) * frequency_hz + _PERIODS
-    return Start(tuple(states), periods, states.__getitem__)
+    return InitialState(tuple(states), periods, states.__getitem__)
 
 
 def _ratio(model: RingDownModel, amplitude: float) -> float:
@@ -48,7 +50,7 @@ def _ratio(model: RingDownModel, amplitude: float) -> float:
     return 1.0 if LINEAR_RESTORING in model.terms else frequency_ratio(min(abs(amplitude), _WIDEST))
 
 
-def _natural_frequency(model: RingDownModel, swings: Swings) -> float:
+def _natural_frequency(model: RingDownModel, swings: HalfCycles) -> float:
     """w in rad/s: the median over the half swings; wide ones tell little, for their duration depends on the angle."""
     each = np.pi / np.diff(swings.passages_s) / [_ratio(model, a) for a in swings.turning_rad]
     return float(np.median(each[: max(6, np.count_nonzero(np.abs(swings.turning_rad) > 0.3))]))
@@ -60,7 +62,7 @@ def _energy(model: RingDownModel, angle: Array) -> Array:
     return np.asarray(0.5 * angle**2 if linear else 1.0 - np.cos(angle))
 
 
-def _losses(model: RingDownModel, swings: Swings, w: float) -> tuple[float, ...]:
+def _losses(model: RingDownModel, swings: HalfCycles, w: float) -> tuple[float, ...]:
     """Values of all coefficients: losses by least squares with no negative one from the energies, others 0."""
     typical = np.array([c.typical for c in model.coefficients])
     names = [c.name for c in model.coefficients]
@@ -90,7 +92,7 @@ def _work(model: RingDownModel, amplitude: float, c: Array) -> Array:
     return total
 
 
-def _states(model: RingDownModel, swings: Swings, w: float, values: tuple[float, ...]) -> list[FitState]:
+def _states(model: RingDownModel, swings: HalfCycles, w: float, values: tuple[float, ...]) -> list[FitState]:
     """The states anchored at the turning point before t = 0 or soon after it, the nearer one first."""
     ratio = min(max(abs(swings.turning_rad[0] / swings.turning_rad[1]), 1.0), 1.5)
     amplitude, time = float(swings.turning_rad[0]), float(swings.turning_s[0])
@@ -102,6 +104,6 @@ def _states(model: RingDownModel, swings: Swings, w: float, values: tuple[float,
     near = [(t, a) for t, a in anchors if abs(w * t) < math.pi / _ratio(model, a)]
     observation = AngleObservation()
     return [
-        FitState(Dynamics(w, -w * t, a, values), observation, np.array([swings.zero_rad]))
+        FitState(MotionParameters(w, -w * t, a, values), observation, np.array([swings.zero_rad]))
         for t, a in sorted(near, key=lambda anchor: abs(anchor[0]))
     ]

@@ -20,12 +20,12 @@ from ..physics.orbit import (
     frequency_ratio,
 )
 from ..physics.rotation import nearest_rotation
-from ..physics.trajectory.direct import Dynamics
+from ..physics.trajectory.direct import MotionParameters
 from ..record import RingDownRecord
 from ..sensitivity import inverse_sensitivity
-from .angle import find_start_angle
-from .harmonic_fit import Snapshot, take_snapshot
-from .initial_state import Start
+from .angle import guess_initial_state_of_angle
+from .harmonic_fit import HarmonicFit, fit_harmonics
+from .initial_state import InitialState
 
 _FIRST_PERIODS = 10
 _TRUSTED_SNR = 8.0
@@ -41,17 +41,17 @@ def observes_dipole(record: RingDownRecord, model: RingDownModel) -> bool:
     return known and model.observation == "by_quantity"
 
 
-def find_start(
+def guess_initial_state(
     record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float, noise_sd: Array
-) -> Start:
+) -> InitialState:
     """Start values from the first ten periods, or more where noise hides the weak harmonics."""
     if record.quantity == "angle":
-        return find_start_angle(record, model, first, last, frequency_hz)
+        return guess_initial_state_of_angle(record, model, first, last, frequency_hz)
     dipole = observes_dipole(record, model)
     periods = _FIRST_PERIODS
     while True:
         stop = min(last, first + math.ceil(periods / (frequency_hz * record.dt_s)))
-        snapshot = take_snapshot(record.samples, first, stop, record.dt_s, frequency_hz, noise_sd)
+        snapshot = fit_harmonics(record.samples, first, stop, record.dt_s, frequency_hz, noise_sd)
         if record.sensitivity is not None and dipole:
             snapshot = _calibrated(snapshot, record.sensitivity)
         waves = _aligned(snapshot)
@@ -61,10 +61,10 @@ def find_start(
         periods *= 2
     amplitudes = _amplitudes(dipole, waves, snr)
     seen = (stop - first) * record.dt_s * snapshot.omega / (2.0 * math.pi)
-    return Start(amplitudes, seen, cache(partial(_state, record, model, snapshot, waves)))
+    return InitialState(amplitudes, seen, cache(partial(_state, record, model, snapshot, waves)))
 
 
-def _calibrated(snapshot: Snapshot, sensitivity: Array) -> Snapshot:
+def _calibrated(snapshot: HarmonicFit, sensitivity: Array) -> HarmonicFit:
     """The snapshot of the world's dm/dt that volts of this sensitivity (channels, 3) show."""
     inverse = -inverse_sensitivity(sensitivity, snapshot.z.shape[1])
     return replace(snapshot, z=snapshot.z @ inverse.T, z_sd=np.sqrt(inverse**2 @ snapshot.z_sd**2))
@@ -82,7 +82,7 @@ class _Waves:
     snr_third: float
 
 
-def _aligned(snapshot: Snapshot) -> _Waves:
+def _aligned(snapshot: HarmonicFit) -> _Waves:
     """Common phase of the fundamental, then all harmonics as real vectors along their known phases.
 
     With phase Theta since the turning point +A: v-signal -sin(Theta), u-signal +sin(2 Theta), third -sin(3 Theta).
@@ -125,7 +125,7 @@ def _amplitudes(dipole: bool, waves: _Waves, snr: float) -> tuple[float, ...]:
 
 
 def _state(
-    record: RingDownRecord, model: RingDownModel, snapshot: Snapshot, waves: _Waves, amplitude: float
+    record: RingDownRecord, model: RingDownModel, snapshot: HarmonicFit, waves: _Waves, amplitude: float
 ) -> FitState:
     """A fit state from the snapshot with this amplitude in its middle."""
     ratio, time_s, decay = frequency_ratio(amplitude), snapshot.time_s, max(snapshot.decay_per_s, 0.0)
@@ -142,7 +142,7 @@ def _state(
         anchor, phase = -start, phase - math.pi
     else:
         anchor = start
-    dynamics = Dynamics(
+    dynamics = MotionParameters(
         w=w,
         theta=phase * w / (snapshot.omega - rise),
         amplitude=anchor,

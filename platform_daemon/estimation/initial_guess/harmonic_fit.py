@@ -24,7 +24,7 @@ _SETTLED = 0.03  # rad, at the ends of the stretch: what is left of it is of sec
 
 
 @dataclass(frozen=True)
-class Snapshot:
+class HarmonicFit:
     """Complex harmonic amplitudes at the middle of a stretch: channel c is Re sum_k z[k-1, c] exp(i k W (t - t0)).
 
     Attributes:
@@ -42,7 +42,7 @@ class Snapshot:
     decay_per_s: float
 
 
-def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array) -> Snapshot:
+def fit_harmonics(y: Array, first: int, last: int, dt_s: float, frequency_hz: float, noise_sd: Array) -> HarmonicFit:
     """Least-squares harmonics with linearly drifting amplitudes over samples first .. last-1 of y (channels, n).
 
     The frequency is refined by the drift of the fundamental's phase. Where that is too large (a long spectrum shows
@@ -64,7 +64,7 @@ def take_snapshot(y: Array, first: int, last: int, dt_s: float, frequency_hz: fl
     # Block averages attenuate harmonic k by a sinc.
     turns = [0.5 * omega * dt_s * k for k in range(1, _HARMONICS + 1)]
     rise = np.array([block * math.sin(turn) / math.sin(block * turn) for turn in turns])
-    return Snapshot(
+    return HarmonicFit(
         time_s=middle,
         omega=omega,
         z=z * rise[:, None],
@@ -100,7 +100,7 @@ def _drifting_harmonics(data: Array, step_s: float, omega: float) -> tuple[Compl
     channels, blocks = data.shape
     n = _unfolded(2.0 * math.pi / (omega * step_s), blocks)
     solution = np.empty((channels, 4 * n + 1))
-    if not _fit_harmonics(data, omega * step_s, solution):
+    if not _harmonic_least_squares(data, omega * step_s, solution):
         raise RefusedError(Refusal.TOO_SHORT, "the beginning of the window does not tell its harmonics apart")
     parts = np.zeros((_HARMONICS, 4, channels))
     parts[:n] = solution[:, : 4 * n].reshape(channels, 4, n).T
@@ -120,7 +120,7 @@ def _unfolded(per_period: float, points: int) -> int:
 
 
 @fast_kernel
-def _fit_harmonics(data, turn, solution):  # type: ignore[no-untyped-def]
+def _harmonic_least_squares(data, turn, solution):  # type: ignore[no-untyped-def]
     """Least squares of data (channels, n) with cos k x, -sin k x, both times the place in -1 .. 1, and 1: k = 1..4.
 
     x advances by `turn` per point and is 0 in the middle. solution (channels, 17); False if they cannot be told apart.

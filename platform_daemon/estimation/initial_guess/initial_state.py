@@ -9,7 +9,7 @@ from ..least_squares.gauss_newton import FitState
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialState:
     """Where the fit begins.
 
     Attributes:

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..physics.models import RingDownModel
 from ..refusal import Refusal, RefusedError
-from .gauss_newton import FitState, Normal
+from .gauss_newton import FitState, NormalEquations
 from .observation_model import DipoleObservation
-from .public_parameters import Published
+from .public_parameters import PublicParameters
 
 _SURE = 5.0  # standard deviations
 
@@ -67,7 +67,7 @@ def with_fixed(state: FitState, model: RingDownModel, fixed: Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Knowledge:
+class Constraints:
     """Independent Gaussian knowledge of internal parameters: places, means and standard deviations, all (k,)."""
 
     places: tuple[int, ...] = ()
@@ -75,7 +75,7 @@ class Knowledge:
     sd: tuple[float, ...] = ()
     notes: tuple[str, ...] = ()
 
-    def added(self, normal: Normal, state: FitState) -> Normal:
+    def added(self, normal: NormalEquations, state: FitState) -> NormalEquations:
         """Normal equations that pull towards it; chi2 counts it like further data."""
         if not self.places:
             return normal
@@ -90,7 +90,7 @@ class Knowledge:
         return replace(normal, chi2=normal.chi2 + float(precision @ miss**2), gradient=gradient, matrix=matrix)
 
 
-def knowledge_of(model: RingDownModel, fixed: Mapping[str, float], *, dipole: bool) -> Knowledge:
+def constraints_of(model: RingDownModel, fixed: Mapping[str, float], *, dipole: bool) -> Constraints:
     """The model's priors on the parameters that are fitted."""
     found, notes = [], []
     for name, place in internal_index(model, dipole=dipole).items():
@@ -100,10 +100,10 @@ def knowledge_of(model: RingDownModel, fixed: Mapping[str, float], *, dipole: bo
             found.append((place, scale * prior[0], scale * prior[1]))
             notes.append(f"prior: {name} = {prior[0]:g} +- {prior[1]:g}")
     places, mean, sd = zip(*found, strict=True) if found else ((), (), ())
-    return Knowledge(places, mean, sd, tuple(notes))
+    return Constraints(places, mean, sd, tuple(notes))
 
 
-def refuse_out_of_bounds(model: RingDownModel, public: Published, amplitude_rad: float) -> None:
+def refuse_out_of_bounds(model: RingDownModel, public: PublicParameters, amplitude_rad: float) -> None:
     """Refuse a motion beyond the angle where the torques hold, and estimates that lie surely outside their bounds.
 
     amplitude_rad: the largest deflection in the window.

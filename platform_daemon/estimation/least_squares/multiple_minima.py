@@ -8,16 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import Dynamics, LostTrajectoryError
+from ..physics.trajectory.direct import LostTrajectoryError, MotionParameters
 from ..physics.trajectory.turning_points import turning_points
 from .gauss_newton import covariance
-from .progressive import Fitted
+from .progressive import Minimum
 
 _COMPARABLE = 25.0  # of chi2 over its mean per degree of freedom
 _DISTINCT = 10.0  # standard deviations
 
 
-def ambiguity(found: Sequence[Fitted], model: RingDownModel, free: np.ndarray, degrees: int) -> tuple[str, ...]:
+def ambiguity(found: Sequence[Minimum], model: RingDownModel, free: np.ndarray, degrees: int) -> tuple[str, ...]:
     """A warning if starts led to distinct minima of comparable chi2: errors that know of one of them mean little."""
     best = min(found, key=lambda fitted: fitted.normal.chi2)
     scale = max(1.0, best.normal.chi2 / degrees)
@@ -31,7 +31,7 @@ def ambiguity(found: Sequence[Fitted], model: RingDownModel, free: np.ndarray, d
     return ()
 
 
-def _distance(best: Fitted, other: Fitted, model: RingDownModel, free: np.ndarray) -> float:
+def _distance(best: Minimum, other: Minimum, model: RingDownModel, free: np.ndarray) -> float:
     """Largest difference of frequency, amplitude and coefficients in the best one's standard deviations."""
     sd = np.sqrt(covariance(best.normal, free)[0].diagonal())
     rank = np.cumsum(free) - 1
@@ -42,7 +42,7 @@ def _distance(best: Fitted, other: Fitted, model: RingDownModel, free: np.ndarra
     )
 
 
-def _apart(one: Dynamics, two: Dynamics, model: RingDownModel) -> float:
+def _apart(one: MotionParameters, two: MotionParameters, model: RingDownModel) -> float:
     """Difference of the amplitudes of two motions, at the size of the first.
 
     A motion may be counted from any of its turning points: their amplitudes are compared at the same one.
@@ -59,7 +59,7 @@ def _apart(one: Dynamics, two: Dynamics, model: RingDownModel) -> float:
     return abs(one.amplitude) * (abs(second.amplitude) / here - 1.0)
 
 
-def _described(fitted: Fitted, degrees: int) -> str:
+def _described(fitted: Minimum, degrees: int) -> str:
     """A minimum in a few words."""
     d = fitted.state.dynamics
     return (

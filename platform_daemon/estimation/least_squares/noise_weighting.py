@@ -17,15 +17,17 @@ from ..noise.model import NoiseModel
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
 from ..physics.trajectory.basis_functions import DIPOLE
-from .gauss_newton import FitState, Normal, assembled, solve_step
-from .progressive import Fitted, Problem
+from .gauss_newton import FitState, NormalEquations, assembled, solve_step
+from .progressive import FitProblem, Minimum
 from .public_parameters import by_convention
 
 _SAME = 1e-6
 _STEPS = 2  # the second only removes what the first leaves by being linear
 
 
-def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: NoiseModel, frequency_hz: float) -> Fitted:
+def weighted_by_harmonic(
+    problem: FitProblem, best: Minimum, last: int, noise: NoiseModel, frequency_hz: float
+) -> Minimum:
     """The minimum with odd and even harmonics weighted by the noise at f and 2 f; unchanged if that is white.
 
     chi^2 stays that of the problem's own standard deviations.
@@ -57,7 +59,7 @@ def weighted_by_harmonic(problem: Problem, best: Fitted, last: int, noise: Noise
     )
 
 
-def harmonic_sd(problem: Problem, noise: NoiseModel, frequency_hz: float) -> Array:
+def harmonic_sd(problem: FitProblem, noise: NoiseModel, frequency_hz: float) -> Array:
     """Standard deviations of white noise that weighs as much at f and at 2 f, (channels, 2)."""
     harmonics = frequency_hz * np.array([1.0, 2.0])
     # Below the rounding of a noise-free record a spectrum means nothing.
@@ -67,7 +69,9 @@ def harmonic_sd(problem: Problem, noise: NoiseModel, frequency_hz: float) -> Arr
     return np.where(usable, level, problem.noise_sd[:, None])
 
 
-def weighted_normal(model: RingDownModel, state: FitState, moments: Moments, sd: Array, normal: Normal) -> Normal:
+def weighted_normal(
+    model: RingDownModel, state: FitState, moments: Moments, sd: Array, normal: NormalEquations
+) -> NormalEquations:
     """Normal equations with a standard deviation for odd and even harmonics of every channel, sd (channels, 2).
 
     Rows of the residual's products with the basis get the weights 1/sd^2 of their harmonic, and the matrix of their

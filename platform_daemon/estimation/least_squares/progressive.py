@@ -18,8 +18,16 @@ from ..physics.models import RingDownModel
 from ..physics.trajectory.basis_functions import DIPOLE
 from ..physics.trajectory.direct import LostTrajectoryError
 from ..record import RingDownRecord
-from .constraints import Knowledge
-from .gauss_newton import FitState, Normal, after_step, normal_equations, solve_step, variance_of, with_best_gains
+from .constraints import Constraints
+from .gauss_newton import (
+    FitState,
+    NormalEquations,
+    after_step,
+    normal_equations,
+    solve_step,
+    variance_of,
+    with_best_gains,
+)
 
 _MOST_ITERATIONS = 30
 _MOST_PASSES = 250
@@ -41,7 +49,7 @@ class NoConvergenceError(ArithmeticError):
 
 
 @dataclass(frozen=True)
-class Schedule:
+class FitStages:
     """How a fit proceeds.
 
     Attributes:
@@ -62,23 +70,23 @@ class Schedule:
     digits: float
 
 
-QUICK = Schedule(16.0, 100.0, 1e3, 1e-3, 33, 0.1, COARSE)
-CAREFUL = Schedule(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1.0, EXACT)
+QUICK = FitStages(16.0, 100.0, 1e3, 1e-3, 33, 0.1, COARSE)
+CAREFUL = FitStages(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1.0, EXACT)
 
 
 @dataclass(frozen=True)
-class Some:
+class Subsample:
     """Which samples of a window take part: those of every so many-th half swing (odd), of these every so many-th."""
 
     half_swing: int = 1
     sample: int = 1
 
 
-ALL = Some()
+ALL_SAMPLES = Subsample()
 
 
 @dataclass
-class Problem:
+class FitProblem:
     """A record, a model and its noise; counts the passes over the samples.
 
     doubts: warnings about the minimum that was found.
@@ -89,7 +97,7 @@ class Problem:
     noise_sd: Array
     free: np.ndarray
     first: int
-    knowledge: Knowledge = field(default_factory=Knowledge)
+    knowledge: Constraints = field(default_factory=Constraints)
     passes: int = 0
     doubts: tuple[str, ...] = ()
 
@@ -98,7 +106,7 @@ class Problem:
         self._weights = 1.0 / (self.noise_sd * self.noise_sd)
         self._thinned = {1: self.record.samples}
 
-    def evaluate(self, state: FitState, last: int, some: Some = ALL, digits: float = EXACT) -> Evaluation:
+    def evaluate(self, state: FitState, last: int, some: Subsample = ALL_SAMPLES, digits: float = EXACT) -> Evaluation:
         """Normal equations over samples first .. last-1, or over some of them; one pass.
 
         The state comes back with its free gains, if it has any, put at their best for this trajectory.
@@ -144,7 +152,7 @@ class Problem:
         end = begin + by_w * last * self.record.dt_s - float(at.moments.slopes @ inner)
         return max(abs(begin), abs(end), abs(by_amplitude / d.amplitude), seen.bend(step[k : k + seen.size]))
 
-    def after(self, at: Evaluation, step: Array) -> Normal:
+    def after(self, at: Evaluation, step: Array) -> NormalEquations:
         """The normal equations of all samples with the residual that a small step leaves."""
         normal = after_step(at.normal, self.model, at.state, at.moments, step)
         chance = math.sqrt(2.0 * self.record.channels * normal.samples)
@@ -164,7 +172,7 @@ class Evaluation:
 
     state: FitState
     moments: Moments
-    normal: Normal
+    normal: NormalEquations
 
 
 @dataclass(frozen=True)
@@ -177,7 +185,7 @@ class Prior:
     mean: Array
     precision: Array
 
-    def added(self, normal: Normal, state: FitState) -> Normal:
+    def added(self, normal: NormalEquations, state: FitState) -> NormalEquations:
         """Normal equations with the prior's pull."""
         d = state.dynamics
         miss = self.mean - np.array([d.amplitude, *d.values])
@@ -206,7 +214,7 @@ def weak_prior(model: RingDownModel, state: FitState) -> Prior:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Minimum:
     """The minimum, with its normal equations; the moments of one small step before it.
 
     tabulated: a state as good as the minimum, the one before if the last step was negligible: its tables exist.
@@ -215,14 +223,14 @@ class Fitted:
 
     state: FitState
     tabulated: FitState
-    normal: Normal
+    normal: NormalEquations
     moments: Moments
     left: float = 0.0
 
 
-def fit_growing(
-    problem: Problem, start: FitState, start_periods: float, last: int, schedule: Schedule = CAREFUL
-) -> Fitted:
+def fit_progressively(
+    problem: FitProblem, start: FitState, start_periods: float, last: int, schedule: FitStages = CAREFUL
+) -> Minimum:
     """Minimise chi^2 over samples first .. last-1, on windows growing from the start's own stretch.
 
     Raises:
@@ -233,25 +241,25 @@ def fit_growing(
     prior = weak_prior(problem.model, start)
     state = start
     while problem.first + length < last:
-        some = _some(length, period, schedule.half_swings)
+        some = _subsample(length, period, schedule.half_swings)
         found = _Stage(problem, problem.first + length, some, schedule.digits, prior).minimise(state, schedule.early)
         state = found.state
         wanted = min(schedule.growth, (last - problem.first) / length)
         length = math.ceil(length * _growth(problem, found, length, wanted))
     if schedule.digits < EXACT:
         whole = last - problem.first
-        some = _some(whole, period, max(schedule.half_swings, int(schedule.last_share * 2.0 * whole / period)))
+        some = _subsample(whole, period, max(schedule.half_swings, int(schedule.last_share * 2.0 * whole / period)))
         state = _Stage(problem, last, some, schedule.digits, None).minimise(state, schedule.late).state
-    final = _Stage(problem, last, ALL, EXACT, None).minimise(state, schedule.final)
+    final = _Stage(problem, last, ALL_SAMPLES, EXACT, None).minimise(state, schedule.final)
     normal = problem.after(final.before, final.step)
     chi2_sd = math.sqrt(2.0 * problem.record.channels * normal.samples)
     fall = final.before.normal.chi2 - normal.chi2
     if fall < _NEGLIGIBLE_FALL * chi2_sd:
-        return Fitted(final.state, final.before.state, normal, final.before.moments, max(fall, 0.0))
-    return Fitted(final.state, final.state, normal, final.before.moments)
+        return Minimum(final.state, final.before.state, normal, final.before.moments, max(fall, 0.0))
+    return Minimum(final.state, final.state, normal, final.before.moments)
 
 
-def _growth(problem: Problem, found: _Minimum, length: int, growth: float) -> float:
+def _growth(problem: FitProblem, found: _StageEnd, length: int, growth: float) -> float:
     """How much longer the window may become before the phase at its end is uncertain, no more than `growth`.
 
     An error of w adds to the phase in proportion to time, one of the amplitude as well, one of a loss with its square.
@@ -268,17 +276,17 @@ def _growth(problem: Problem, found: _Minimum, length: int, growth: float) -> fl
     return 2.0
 
 
-def _some(samples: int, period: float, half_swings: int) -> Some:
+def _subsample(samples: int, period: float, half_swings: int) -> Subsample:
     """So many half swings of a window, and of their samples no more than an early pass needs; period: in samples."""
     stride = int(2.0 * samples / (period * half_swings)) | 1  # odd, so that both directions are seen
     if half_swings > samples:
-        return Some(stride)
+        return Subsample(stride)
     most = min(samples / _ENOUGH_SAMPLES, _MOST_LEFT_OUT) / stride, 0.5 * period / _ENOUGH_IN_HALF_SWING
-    return Some(stride, max(1, int(min(most))))
+    return Subsample(stride, max(1, int(min(most))))
 
 
 @dataclass(frozen=True)
-class _Minimum:
+class _StageEnd:
     """End of a stage: the state, and what was known one negligible step before it."""
 
     state: FitState
@@ -290,13 +298,13 @@ class _Minimum:
 class _Stage:
     """Damped Gauss-Newton on one window."""
 
-    problem: Problem
+    problem: FitProblem
     last: int
-    some: Some
+    some: Subsample
     digits: float
     prior: Prior | None
 
-    def minimise(self, state: FitState, tolerance: float) -> _Minimum:
+    def minimise(self, state: FitState, tolerance: float) -> _StageEnd:
         """Steps until the fall of chi^2 that a step predicts, or what it will leave to the next one, is small.
 
         Gauss-Newton's error is about the square of its step, taken relative to what the model bends over.
@@ -308,7 +316,7 @@ class _Stage:
             shrink = _shrink(at.state, step, self.last * self.problem.record.dt_s)
             undamped = damping == 0.0 and shrink == 1.0
             if undamped and (predicted < tolerance or self._left(at, step, predicted) < tolerance):
-                return _Minimum(at.state.moved(step), at, step)
+                return _StageEnd(at.state.moved(step), at, step)
             trial = self._try(at.state.moved(shrink * step))
             if trial is not None and _is_better(trial.normal, at.normal):
                 at = trial
@@ -335,7 +343,7 @@ class _Stage:
         return at if self.prior is None else Evaluation(at.state, at.moments, self.prior.added(at.normal, at.state))
 
 
-def _is_better(trial: Normal, normal: Normal) -> bool:
+def _is_better(trial: NormalEquations, normal: NormalEquations) -> bool:
     """Not worse than rounding, or than the few samples that changed sides where half swings are left out."""
     slack = 1e-12 if trial.samples == normal.samples else 0.02
     rounding = 1e-6 + _ROUNDING * normal.data_chi2

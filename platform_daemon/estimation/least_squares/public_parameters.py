@@ -11,10 +11,10 @@ import numpy as np
 from ..numerics.arrays import Array
 from ..parameters import PARAMETER_NAMES, Estimate
 from ..physics.models import RingDownModel
-from ..physics.trajectory.initial_conditions import label_of_state
+from ..physics.trajectory.initial_conditions import initial_conditions_of_state
 from ..physics.trajectory.state_at_zero import state_at_zero
 from ..refusal import Refusal, RefusedError
-from .gauss_newton import FitState, Normal, covariance
+from .gauss_newton import FitState, NormalEquations, covariance
 
 POOR_CHI2 = 1.5  # per degree of freedom; beyond it other starts are tried
 _LARGEST_RELATIVE_STD = 0.05
@@ -22,7 +22,7 @@ _LARGEST_RELATIVE_STD_FREE_GAINS = 0.3
 
 
 @dataclass(frozen=True)
-class Published:
+class PublicParameters:
     """Public parameters: estimates, covariance of the free ones, condition number of the scaled normal matrix."""
 
     parameters: dict[str, Estimate]
@@ -30,7 +30,7 @@ class Published:
     covariance: Array
     condition: float
 
-    def widened(self, by: float) -> Published:
+    def widened(self, by: float) -> PublicParameters:
         """The same with so many times the variances."""
         if by == 1.0:
             return self
@@ -45,7 +45,9 @@ def by_convention(state: FitState, model: RingDownModel) -> FitState:
     return replace(state, observation=observation).mirrored(model) if mirror else state
 
 
-def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndarray) -> Published:
+def propagate_to_public(
+    model: RingDownModel, state: FitState, normal: NormalEquations, free: np.ndarray
+) -> PublicParameters:
     """Public values and covariance of a fitted state (already by convention); `normal` was taken at that state."""
     names, values, jacobian = public_jacobian(model, state)
     internal, condition = covariance(normal, free)
@@ -59,10 +61,10 @@ def publish(model: RingDownModel, state: FitState, normal: Normal, free: np.ndar
         for name, value, is_free in zip(names, values.tolist(), estimated, strict=True)
     }
     kept = tuple(name for name in names if parameters[name].std is not None)
-    return Published(parameters, kept, matrix, condition)
+    return PublicParameters(parameters, kept, matrix, condition)
 
 
-def refuse_faint(public: Published) -> None:
+def refuse_faint(public: PublicParameters) -> None:
     """Refuse a size of the motion that means nothing beside its own error."""
     estimates = public.parameters
     name, limit = "m_r_am2", _LARGEST_RELATIVE_STD
@@ -79,7 +81,7 @@ def public_jacobian(model: RingDownModel, state: FitState) -> tuple[list[str], A
     coefficients = len(d.values)
     dynamic = 3 + coefficients
     state_now, by_motion = state_at_zero(model, d)
-    phi_max, psi, by_state = label_of_state(*state_now.tolist())
+    phi_max, psi, by_state = initial_conditions_of_state(*state_now.tolist())
     obs_names, obs_values, obs_jacobian = state.observation.public()
 
     names = ["f_nat_hz", *(c.name for c in model.coefficients), "phi_max_rad", "psi_start_rad", *obs_names]

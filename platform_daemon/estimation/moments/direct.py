@@ -8,7 +8,7 @@ import numpy as np
 
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
-from ..physics.trajectory.direct import Dynamics, Trajectory
+from ..physics.trajectory.direct import MotionParameters, Trajectory
 
 _CHUNK = 4096  # samples whose basis is in memory at once
 
@@ -38,7 +38,7 @@ class Moments:
 
 
 def direct_moments(
-    model: RingDownModel, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int
+    model: RingDownModel, dynamics: MotionParameters, y: Array, first: int, last: int, dt_s: float, observable: int
 ) -> Moments:
     """Moments of samples first .. last-1.
 

@@ -44,7 +44,7 @@ def write_basis(values, head, observable, nodes, w, theta, columns, at, basis): 
 
 
 @fast_kernel
-def collect_swings(  # type: ignore[no-untyped-def]
+def collect_half_cycles(  # type: ignore[no-untyped-def]
     y, first, last, dt, w, theta, skipped, stride, count, heads, weights, mirrored, observable, nodes, matrix, values,
     gram, products, energy,
 ):  # fmt: skip

@@ -12,21 +12,21 @@ from ..numerics.arrays import Array
 from ..numerics.chebyshev import EXACT, nodes_for
 from ..physics.models import RingDownModel
 from ..physics.trajectory.basis_functions import DIPOLE
-from ..physics.trajectory.direct import EARLIEST, Dynamics, LostTrajectoryError, Trajectory
+from ..physics.trajectory.direct import EARLIEST, LostTrajectoryError, MotionParameters, Trajectory
 from ..physics.trajectory.direct_chain import STATUS_LOST, STATUS_OK, STATUS_STUCK
 from ..physics.trajectory.half_cycle_walk import SwingTables, Walk
 from ..physics.trajectory.table_range import WALK, WALK_START
 from .basis import fill_basis_from_table
 from .direct import Moments, direct_moments
 from .model_signal import fill_model, points_in, to_coefficients
-from .tabulated import collect_swings
+from .tabulated import collect_half_cycles
 
 __all__ = ["Moments", "Workspace"]
 
 _LOST = "no further turning point: the motion is not an oscillation"
 
 
-def _check(d: Dynamics, end_s: float) -> None:
+def _check(d: MotionParameters, end_s: float) -> None:
     """Raises LostTrajectoryError for what is no oscillation, or begins too late."""
     finite = math.isfinite(d.w * end_s + d.theta + sum(d.values))
     if not (finite and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
@@ -37,7 +37,7 @@ def _check(d: Dynamics, end_s: float) -> None:
 class _Held:
     """A walk that needed one stretch only: `count` half swings, as they stand in its heads and weights."""
 
-    dynamics: Dynamics
+    dynamics: MotionParameters
     walk: Walk
     tables: SwingTables
     count: int
@@ -57,8 +57,8 @@ class Workspace:
         self._symmetric = self.model.symmetric
 
     def moments(
-        self, dynamics: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int = 1,
-        digits: float = EXACT,
+        self, dynamics: MotionParameters, y: Array, first: int, last: int, dt_s: float, observable: int,
+        stride: int = 1, digits: float = EXACT,
     ) -> Moments:  # fmt: skip
         """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
 
@@ -80,7 +80,15 @@ class Workspace:
         return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
 
     def _collected(
-        self, d: Dynamics, y: Array, first: int, last: int, dt_s: float, observable: int, stride: int, digits: float
+        self,
+        d: MotionParameters,
+        y: Array,
+        first: int,
+        last: int,
+        dt_s: float,
+        observable: int,
+        stride: int,
+        digits: float,
     ) -> Moments:
         """The same by a walk, from its anchor on; keeps it if it is exact and needed one stretch only."""
         walk, tables = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta), self._tables_for(d, digits)
@@ -90,7 +98,7 @@ class Workspace:
         for count in walk.stretches(tables, observable, digits):
             if count:
                 stretches += 1
-                used += collect_swings(
+                used += collect_half_cycles(
                     y, first, last, dt_s, d.w, d.theta, passed, stride, count, walk.heads, walk.weights,
                     self._symmetric, observable, g.nodes, g.to_nodes, tables.values, *sums,
                 )  # fmt: skip
@@ -105,7 +113,14 @@ class Workspace:
         return Moments(*sums, used, walk.at[WALK + self.columns :])
 
     def block_means(
-        self, dynamics: Dynamics, begin: int, blocks: int, block: int, dt_s: float, observable: int, accuracy: float
+        self,
+        dynamics: MotionParameters,
+        begin: int,
+        blocks: int,
+        block: int,
+        dt_s: float,
+        observable: int,
+        accuracy: float,
     ) -> Array:
         """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks); accuracy: relative.
 
@@ -131,7 +146,7 @@ class Workspace:
             raise LostTrajectoryError(_LOST)
         return out
 
-    def basis(self, dynamics: Dynamics, first: int, last: int, dt_s: float, observable: int) -> Array:
+    def basis(self, dynamics: MotionParameters, first: int, last: int, dt_s: float, observable: int) -> Array:
         """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
 
         Like Trajectory.basis, but from the tables where these know the motion.
@@ -155,7 +170,7 @@ class Workspace:
             raise LostTrajectoryError(_LOST)
         return out
 
-    def _ways(self, d: Dynamics, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
+    def _ways(self, d: MotionParameters, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
         """Stretches of a walk until s_end, walked already or anew."""
         held = self._held
         if held is not None and held.dynamics == d and held.walk.reaches(s_end):
@@ -166,7 +181,7 @@ class Workspace:
         for count in walk.stretches(tables, observable, EXACT):
             yield walk, tables, count
 
-    def _tables_for(self, d: Dynamics, digits: float) -> SwingTables:
+    def _tables_for(self, d: MotionParameters, digits: float) -> SwingTables:
         """Room for tables that represent half swings from this amplitude on to so many digits."""
         nodes = nodes_for(abs(d.amplitude), digits)
         if nodes not in self._tables:

@@ -31,24 +31,24 @@ def rotations(rodrigues: Array) -> Rotation:
     return Rotation.from_rotvec(rodrigues)
 
 
-def twins_of(turned: Rotation) -> Rotation:
+def mirror_images(turned: Rotation) -> Rotation:
     """The same motions with phi -> -phi."""
     return turned * rotations(np.array([math.pi, 0.0, 0.0]))
 
 
-def nearest_twins(rodrigues: Array, reference: Array) -> tuple[Array, np.ndarray]:
+def nearest_mirror_images(rodrigues: Array, reference: Array) -> tuple[Array, np.ndarray]:
     """Of vectors (frames, 3) the twins nearest to a reference (3,), and which are not the ones given, bool (frames,).
 
     A rotation by nearly 180 degrees has two names, v and v shortened by 2 pi: of these, too, the nearer one.
     """
     given, centre = rotations(rodrigues), rotations(reference)
-    others = twins_of(given)
+    others = mirror_images(given)
     turned = (centre.inv() * others).magnitude() < (centre.inv() * given).magnitude()
     vectors = np.where(turned[:, None], others.as_rotvec(), rodrigues)
     return _named_near(vectors, np.asarray(reference, dtype=np.float64)), turned
 
 
-def mean_of_twins(rodrigues: Array) -> Array:
+def mean_over_mirror_images(rodrigues: Array) -> Array:
     """Chordal mean on SO(3) of vectors (frames, 3), each by its twin nearest to that mean; (3,), with e_v . x >= 0.
 
     It starts from what twins share: the direction of e_u and the line along e_v.
@@ -58,15 +58,15 @@ def mean_of_twins(rodrigues: Array) -> Array:
     mean = rodrigues_from_rotation(nearest_rotation(np.linalg.eigh(along.T @ along)[1][:, -1], across))
     before: np.ndarray | None = None
     for _ in range(_ENOUGH):
-        nearest, turned = nearest_twins(rodrigues, mean)
+        nearest, turned = nearest_mirror_images(rodrigues, mean)
         if before is not None and np.array_equal(turned, before):
             break
         mean, before = rotations(nearest).mean().as_rotvec(), turned
     chosen = rotations(mean)
-    return np.asarray((twins_of(chosen) if chosen.as_matrix()[0, 1] < 0.0 else chosen).as_rotvec())
+    return np.asarray((mirror_images(chosen) if chosen.as_matrix()[0, 1] < 0.0 else chosen).as_rotvec())
 
 
-def on_one_side(frames: Sequence[Mapping[str, float]]) -> tuple[list[dict[str, float]], Array | None]:
+def on_one_branch(frames: Sequence[Mapping[str, float]]) -> tuple[list[dict[str, float]], Array | None]:
     """Public parameters of several frames, each as those of its twin nearest to their mean orientation (3,), and that.
 
     Frames without orientation stay as they are: nothing tells their twins apart; None if all are.
@@ -76,8 +76,8 @@ def on_one_side(frames: Sequence[Mapping[str, float]]) -> tuple[list[dict[str, f
     if not seen:
         return folded, None
     vectors = np.array([[frames[k][name] for name in RODRIGUES] for k in seen])
-    mean = mean_of_twins(vectors)
-    nearest, turned = nearest_twins(vectors, mean)
+    mean = mean_over_mirror_images(vectors)
+    nearest, turned = nearest_mirror_images(vectors, mean)
     for k, vector, is_turned in zip(seen, nearest.tolist(), turned.tolist(), strict=True):
         folded[k] |= _mirrored(folded[k]) if is_turned else {}
         folded[k] |= zip(RODRIGUES, vector, strict=True)

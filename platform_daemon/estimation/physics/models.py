@@ -188,6 +188,6 @@ def model_named(name: str) -> RingDownModel:
     return MODELS[declared].with_terms(name, *(TERMS[term] for term in terms)) if terms else MODELS[declared]
 
 
-def rivals_of(model: RingDownModel, quantity: str) -> tuple[RingDownModel, ...]:
+def alternatives_of(model: RingDownModel, quantity: str) -> tuple[RingDownModel, ...]:
     """The declared models that speak against this one if they explain a record of this quantity far better."""
     return tuple(MODELS[name] for name in (model.rivals_of_angle if quantity == "angle" else model.rivals))

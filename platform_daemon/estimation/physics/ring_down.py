@@ -16,8 +16,8 @@ from scipy.special import ellipk, ellipkinc
 from ..numerics.arrays import Array
 from .models import RingDownModel, model_named
 from .trajectory.basis_functions import STATE
-from .trajectory.direct import Dynamics, Trajectory
-from .trajectory.initial_conditions import state_of_label
+from .trajectory.direct import MotionParameters, Trajectory
+from .trajectory.initial_conditions import state_of_initial_conditions
 from .trajectory.turning_points import turning_points
 
 _PER_PERIOD = 64  # samples in which turning points are sought
@@ -36,7 +36,7 @@ class RingDown:
     """
 
     model: RingDownModel
-    dynamics: Dynamics
+    dynamics: MotionParameters
     m_r_am2: float | None = None
 
     @classmethod
@@ -49,7 +49,7 @@ class RingDown:
         """
         model = model_named(variant) if isinstance(variant, str) else variant
         coefficients = tuple(values[c.name] for c in model.coefficients)
-        phi, v = state_of_label(values["phi_max_rad"], values["psi_start_rad"])
+        phi, v = state_of_initial_conditions(values["phi_max_rad"], values["psi_start_rad"])
         dynamics = dynamics_through(model, 2.0 * math.pi * values["f_nat_hz"], coefficients, phi, v)
         return cls(model, dynamics, values.get("m_r_am2"))
 
@@ -94,7 +94,9 @@ class RingDown:
         return np.append(-before, times), np.append(2.0 * math.sin(0.5 * abs(d.amplitude)), peaks)
 
 
-def dynamics_through(model: RingDownModel, w: float, values: tuple[float, ...], phi: float, v: float) -> Dynamics:
+def dynamics_through(
+    model: RingDownModel, w: float, values: tuple[float, ...], phi: float, v: float
+) -> MotionParameters:
     """The trajectory that passes through (phi, v = phi'/w) at t = 0, anchored at a turning point before it.
 
     Starts from the undamped orbit (equ:ODE_norm) through the state and corrects with Newton's method on the exact
@@ -109,13 +111,13 @@ def dynamics_through(model: RingDownModel, w: float, values: tuple[float, ...], 
         miss = np.array([phi - basis[0], v - basis[1]])
         # Columns theta and A of the state's derivatives.
         step = np.linalg.solve(np.array([[basis[2], basis[6]], [basis[3], basis[7]]]), miss)
-        dynamics = Dynamics(w, dynamics.theta + float(step[0]), dynamics.amplitude + float(step[1]), values)
+        dynamics = MotionParameters(w, dynamics.theta + float(step[0]), dynamics.amplitude + float(step[1]), values)
         if float(np.max(np.abs(step))) < _CLOSE * max(1.0, abs(dynamics.theta)):
             break
     return dynamics
 
 
-def _undamped(w: float, values: tuple[float, ...], phi: float, v: float) -> Dynamics:
+def _undamped(w: float, values: tuple[float, ...], phi: float, v: float) -> MotionParameters:
     """Elliptic orbit through the state; the anchor lies a quarter to three quarters of a period before it."""
     m = 0.25 * v * v + math.sin(0.5 * phi) ** 2
     if not 0.0 < m < 1.0:
@@ -131,4 +133,4 @@ def _undamped(w: float, values: tuple[float, ...], phi: float, v: float) -> Dyna
         since, anchor = since + 2.0 * quarter, -anchor
     elif since > 3.0 * quarter:
         since, anchor = since - 2.0 * quarter, -anchor
-    return Dynamics(w, since, anchor, values)
+    return MotionParameters(w, since, anchor, values)

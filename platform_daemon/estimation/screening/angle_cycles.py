@@ -13,7 +13,7 @@ import numpy as np
 from scipy.fft import rfft
 
 from ..numerics.arrays import Array
-from .fundamental import Line
+from .fundamental import SpectralPeak
 
 _SHORTEST = 64  # samples
 _ENOUGH_PERIODS = 6.0
@@ -24,7 +24,7 @@ _ABOVE_NOISE = 6.0
 _OF_LAST_SWING = 0.15
 
 
-def find_swing(samples: Array, sampling_rate_hz: float) -> Line | None:
+def find_angle_frequency(samples: Array, sampling_rate_hz: float) -> SpectralPeak | None:
     """Frequency of the first swings of an angle, samples (1, n); None if nothing moves.
 
     Ever longer beginnings are looked at until one holds six periods: later swings are faster, and weaker.
@@ -36,7 +36,7 @@ def find_swing(samples: Array, sampling_rate_hz: float) -> Line | None:
         if length == y.size or (cycles >= _ENOUGH_PERIODS and significance > 1e3):
             break
         length = min(2 * length, y.size)
-    return Line(cycles * sampling_rate_hz / length, significance) if cycles > 0.0 else None
+    return SpectralPeak(cycles * sampling_rate_hz / length, significance) if cycles > 0.0 else None
 
 
 def _strongest(y: Array) -> tuple[float, float]:
@@ -55,7 +55,7 @@ def _strongest(y: Array) -> tuple[float, float]:
 
 
 @dataclass(frozen=True)
-class Swings:
+class HalfCycles:
     """Half swings that lie between two passages through zero.
 
     Attributes:
@@ -71,7 +71,7 @@ class Swings:
     zero_rad: float
 
 
-def find_swings(y: Array, first: int, dt_s: float, frequency_hz: float) -> Swings | None:
+def find_half_cycles(y: Array, first: int, dt_s: float, frequency_hz: float) -> HalfCycles | None:
     """Half swings of the angle y (n,), whose first sample has number `first`; None if there are fewer than two.
 
     Samples are averaged to blocks, 40 per period, so that neither noise nor coarse steps make passages of their own.
@@ -82,9 +82,9 @@ def find_swings(y: Array, first: int, dt_s: float, frequency_hz: float) -> Swing
     time: Array = np.asarray((first + (np.arange(blocks) + 0.5) * block - 0.5) * dt_s)
     points = 1.0 / (frequency_hz * block * dt_s)
     zero = _middle(data, int(2.0 * points))
-    found: Swings | None = None
+    found: HalfCycles | None = None
     for _ in range(3):
-        found = _half_swings(data - zero, time, points)
+        found = _half_cycles(data - zero, time, points)
         if found is None:
             return None
         zero += _centre(found.turning_rad)
@@ -104,7 +104,7 @@ def _centre(turning: Array) -> float:
     return float(np.median(0.25 * (turning[:-2] + 2.0 * turning[1:-1] + turning[2:])))
 
 
-def _half_swings(x: Array, time: Array, points: float) -> Swings | None:
+def _half_cycles(x: Array, time: Array, points: float) -> HalfCycles | None:
     """Passages and turning points of x (blocks,) around 0, as long as the swings stand out of the noise.
 
     points: blocks per period.
@@ -129,7 +129,7 @@ def _half_swings(x: Array, time: Array, points: float) -> Swings | None:
         side, since = new, k
     if len(turning) < 2:
         return None
-    return Swings(np.array(passages), np.array(turning), np.array(when), 0.0)
+    return HalfCycles(np.array(passages), np.array(turning), np.array(when), 0.0)
 
 
 def _extreme(x: Array, reach: int) -> tuple[float, float]:

@@ -28,14 +28,14 @@ _KEPT = 0.5  # of the power of a beginning that the averaging of samples must le
 
 
 @dataclass(frozen=True)
-class Line:
+class SpectralPeak:
     """The oscillation's fundamental: frequency in Hz and its power over the median power of the spectrum."""
 
     frequency_hz: float
     significance: float
 
 
-def find_fundamental(samples: Array, sampling_rate_hz: float, weakest: float = _WEAKEST) -> Line | None:
+def find_fundamental(samples: Array, sampling_rate_hz: float, weakest: float = _WEAKEST) -> SpectralPeak | None:
     """Fundamental frequency from the beginning of a record, (channels, n); None if there is nothing to see.
 
     The usual length settles most records; else ever longer beginnings are tried until the line is beyond doubt, or
@@ -47,7 +47,7 @@ def find_fundamental(samples: Array, sampling_rate_hz: float, weakest: float = _
     line = _quick_look(samples[:, :length], sampling_rate_hz, weakest)
     if line is not None and _is_certain(line, length / sampling_rate_hz):
         return line
-    best: Line | None = None
+    best: SpectralPeak | None = None
     length = min(_SMALLEST_SEGMENT, samples.shape[1])
     while True:
         line = _strongest_line(samples[:, :length], sampling_rate_hz, weakest)
@@ -64,7 +64,7 @@ def find_fundamental(samples: Array, sampling_rate_hz: float, weakest: float = _
     return best
 
 
-def _few_periods(samples: Array, seconds: float) -> Line | None:
+def _few_periods(samples: Array, seconds: float) -> SpectralPeak | None:
     """The sinusoid that explains most of a record of a few periods, which a windowed spectrum cannot resolve."""
     block = max(1, samples.shape[1] // _SHORT_POINTS)
     means = samples[:, : samples.shape[1] // block * block].reshape(samples.shape[0], -1, block).mean(axis=2)
@@ -77,10 +77,10 @@ def _few_periods(samples: Array, seconds: float) -> Line | None:
     best = int(np.argmax(explained))
     if not explained[best] > _EXPLAINED * total:
         return None
-    return Line(float(trials[best]) / seconds, np.inf)
+    return SpectralPeak(float(trials[best]) / seconds, np.inf)
 
 
-def _quick_look(samples: Array, sampling_rate_hz: float, weakest: float) -> Line | None:
+def _quick_look(samples: Array, sampling_rate_hz: float, weakest: float) -> SpectralPeak | None:
     """The strongest line of a beginning; of means of neighbouring samples, if they hold most of its power."""
     block = int(sampling_rate_hz / _QUICK_RATE_HZ)
     if block > 1:
@@ -95,7 +95,7 @@ def _quick_look(samples: Array, sampling_rate_hz: float, weakest: float) -> Line
     return _strongest_line(samples, sampling_rate_hz, weakest)
 
 
-def _is_certain(line: Line, seconds: float) -> bool:
+def _is_certain(line: SpectralPeak, seconds: float) -> bool:
     """Beyond doubt, and seen for long enough."""
     return line.significance > _CERTAIN and line.frequency_hz * seconds > _ENOUGH_PERIODS
 
@@ -107,7 +107,7 @@ def _window(n: int) -> Array:
     return np.asarray(sum(a * np.cos(k * turn) for k, a in enumerate(_BLACKMAN_HARRIS)))
 
 
-def _strongest_line(samples: Array, sampling_rate_hz: float, weakest: float) -> Line | None:
+def _strongest_line(samples: Array, sampling_rate_hz: float, weakest: float) -> SpectralPeak | None:
     """Strongest spectral line of a segment, halved if it is the second harmonic: with `weakest` of its power there."""
     n = samples.shape[1]
     # Few periods are few bins: pad, so that the peak is found between them.
@@ -133,7 +133,7 @@ def _strongest_line(samples: Array, sampling_rate_hz: float, weakest: float) -> 
             peak = candidate
     shift = _parabolic_shift(power, peak)
     significance = float(power[peak]) / floor if floor > 0.0 else np.inf
-    return Line((peak + shift) * sampling_rate_hz / size, significance)
+    return SpectralPeak((peak + shift) * sampling_rate_hz / size, significance)
 
 
 def _may_be_folded(at: int, peak: int, size: int, lobe: int) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from ..record import RingDownRecord
 from ..refusal import Refusal, RefusedError
 from .clipping import extremes, flat_runs, peaks_at, saturation
-from .fundamental import Line
+from .fundamental import SpectralPeak
 from .oscillation import find_oscillation
 
 FEWEST_PERIODS = 5.0
@@ -19,7 +19,7 @@ _FLAT_RUNS = 8
 _FEWEST_RUNS = 2
 
 
-def screen(record: RingDownRecord) -> Line:
+def screen(record: RingDownRecord) -> SpectralPeak:
     """Check a record's samples and find its oscillation.
 
     Raises:

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from platform_daemon.analysis.plot_data import envelope
+from platform_daemon.analysis.plot_data import min_max_decimate
 from platform_daemon.diagnosis.findings.missing_torque import MissingTorque
-from platform_daemon.diagnosis.findings.residual_analysis import HARMONICS, HarmonicCourse, Scatter, ShotAnatomy
+from platform_daemon.diagnosis.findings.residual_analysis import HARMONICS, HarmonicCourse, ResidualAnalysis, Scatter
 from platform_daemon.estimation.sliding_window import SlidingFit
 
 from ..diagnosis_text import heading_of
@@ -27,7 +27,7 @@ _POINTS = 900
 _NOISE_95 = math.sqrt(-2.0 * math.log(0.05))  # 95 % of the amplitudes that noise of unit sd in both parts makes
 _HARMONIC_COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44", "#b07d2b", "#6a4c93")
 
-Pair = tuple[ShotAnatomy, ShotAnatomy]
+Pair = tuple[ResidualAnalysis, ResidualAnalysis]
 
 
 def _figure(width: float, height: float) -> Figure:
@@ -63,13 +63,13 @@ def _scaled(factor: float):  # type: ignore[no-untyped-def]
     return (lambda y: y * factor, lambda y: y / factor)
 
 
-def _band_in_time(axes: Axes, one: ShotAnatomy, c: int, colour: str) -> None:
+def _band_in_time(axes: Axes, one: ResidualAnalysis, c: int, colour: str) -> None:
     """Smallest and largest value per bucket, pale; darker: of what is below 6.5 fundamentals."""
     scaled = one.residual[c : c + 1] / one.sd[c]
-    size, low, high = envelope(scaled, _POINTS)
+    size, low, high = min_max_decimate(scaled, _POINTS)
     time = one.time_s[0] + np.arange(low.shape[1]) * size * (one.time_s[1] - one.time_s[0])
     axes.fill_between(time, low[0], high[0], color=colour, alpha=0.45, lw=0.3)
-    _, low, high = envelope(one.slow[c : c + 1] / one.sd[c], _POINTS)
+    _, low, high = min_max_decimate(one.slow[c : c + 1] / one.sd[c], _POINTS)
     axes.fill_between(time, low[0], high[0], color=colour, lw=0.5)
     axes.axhspan(-1.0, 1.0, color="k", alpha=0.15, lw=0)
     axes.axhline(0.0, color="k", lw=0.5)

@@ -10,13 +10,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from platform_daemon.analysis.plot_data import RingDownPicture, envelope
+from platform_daemon.analysis.plot_data import RingDownPlotData, min_max_decimate
 
 COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
 BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets
 
 
-def draw(picture: RingDownPicture) -> Figure:
+def draw(picture: RingDownPlotData) -> Figure:
     """Whole record, a few periods with the fit over them, residual, spectrum."""
     figure = Figure(figsize=(11, 9), layout="constrained")
     FigureCanvasAgg(figure)
@@ -29,7 +29,7 @@ def draw(picture: RingDownPicture) -> Figure:
     return figure
 
 
-def save_png(picture: RingDownPicture, path: Path) -> None:
+def save_png(picture: RingDownPlotData, path: Path) -> None:
     """Write the picture as PNG; the file appears whole or not at all."""
     save_figure(draw(picture), path)
 
@@ -49,8 +49,8 @@ def _buckets(samples: NDArray[np.float64], rate_hz: float) -> int:
     return max(50, min(1200, round(samples.shape[1] / rate_hz / BUCKET_S)))
 
 
-def _whole(axes: Axes, p: RingDownPicture) -> None:
-    size, low, high = envelope(p.measured, _buckets(p.measured, p.sampling_rate_hz))
+def _whole(axes: Axes, p: RingDownPlotData) -> None:
+    size, low, high = min_max_decimate(p.measured, _buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c, name in enumerate(p.channels):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.75, lw=0.3, label=name)
@@ -63,7 +63,7 @@ def _whole(axes: Axes, p: RingDownPicture) -> None:
     axes.legend(loc="upper right", ncols=3, fontsize=8)
 
 
-def _zoom(axes: Axes, p: RingDownPicture) -> None:
+def _zoom(axes: Axes, p: RingDownPlotData) -> None:
     n = min(p.measured.shape[1], round(0.025 * p.sampling_rate_hz))
     t = _time(n, p.sampling_rate_hz) * 1e3
     for c, name in enumerate(p.channels):
@@ -76,20 +76,20 @@ def _zoom(axes: Axes, p: RingDownPicture) -> None:
     axes.legend(loc="upper right", ncols=4, fontsize=8)
 
 
-def _residual(axes: Axes, p: RingDownPicture) -> None:
+def _residual(axes: Axes, p: RingDownPlotData) -> None:
     if p.model is None:
         axes.text(0.5, 0.5, "no fit, no residual", ha="center", transform=axes.transAxes)
         axes.set_axis_off()
         return
     n = min(p.measured.shape[1], p.model.shape[1])
-    size, low, high = envelope(p.measured[:, :n] - p.model[:, :n], _buckets(p.measured, p.sampling_rate_hz))
+    size, low, high = min_max_decimate(p.measured[:, :n] - p.model[:, :n], _buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c in reversed(range(len(p.channels))):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.6, lw=0.2)
     axes.set(ylabel=f"residual\n{p.unit}", xlabel="time after the first RX sample / s")
 
 
-def _spectrum(axes: Axes, p: RingDownPicture) -> None:
+def _spectrum(axes: Axes, p: RingDownPlotData) -> None:
     n = p.measured.shape[1] if p.window_s is None else min(p.measured.shape[1], round(p.window_s * p.sampling_rate_hz))
     window = np.blackman(n)
     f = np.fft.rfftfreq(n, 1 / p.sampling_rate_hz)

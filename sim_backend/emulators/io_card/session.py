@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.timeline import Line, LineLevel, SampleClock, Timeline
+from drivers.timeline import DigitalLine, LineLevel, SampleClock, Timeline
 from sim_backend.world.shot import ShotResult
 from sim_backend.world.world import World
 
@@ -73,8 +73,8 @@ class Shot:
         bursts = [b for card in self._cards.boards for b in self._bursts(card, first_sample, last)]
         gates = self._spans(self._cards.options.pa_gate, first_sample, last)
         connects = self._connects(first_sample, last)
-        lines = [LineLevel(Line.PA_GATE, a - first_sample, b - first_sample) for a, b in gates]
-        lines += [LineLevel(Line.RX_CONNECT, a - first_sample, b - first_sample) for a, b in connects]
+        lines = [LineLevel(DigitalLine.PA_GATE, a - first_sample, b - first_sample) for a, b in gates]
+        lines += [LineLevel(DigitalLine.RX_CONNECT, a - first_sample, b - first_sample) for a, b in connects]
         tx, switch = self._windows(gates, connects, first_sample, total)
         return Timeline(self.clock, tx, switch, total - tx - switch, tuple(bursts), tuple(lines))
 

@@ -8,13 +8,13 @@ from contextlib import ExitStack, contextmanager
 import pytest
 
 from drivers.errors import InputError, PlatformError
-from platform_daemon.analysis.batch import Advanced, Settings, fit_files, in_this_process
+from platform_daemon.analysis.batch import Advanced, FitSettings, fit_files, in_this_process
 from tests.kit.example_copies import WINDOW_S, copies, same
 
 pytest.importorskip("distributed", reason="the optional extra dask is not installed")
 from platform_daemon.analysis.batch.dask_cluster import dask_cluster
 
-SETTINGS = Settings(window=WINDOW_S)
+SETTINGS = FitSettings(window=WINDOW_S)
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 

@@ -6,9 +6,9 @@ import pytest
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
-from platform_daemon.analysis.batch import Ledger, Settings
+from platform_daemon.analysis.batch import FitSettings, Ledger
 
-SETTINGS = Settings(window="n50", fixed={"lambda_per_s": 0.25})
+SETTINGS = FitSettings(window="n50", fixed={"lambda_per_s": 0.25})
 REPORT = {"file": "a.h5", "frames": []}
 
 
@@ -39,12 +39,12 @@ def test_a_finished_file_is_known_again(kept, recording):
 @pytest.mark.parametrize(
     "settings",
     [
-        Settings(window="d30", fixed={"lambda_per_s": 0.25}),
-        Settings(window="n50", fixed={"lambda_per_s": 0.26}),
-        Settings("jewel", "n50", {"lambda_per_s": 0.25}),
-        Settings(None, "n50", {"lambda_per_s": 0.25}, (ReceiveCalibration(np.eye(3)), "c.h5")),
-        Settings(None, "n50", {"lambda_per_s": 0.25}, derived=True),
-        Settings(None, "n50", {"lambda_per_s": 0.25}, frames=(0,)),
+        FitSettings(window="d30", fixed={"lambda_per_s": 0.25}),
+        FitSettings(window="n50", fixed={"lambda_per_s": 0.26}),
+        FitSettings("jewel", "n50", {"lambda_per_s": 0.25}),
+        FitSettings(None, "n50", {"lambda_per_s": 0.25}, (ReceiveCalibration(np.eye(3)), "c.h5")),
+        FitSettings(None, "n50", {"lambda_per_s": 0.25}, derived=True),
+        FitSettings(None, "n50", {"lambda_per_s": 0.25}, frames=(0,)),
     ],
 )
 def test_other_settings_make_it_unknown(kept, recording, settings):
@@ -98,7 +98,7 @@ def test_without_resume_it_begins_anew(kept, recording):
 )
 def test_a_calibration_that_tells_another_uncertainty_makes_it_unknown(tmp_path, recording, told):
     path = tmp_path / "r.jsonl"
-    plain, sure = (Settings(calibration=(ReceiveCalibration(np.eye(3), **says), "c.h5")) for says in ({}, told))
+    plain, sure = (FitSettings(calibration=(ReceiveCalibration(np.eye(3), **says), "c.h5")) for says in ({}, told))
     with Ledger(path, plain, resume=False) as ledger:
         ledger.add(recording, {"report": REPORT})
     assert finished(path, recording, plain) is not None

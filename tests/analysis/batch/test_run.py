@@ -10,8 +10,8 @@ from platform_daemon.analysis.batch import (
     Advanced,
     Failed,
     Finished,
-    Settings,
-    Workers,
+    FitSettings,
+    WorkerPool,
     fit_files,
     in_this_process,
     processes,
@@ -22,7 +22,7 @@ from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.store import open_recording
 from tests.kit.example_copies import WINDOW_S, copies, same
 
-SETTINGS = Settings(window=WINDOW_S)
+SETTINGS = FitSettings(window=WINDOW_S)
 
 
 def ended(paths, workers, settings=SETTINGS):
@@ -52,7 +52,7 @@ def test_a_bad_file_fails_alone_and_says_why(tmp_path):
 def test_what_a_variant_cannot_hold_fixed_fails_its_files_only(tmp_path):
     jewel, thread = copies(tmp_path, 2)
     with in_this_process() as workers:
-        found = ended([jewel, thread], workers, Settings(window=WINDOW_S, fixed={"tf_over_i_rad_per_s2": 1190.0}))
+        found = ended([jewel, thread], workers, FitSettings(window=WINDOW_S, fixed={"tf_over_i_rad_per_s2": 1190.0}))
     assert isinstance(found[jewel], Finished)
     assert "tf_over_i" in str(found[thread].error)
 
@@ -70,7 +70,7 @@ def test_no_more_parts_are_in_flight_than_twice_the_workers(tmp_path, monkeypatc
     begun = []
     monkeypatch.setattr(run._Batch, "_begin", lambda self, path: begun.append(path) or real(self, path))
     with ThreadPoolExecutor(1) as pool:
-        first = next(iter(fit_files(paths, SETTINGS, Workers(pool, 1, frames_per_part=1))))
+        first = next(iter(fit_files(paths, SETTINGS, WorkerPool(pool, 1, frames_per_part=1))))
     assert isinstance(first, Advanced)
     assert len(begun) <= 2
 
@@ -112,7 +112,7 @@ def test_content_is_sent_where_paths_cannot_be_read(tmp_path):
     (path,) = copies(tmp_path, 1)
     with in_this_process() as here:
         by_path = ended([path], here)[path].report
-        by_content = ended([path], Workers(here.executor, 1, frames_per_part=None, send_content=True))[path].report
+        by_content = ended([path], WorkerPool(here.executor, 1, frames_per_part=None, send_content=True))[path].report
     assert same(by_content, by_path)
 
 
@@ -120,8 +120,8 @@ def test_content_is_sent_where_paths_cannot_be_read(tmp_path):
 def test_derived_quantities_come_with_every_split(tmp_path, frames_per_part):
     (path,) = copies(tmp_path, 1)
     with in_this_process() as here:
-        settings = Settings(window=WINDOW_S, derived=True)
-        report = ended([path], Workers(here.executor, 1, frames_per_part), settings)[path].report
+        settings = FitSettings(window=WINDOW_S, derived=True)
+        report = ended([path], WorkerPool(here.executor, 1, frames_per_part), settings)[path].report
     assert report["derived"]["orientation_error"]["frames"] == [0, 1]
     found = report["frames"][1]
     f_nat, damping = (found["parameters"][n]["value"] for n in ("f_nat_hz", "lambda_per_s"))

@@ -7,9 +7,9 @@ from platform_daemon.analysis.model_registry import (
     AdoptionRefused,
     Library,
     UnknownModel,
-    digests,
-    draft,
+    file_digests,
     label_of,
+    model_from_diagnosis,
     model_of,
     resolve,
 )
@@ -23,7 +23,9 @@ def library(tmp_path):
 
 def adopted(library, said=None, name="quiet", **options):
     said = diagnosis(effect("coulomb_friction", 30.0)) if said is None else said
-    return library.add(draft(said, name, "me", library, recordings=[{"file": "a.h5", "sha256": "0"}], **options))
+    return library.add(
+        model_from_diagnosis(said, name, "me", library, recordings=[{"file": "a.h5", "sha256": "0"}], **options)
+    )
 
 
 def test_a_model_gets_the_next_version_and_old_versions_stay_as_they_were(library):
@@ -151,7 +153,9 @@ def test_the_evidence_holds_the_diagnosis_and_the_digests_of_its_data(library, t
     data = tmp_path / "a.h5"
     data.write_bytes(b"abc")
     said = diagnosis(effect("bias_torque", 1.0))
-    made = library.add(draft(said, "quiet", "me", library, recordings=digests([data, tmp_path / "gone.h5"])))
+    made = library.add(
+        model_from_diagnosis(said, "quiet", "me", library, recordings=file_digests([data, tmp_path / "gone.h5"]))
+    )
     kept = library.get(made.label).evidence
     assert kept["diagnosis"] == said
     assert kept["adopted_by"] == "me"

@@ -15,7 +15,7 @@ from platform_daemon.analysis.series.orientation import (
 )
 from platform_daemon.estimation import FitResult
 from platform_daemon.estimation.parameters import RODRIGUES, Estimate
-from platform_daemon.estimation.physics.mirror import on_one_side
+from platform_daemon.estimation.physics.mirror import on_one_branch
 
 HALF_TURN_ABOUT_U = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
 
@@ -70,13 +70,13 @@ def test_psi_and_a_bias_torque_follow_the_twin_that_a_series_is_told_by():
         | {"psi_start_rad": 1.0 + (math.pi if o else 0), "bias_rad_per_s2": -5.0 if o else 5.0, "f_nat_hz": 200.0}
         for v, o in zip(vectors, other, strict=True)
     ]
-    told, mean = on_one_side(frames)
+    told, mean = on_one_branch(frames)
     assert np.ptp([f["psi_start_rad"] for f in told]) < 1e-12
     assert len({f["bias_rad_per_s2"] for f in told}) == 1
     assert {f["f_nat_hz"] for f in told} == {200.0}
     assert max(np.linalg.norm([f[n] - m for n, m in zip(RODRIGUES, mean, strict=True)]) for f in told) < 0.02
     volts = [{"psi_start_rad": 1.0}, {"psi_start_rad": 1.0 + math.pi}]
-    assert on_one_side(volts) == (volts, None)
+    assert on_one_branch(volts) == (volts, None)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-4, 0.3, 3.0, math.pi])

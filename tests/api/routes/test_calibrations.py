@@ -5,7 +5,7 @@ from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, open_data_folder
-from platform_daemon.engine.job_records import Journal
+from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store import read_calibration
 
@@ -17,7 +17,7 @@ def client(tmp_path_factory):
     from platform_daemon.app import start_engine
 
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
-    engine = start_engine(load_platform("simulated"), Journal(folder.jobs))
+    engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs))
     with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as test_client:
         test_client.folder, test_client.engine = folder, engine
         yield test_client

@@ -8,7 +8,7 @@ from starlette.testclient import TestClient
 from platform_daemon.analysis.model_registry import Library
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, open_data_folder, start_engine
-from platform_daemon.engine.job_records import Journal
+from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from tests.api.test_server import finished
 
@@ -21,7 +21,7 @@ def client(tmp_path_factory):
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
     hidden = f'backends.simulated.undeclared=[{{id="coulomb_friction", strength={FRICTION}}}]'
     calm = [f"backends.simulated.effects.{e}.enabled=false" for e in ("temperature", "wear")]
-    engine = start_engine(load_platform("simulated", [hidden, *calm]), Journal(folder.jobs), Library(folder.models))
+    engine = start_engine(load_platform("simulated", [hidden, *calm]), JobRecords(folder.jobs), Library(folder.models))
     with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as test_client:
         test_client.folder = folder
         yield test_client

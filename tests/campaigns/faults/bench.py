@@ -16,7 +16,7 @@ from platform_daemon.engine import engine as engine_module
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
-from platform_daemon.engine.work.series import Acquisition
+from platform_daemon.engine.work.series import SeriesWork
 from platform_daemon.store import open_recording
 from tests.system.emulated.conftest import Lab
 
@@ -38,7 +38,7 @@ PATIENCE_S = 180.0
 NEVER_S = 3600.0
 
 
-class WatchedAcquisition(Acquisition):
+class WatchedAcquisition(SeriesWork):
     """Tells before which shot it is."""
 
     def __init__(self, before_shot: Callable[[int], None], *arguments: Any, **options: Any) -> None:

@@ -7,8 +7,8 @@ from platform_daemon.diagnosis.diagnose import candidates_for
 from platform_daemon.diagnosis.findings.experiment_design import discrimination
 from platform_daemon.diagnosis.findings.next_measurements import Ambiguity, proposals
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import refit
-from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.physics.models import THREAD
 from tests.kit.undeclared_shots import shots_with
@@ -22,10 +22,10 @@ def candidate(at, name):
 
 def rise(shots, pool):
     """Of chi^2 with angle-dependent damping in the place of quadratic drag."""
-    started, _ = start(shots, THREAD, pool)
-    base = refit(started, Hypothesis(THREAD), pool)
+    started, _ = initial_fits(shots, THREAD, pool)
+    base = fit_jointly(started, Hypothesis(THREAD), pool)
     fits = [
-        refit(started, base.hypothesis.plus(candidate(base, name)), pool, base.states)
+        fit_jointly(started, base.hypothesis.plus(candidate(base, name)), pool, base.states)
         for name in ("quadratic_drag", "angle_dependent_damping")
     ]
     return fits[1].chi2 - fits[0].chi2, fits[0]

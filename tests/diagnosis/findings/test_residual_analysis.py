@@ -5,28 +5,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.analysis.diagnose import load_specimen
+from platform_daemon.analysis.diagnose import load_diagnosis_input
 from platform_daemon.diagnosis.findings.residual_analysis import (
     HARMONICS,
+    analyse_residual,
     scatter,
-    shot_anatomy,
     sliding_windows,
     typical_shot,
 )
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
-from platform_daemon.diagnosis.regression.joint_fit import refit
-from platform_daemon.diagnosis.regression.torque_response import motion_of
-from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.regression.torque_response import sample_motion
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from tests.kit.specimen_files import THREAD, pendulum, swing
 
 
 @pytest.fixture(scope="module")
 def clean():
-    specimen = load_specimen([THREAD])
+    specimen = load_diagnosis_input([THREAD])
     with shot_pool() as pool:
-        started, _ = start(specimen.shots, specimen.model, pool)
-        yield refit(started, Hypothesis(specimen.model), pool)
+        started, _ = initial_fits(specimen.shots, specimen.model, pool)
+        yield fit_jointly(started, Hypothesis(specimen.model), pool)
 
 
 def with_added(at, extra):
@@ -37,7 +37,7 @@ def with_added(at, extra):
 
 
 def test_a_clean_residual_is_white_in_every_view(clean):
-    seen = shot_anatomy(clean, 0)
+    seen = analyse_residual(clean, 0)
     assert seen.residual.shape == (3, seen.time_s.size)
     assert seen.whiteness == pytest.approx(np.ones(3), abs=0.05)
     assert seen.in_band == pytest.approx(np.ones(3), abs=0.2)
@@ -53,7 +53,7 @@ def test_a_tone_is_one_line_at_its_place(clean):
     size = 0.3 * shot.noise.sd[1]
     extra = np.zeros_like(shot.record.samples)
     extra[1] = size * np.sin(2 * np.pi * 333.0 * t)
-    lines = shot_anatomy(with_added(clean, extra), 0).spectrum.lines
+    lines = analyse_residual(with_added(clean, extra), 0).spectrum.lines
     assert [line.channel for line in lines] == [1]
     assert lines[0].frequency_hz == pytest.approx(333.0, abs=1.0)
     assert lines[0].amplitude == pytest.approx(size, rel=0.2)
@@ -61,7 +61,7 @@ def test_a_tone_is_one_line_at_its_place(clean):
 
 def test_a_harmonic_of_the_swing_is_found_on_its_local_axis(clean):
     started, state = clean.started[0], clean.states[0]
-    motion = motion_of(started, clean.hypothesis.model, state)
+    motion = sample_motion(started, clean.hypothesis.model, state)
     phase = np.interp(
         np.arange(started.shot.record.samples.shape[1]) / started.shot.rate_hz,
         started.time_s,
@@ -69,7 +69,7 @@ def test_a_harmonic_of_the_swing_is_found_on_its_local_axis(clean):
     )
     size = 0.5 * float(started.shot.noise.sd.max())
     extra = state.observation.rotation[:, 2:] * (size * np.sin(3 * phase))
-    found = shot_anatomy(with_added(clean, extra), 0).harmonics
+    found = analyse_residual(with_added(clean, extra), 0).harmonics
     assert found.axes == ("u", "v", "w")
     third = HARMONICS.index(3)
     assert np.median(found.sine[2, third]) == pytest.approx(size, rel=0.1)
@@ -83,7 +83,7 @@ def test_an_offset_at_the_start_shows_there(clean):
     extra = np.zeros_like(shot.record.samples)
     t = np.arange(extra.shape[1]) / shot.rate_hz
     extra[0] = 3.0 * shot.noise.sd[0] * np.exp(-t / 0.01)
-    seen = shot_anatomy(with_added(clean, extra), 0)
+    seen = analyse_residual(with_added(clean, extra), 0)
     assert seen.at_start[0] > 2.0
     assert seen.whiteness[0] < 1.2
     assert seen.at_start[1:] == pytest.approx(np.ones(2), abs=0.2)
@@ -109,12 +109,12 @@ def test_two_shots_have_a_scatter_and_one_has_none(clean):
 
 
 def test_a_long_swing_of_a_pendulum_has_windows_too(tmp_path):
-    specimen = load_specimen([pendulum(tmp_path, *swing(seconds=24.0))], "thread_small_angle")
+    specimen = load_diagnosis_input([pendulum(tmp_path, *swing(seconds=24.0))], "thread_small_angle")
     with shot_pool() as pool:
-        started, _ = start(specimen.shots, specimen.model, pool)
-        at = refit(started, Hypothesis(specimen.model), pool)
+        started, _ = initial_fits(specimen.shots, specimen.model, pool)
+        at = fit_jointly(started, Hypothesis(specimen.model), pool)
         found = sliding_windows(at, 0)
     assert found is not None
     assert found.course("f_nat_hz")[0].size >= 6
     assert found.flatness("f_nat_hz").probability > 1e-3
-    assert shot_anatomy(at, 0).harmonics.axes == ("angle",)
+    assert analyse_residual(at, 0).harmonics.axes == ("angle",)

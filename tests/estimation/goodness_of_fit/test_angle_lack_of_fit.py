@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.goodness_of_fit.noise_floor import floor_of
+from platform_daemon.estimation.goodness_of_fit.noise_floor import noise_floor_of
 from tests.kit.pendulum import half_swings
 
 RATE, NATURAL_HZ = 400.0, 2.0
@@ -94,8 +94,8 @@ def test_a_misfit_of_few_periods_is_not_taken_for_a_drift():
 def test_the_floor_is_the_noise_whatever_stands_at_the_harmonics():
     rng = np.random.default_rng(0)
     noise, time_s = rng.normal(0, 0.01, 4000), np.arange(4000) / RATE
-    alone = floor_of(noise, RATE, NATURAL_HZ)
-    below = floor_of(noise + 0.1 * np.cos(2 * math.pi * NATURAL_HZ * time_s), RATE, NATURAL_HZ)
+    alone = noise_floor_of(noise, RATE, NATURAL_HZ)
+    below = noise_floor_of(noise + 0.1 * np.cos(2 * math.pi * NATURAL_HZ * time_s), RATE, NATURAL_HZ)
     assert alone.sd(RATE) == pytest.approx(0.01, rel=0.2)
     assert below.sd(RATE) == pytest.approx(0.01, rel=0.2)
     assert not alone.sure
@@ -105,7 +105,7 @@ def test_the_floor_is_the_noise_whatever_stands_at_the_harmonics():
 
 
 def test_too_few_bins_show_no_floor():
-    assert floor_of(np.random.default_rng(0).normal(size=200), 20.0, 5.0) is None
+    assert noise_floor_of(np.random.default_rng(0).normal(size=200), 20.0, 5.0) is None
 
 
 @pytest.mark.parametrize(("amplitude", "periods"), [(1.2, 40.0), (2.2, 8.0), (0.3, 20.0)])

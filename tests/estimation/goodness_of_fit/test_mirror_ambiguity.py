@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from platform_daemon.diagnosis import Shot
-from platform_daemon.diagnosis.shots.initial_fits import start
+from platform_daemon.diagnosis import DiagnosisShot
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
 from platform_daemon.estimation.physics.models import THREAD, model_named
@@ -94,9 +94,9 @@ def test_a_diagnosis_takes_all_shots_of_a_resonator_on_one_side():
     rng = np.random.default_rng(4)
     truth = Truth(rodrigues=on_the_border(rng))
     records = [RingDownRecord(with_noise(dmdt(truth, 0.3), rng), RATE_HZ, "dmdt") for _ in range(8)]
-    shots = [Shot(f"shot {k}", r, NOISE, np.eye(3), "thread") for k, r in enumerate(records)]
+    shots = [DiagnosisShot(f"shot {k}", r, NOISE, np.eye(3), "thread") for k, r in enumerate(records)]
     with shot_pool() as pool:
-        started, _ = start(shots, THREAD, pool)
+        started, _ = initial_fits(shots, THREAD, pool)
     assert len(started) == 8
     first = started[0].state.observation.rotation
     assert all(np.abs(s.state.observation.rotation - first).max() < 0.05 for s in started)

@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.goodness_of_fit.collinearity import Tangle, separating_window_s, tangle_warning
-from platform_daemon.estimation.goodness_of_fit.verdict import published, residual_left
+from platform_daemon.estimation.goodness_of_fit.collinearity import (
+    CollinearLosses,
+    collinearity_warning,
+    separating_window_s,
+)
+from platform_daemon.estimation.goodness_of_fit.verdict import public_parameters, residual_left
 from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.models import JEWEL as JEWEL_MODEL
 from platform_daemon.estimation.solve import solve
@@ -58,8 +62,8 @@ def test_losses_that_no_window_tells_apart_are_said_to_be_so():
     record = RingDownRecord(with_noise(dmdt(JEWEL, 0.24), np.random.default_rng(3)), RATE_HZ, "dmdt")
     task = task_of(record, 0.24, noise, {})
     problem, best = solve(task, JEWEL_MODEL)
-    public, residual = published(task, problem, best), residual_left(task, problem, best)
-    tangle = Tangle(("tf_over_i_rad_per_s2", "lambda_per_s"), -0.999)
+    public, residual = public_parameters(task, problem, best), residual_left(task, problem, best)
+    tangle = CollinearLosses(("tf_over_i_rad_per_s2", "lambda_per_s"), -0.999)
 
     def window(times):
         known = {name: Estimate(e.value, times * e.std) for name, e in public.parameters.items()}
@@ -69,7 +73,7 @@ def test_losses_that_no_window_tells_apart_are_said_to_be_so():
     assert 0.3 < window(100.0) < 2.0
     # The friction stops the rotor after two seconds.
     assert window(1e5) is None
-    assert "the motion ends before" in tangle_warning(tangle, None)
+    assert "the motion ends before" in collinearity_warning(tangle, None)
 
 
 def test_a_window_of_few_periods_is_called_short():

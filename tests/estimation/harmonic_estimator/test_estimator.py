@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 from platform_daemon.analysis.series.orientation import error_angle
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.cramer_rao import Plan, predict_precision
+from platform_daemon.estimation.cramer_rao import MeasurementPlan, predict_precision
 from platform_daemon.estimation.harmonic_estimator.demodulation import second_harmonic
 from platform_daemon.estimation.harmonic_estimator.estimator import estimate_from_harmonics
 from platform_daemon.estimation.physics.orbit import first_harmonic, frequency_ratio
@@ -150,7 +150,7 @@ def test_the_scatter_is_within_twice_the_bound_of_the_same_samples():
     found = [estimate_from_harmonics(record_of(with_noise(signal, rng))) for _ in range(100)]
     public = {n: truth.value(n) for n in ("f_nat_hz", "m_r_am2", "lambda_per_s", "phi_max_rad", "psi_start_rad")}
     public |= dict(zip(("rodrigues_x", "rodrigues_y", "rodrigues_z"), TILTED, strict=True))
-    bound = predict_precision(Plan("thread", public, NOISE_SD, RATE_HZ), found[0].stretch_s)
+    bound = predict_precision(MeasurementPlan("thread", public, NOISE_SD, RATE_HZ), found[0].stretch_s)
     for name in ("f_nat_hz", "m_r_am2"):
         values = np.array([getattr(e, name) for e in found])
         assert 0.8 < values.std() / bound.sd[name] < 2.0

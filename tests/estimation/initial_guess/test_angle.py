@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.screening.angle_cycles import find_swing, find_swings
+from platform_daemon.estimation.screening.angle_cycles import find_angle_frequency, find_half_cycles
 from tests.kit.pendulum import half_swings
 
 
@@ -69,8 +69,8 @@ def test_passages_and_turning_points_are_found_in_coarse_steps_with_their_zero()
     s = 0.3 + 2 * math.pi * np.arange(2000) / 200
     angle = half_swings(lambda p, v, sigma, _: -math.sin(p) - 0.02 * v, 1.5, s, 1e-11)[0] + 0.7
     coarse = np.round(angle / 0.05) * 0.05
-    line = find_swing(coarse[None], 200.0)
-    swings = find_swings(coarse, 0, 1 / 200, line.frequency_hz)
+    line = find_angle_frequency(coarse[None], 200.0)
+    swings = find_half_cycles(coarse, 0, 1 / 200, line.frequency_hz)
     assert swings.zero_rad == pytest.approx(0.7, abs=0.02)
     assert np.all(np.diff(np.abs(swings.turning_rad)) < 0.03)
     assert np.all(np.sign(swings.turning_rad[1:]) == -np.sign(swings.turning_rad[:-1]))

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.least_squares import progressive
-from platform_daemon.estimation.least_squares.gauss_newton import FitState, Normal
+from platform_daemon.estimation.least_squares.gauss_newton import FitState, NormalEquations
 from platform_daemon.estimation.least_squares.multiple_minima import ambiguity
 from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
 from platform_daemon.estimation.physics.models import THREAD
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters
 from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
 
 DEGREES = 1000
@@ -18,13 +18,13 @@ FREE = np.ones(SIZE, dtype=bool)
 
 def minimum(amplitude, chi2, w=1300.0, theta=1.0, loss=0.25):
     """With a standard deviation of 0.01 in everything."""
-    dynamics = Dynamics(w=w, theta=theta, amplitude=amplitude, values=(loss,))
+    dynamics = MotionParameters(w=w, theta=theta, amplitude=amplitude, values=(loss,))
     observation = DipoleObservation(0.01, np.eye(3), np.eye(3))
     state = FitState(dynamics, observation, np.zeros(3))
     zero = np.zeros(3)
     fields = {"chi2": chi2, "gradient": np.zeros(SIZE), "matrix": 1e4 * np.eye(SIZE)}
-    rest = {n: zero for n in Normal.__dataclass_fields__ if n not in fields}
-    return progressive.Fitted(state, state, Normal(**fields, **rest), None)
+    rest = {n: zero for n in NormalEquations.__dataclass_fields__ if n not in fields}
+    return progressive.Minimum(state, state, NormalEquations(**fields, **rest), None)
 
 
 def test_distinct_minima_of_comparable_chi2_are_told():

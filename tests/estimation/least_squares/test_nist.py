@@ -13,10 +13,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.least_squares.gauss_newton import Normal, covariance
-from platform_daemon.estimation.least_squares.progressive import Evaluation, NoConvergenceError, fit_growing
+from platform_daemon.estimation.least_squares.gauss_newton import NormalEquations, covariance
+from platform_daemon.estimation.least_squares.progressive import Evaluation, NoConvergenceError, fit_progressively
 from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics, LostTrajectoryError
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters
 from tests.kit.nist_problems import PROBLEMS
 
 HELD = 3
@@ -51,7 +51,7 @@ class Vector:
     """The optimiser's state for a regression: what fit_growing reads of a FitState."""
 
     b: np.ndarray
-    dynamics = Dynamics(1.0, 0.0, 1.0, ())
+    dynamics = MotionParameters(1.0, 0.0, 1.0, ())
     observation = SimpleNamespace(ties_amplitude=True, size=0, bend=lambda step: 0.0)
 
     @property
@@ -102,7 +102,7 @@ class Regression:
             raise LostTrajectoryError("the regression function is not finite here")
         squares = np.array([residual @ residual])
         weight = self.sd**-2.0
-        normal = Normal(
+        normal = NormalEquations(
             float(weight * squares[0]),
             weight * squares,
             squares,
@@ -129,7 +129,7 @@ def digits(value, certified):
 def solved(name, start):
     problem = Regression(name)
     state = Vector(np.array(problem.certified.starts[start]))
-    return problem, fit_growing(problem, state, 1e9, problem.n)
+    return problem, fit_progressively(problem, state, 1e9, problem.n)
 
 
 def check(problem, best):

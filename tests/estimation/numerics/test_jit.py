@@ -7,20 +7,20 @@ from pathlib import Path
 import numba
 
 from platform_daemon.estimation import fit_ring_down, warm_up
-from platform_daemon.estimation.compilation import made_up
-from platform_daemon.estimation.moments.tabulated import collect_swings
+from platform_daemon.estimation.compilation import synthetic_record
+from platform_daemon.estimation.moments.tabulated import collect_half_cycles
 from platform_daemon.estimation.numerics import jit
 from platform_daemon.estimation.numerics.jit import part
 from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.estimation.physics.trajectory.basis_functions import fill_basis
 from platform_daemon.estimation.physics.trajectory.direct import Trajectory
-from platform_daemon.estimation.physics.trajectory.direct_chain import trace_half_swings
-from platform_daemon.estimation.physics.trajectory.half_cycle_chain import walk_swings
+from platform_daemon.estimation.physics.trajectory.direct_chain import trace_half_cycles
+from platform_daemon.estimation.physics.trajectory.half_cycle_chain import walk_half_cycles
 from platform_daemon.estimation.physics.trajectory.half_cycle_table import build_table
 
 
 def test_the_cache_of_every_kernel_depends_on_the_sources_of_all_kernels():
-    kernels = [trace_half_swings, fill_basis, build_table, walk_swings, collect_swings]
+    kernels = [trace_half_cycles, fill_basis, build_table, walk_half_cycles, collect_half_cycles]
     assert {k._cache._cache_file._source_stamp for k in kernels} == {jit._sources_digest()}
 
 
@@ -39,7 +39,7 @@ def test_importing_the_room_compiles_nothing():
 
 def test_each_entry_kernel_is_compiled_for_one_signature_only():
     warm_up()
-    assert [len(k.signatures) for k in (trace_half_swings, fill_basis, collect_swings)] == [1, 1, 1]
+    assert [len(k.signatures) for k in (trace_half_cycles, fill_basis, collect_half_cycles)] == [1, 1, 1]
 
 
 def test_a_part_is_compiled_once_whatever_the_options_of_its_callers_and_is_plain_python_elsewhere():
@@ -58,5 +58,5 @@ def test_the_made_up_record_passes_as_clean_so_that_no_more_than_a_clean_fit_nee
         raise AssertionError("the residual was looked into")
 
     monkeypatch.setattr(Trajectory, "__init__", asked)
-    record, noise = made_up()
+    record, noise = synthetic_record()
     assert fit_ring_down(record, "thread", noise=noise).verdict == "good"

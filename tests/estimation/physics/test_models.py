@@ -9,7 +9,7 @@ import pytest
 from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
 from platform_daemon.estimation.physics.models import JEWEL, MODELS, THREAD, Parameter, RingDownModel, model_named
 from platform_daemon.estimation.physics.torques import FREQUENCY_DRIFT, MAGNETIC_RESTORING, VISCOUS_DAMPING
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics, Trajectory
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
 WHITE = NoiseModel.white(NOISE_SD, RATE_HZ)
@@ -23,7 +23,7 @@ def record_of(truth, seconds=0.3, seed=0):
 
 def simulated(model, values, amplitude=0.6, seconds=0.5, seed=0):
     """A noisy shot of a model that the independent generator does not know."""
-    dynamics = Dynamics(2 * math.pi * 215.0, 1.0, amplitude, values)
+    dynamics = MotionParameters(2 * math.pi * 215.0, 1.0, amplitude, values)
     n = round(seconds * RATE_HZ)
     local = 0.012 * dynamics.w * Trajectory(model, dynamics, seconds).basis(0, n, 1 / RATE_HZ, 0)[:2]
     signal = np.stack([0.8 * local[0], 0.6 * local[0], local[1]])

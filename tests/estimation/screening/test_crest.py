@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.estimation.cramer_rao import Plan, planned_window_s
+from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s
 from platform_daemon.estimation.physics.orbit import frequency_ratio
 from platform_daemon.estimation.screening.crest import crest_factor
 from platform_daemon.estimation.screening.windows import select_window
@@ -71,7 +71,7 @@ def test_a_planned_d30_is_the_one_that_a_fit_will_take():
     truth = Truth(f_nat_hz=213.25, tf_over_i_rad_per_s2=1324.0, phi_max_rad=0.925, psi_start_rad=3.83)
     names = ["f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad"]
     values = {name: truth.value(name) for name in (*names, *(f"rodrigues_{a}" for a in "xyz"))}
-    planned = planned_window_s(Plan("jewel", values, NOISE_SD, RATE_HZ), "d30")
+    planned = planned_window_s(MeasurementPlan("jewel", values, NOISE_SD, RATE_HZ), "d30")
     record = RingDownRecord(with_noise(dmdt(truth, 1.5), np.random.default_rng(1)), RATE_HZ, "dmdt")
     taken = select_window(record, "d30", frequency_ratio(truth.phi_max_rad) * truth.f_nat_hz, NOISE_SD)
     assert taken.last / RATE_HZ == pytest.approx(planned, rel=0.015)

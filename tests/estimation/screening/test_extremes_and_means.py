@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.initial_guess.harmonic_fit import take_snapshot
+from platform_daemon.estimation.initial_guess.harmonic_fit import fit_harmonics
 from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.physics.models import JEWEL, THREAD
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics, Trajectory
+from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
 from platform_daemon.estimation.screening.clipping import extremes, flat_runs
 from platform_daemon.estimation.screening.frequency_search import block_means
 
@@ -53,7 +53,7 @@ def test_block_means_are_those_of_numpy(first, block, blocks):
 @pytest.mark.parametrize("observable", [DIPOLE, STATE])
 @pytest.mark.parametrize("block", [1, 23, 150])
 def test_block_means_of_the_motion_are_those_of_its_basis(model, values, observable, block):
-    d, dt_s, blocks = Dynamics(2.0 * math.pi * 213.0, 1.3, 0.8, values), 1.6e-5, 40
+    d, dt_s, blocks = MotionParameters(2.0 * math.pi * 213.0, 1.3, 0.8, values), 1.6e-5, 40
     expected = Trajectory(model, d, (5 + block * blocks) * dt_s).basis(5, 5 + block * blocks, dt_s, observable)[:2]
     expected = expected.reshape(2, blocks, block).mean(axis=2)
     found = Workspace(model).block_means(d, 5, blocks, block, dt_s, observable, 0.0)
@@ -65,7 +65,7 @@ def test_a_snapshot_finds_a_frequency_near_and_far(true_hz):
     dt_s, n = 1.6e-5, 2980
     phase = 2.0 * math.pi * true_hz * dt_s * np.arange(n)
     y = np.stack([2.0 * np.cos(phase), 0.3 * np.sin(2.0 * phase)])
-    seen = take_snapshot(y, 0, n, dt_s, 210.0, np.full(2, 1e-3))
+    seen = fit_harmonics(y, 0, n, dt_s, 210.0, np.full(2, 1e-3))
     assert seen.omega / (2.0 * math.pi) == pytest.approx(true_hz, rel=1e-4)
     assert np.abs(seen.z[0]) == pytest.approx([2.0, 0.0], abs=2e-3)
     assert np.abs(seen.z[1]) == pytest.approx([0.0, 0.3], abs=2e-3)

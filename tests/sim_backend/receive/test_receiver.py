@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drivers.timeline import Line, LineLevel
+from drivers.timeline import DigitalLine, LineLevel
 from sim_backend.receive.receiver import digitised
 from sim_backend.rotor.rotor import effective
 from sim_backend.rotor.trajectory import states
@@ -145,9 +145,9 @@ def test_non_ideal_chain_lowers_and_delays_the_signal_as_its_calibration_says():
 def test_lines_may_reconnect_and_disconnect_within_a_shot():
     bench = Bench("thread", **QUIET)
     lines = (
-        LineLevel(Line.PA_GATE, 0, TX),
-        LineLevel(Line.RX_CONNECT, TX + 30, RX + 3000),
-        LineLevel(Line.RX_CONNECT, RX + 6000, RX + 12207),
+        LineLevel(DigitalLine.PA_GATE, 0, TX),
+        LineLevel(DigitalLine.RX_CONNECT, TX + 30, RX + 3000),
+        LineLevel(DigitalLine.RX_CONNECT, RX + 6000, RX + 12207),
     )
     volts = bench.shot(lines=lines)
     assert np.abs(volts[0, RX : RX + 3000]).max() > 0.1

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from drivers.timeline import Burst, Line, LineLevel, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import CoilOptions
-from sim_backend.transmit.drive import Source, cuts, high_intervals
+from sim_backend.transmit.drive import AmplifierChannel, cuts, high_intervals
 from tests.kit.simulated_bench import CLOCK, QUIET, TX, Bench, options
 
 COIL = CoilOptions.model_validate(options()["coils"]["x"])
@@ -25,7 +25,7 @@ def current(stages, times):
 
 
 def one(bursts, live, spans=((0.0, 0.1, ON),), limit_v=9.0):
-    return cuts([Source(tuple(bursts), RATE, 10.0, limit_v)], live, list(spans), [COIL], 0.1)
+    return cuts([AmplifierChannel(tuple(bursts), RATE, 10.0, limit_v)], live, list(spans), [COIL], 0.1)
 
 
 def reference(volts, stop, times):
@@ -92,9 +92,9 @@ def test_cuts_cover_time_without_gaps():
 
 
 def test_overlapping_gates_are_joined():
-    lines = tuple(LineLevel(Line.PA_GATE, a, b) for a, b in ((100, 200), (0, 50), (150, 300)))
+    lines = tuple(LineLevel(DigitalLine.PA_GATE, a, b) for a, b in ((100, 200), (0, 50), (150, 300)))
     line_up = Timeline(CLOCK, 100, 100, 200, (), lines)
-    assert high_intervals(line_up, Line.PA_GATE) == [(0.0, 50 / RATE), (100 / RATE, 300 / RATE)]
+    assert high_intervals(line_up, DigitalLine.PA_GATE) == [(0.0, 50 / RATE), (100 / RATE, 300 / RATE)]
 
 
 def test_too_much_drive_clips_and_the_amplifier_says_so_until_enabled_again():
@@ -108,7 +108,7 @@ def test_too_much_drive_clips_and_the_amplifier_says_so_until_enabled_again():
 def test_no_current_without_gate_or_with_a_muted_amplifier():
     bench = Bench("thread", **QUIET)
     open_gate = bench.line_up(rx=610)
-    bench.shot(rx=610, lines=tuple(x for x in open_gate.lines if x.line is not Line.PA_GATE))
+    bench.shot(rx=610, lines=tuple(x for x in open_gate.lines if x.line is not DigitalLine.PA_GATE))
     assert bench.truth()["peak_current_a"] == [0.0, 0.0, 0.0]
     bench.card.program(open_gate)
     bench.card.arm()

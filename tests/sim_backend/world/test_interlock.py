@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from drivers.errors import DeviceFault
-from drivers.timeline import Line, LineLevel
+from drivers.timeline import DigitalLine, LineLevel
 from tests.kit.simulated_bench import CLOCK, SWITCH, TX, Bench
 
-BAD = (LineLevel(Line.PA_GATE, 0, TX), LineLevel(Line.RX_CONNECT, TX - 300, TX + SWITCH + 610))
+BAD = (LineLevel(DigitalLine.PA_GATE, 0, TX), LineLevel(DigitalLine.RX_CONNECT, TX - 300, TX + SWITCH + 610))
 
 
 @pytest.mark.parametrize("name", ["thread", "jewel"])
@@ -58,7 +58,7 @@ def test_a_muted_amplifier_makes_the_same_lines_harmless():
 
 
 def test_contacts_still_moving_are_no_violation():
-    early = (LineLevel(Line.PA_GATE, 0, TX), LineLevel(Line.RX_CONNECT, TX - 100, TX + SWITCH + 610))
+    early = (LineLevel(DigitalLine.PA_GATE, 0, TX), LineLevel(DigitalLine.RX_CONNECT, TX - 100, TX + SWITCH + 610))
     bench = Bench("thread")
     bench.shot(rx=610, lines=early)
     assert bench.backend.world.violations() == ()

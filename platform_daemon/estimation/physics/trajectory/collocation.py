@@ -30,7 +30,7 @@ def _integrate(once, twice, a, single, double):  # type: ignore[no-untyped-def]
 
 
 @fast_part
-def solve_half_swing(  # type: ignore[no-untyped-def]
+def solve_half_cycle(  # type: ignore[no-untyped-def]
     size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, end
 ):
     """Solve the half swing from -size (mirrored frame), given guesses of its `duration` and acceleration a (m,).

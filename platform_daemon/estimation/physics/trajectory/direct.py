@@ -10,14 +10,14 @@ import numpy as np
 from ...numerics.arrays import Array
 from ..models import RingDownModel
 from .basis_functions import fill_basis
-from .direct_chain import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_swings
+from .direct_chain import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_cycles
 from .runge_kutta import STEPS
 
 EARLIEST = -12.0  # a half swing from 175 degrees takes less
 
 
 @dataclass(frozen=True)
-class Dynamics:
+class MotionParameters:
     """Smooth internal parameters of the motion.
 
     Attributes:
@@ -69,7 +69,7 @@ class Trajectory:
         LostTrajectoryError: no oscillation.
     """
 
-    def __init__(self, model: RingDownModel, dynamics: Dynamics, t_end_s: float) -> None:
+    def __init__(self, model: RingDownModel, dynamics: MotionParameters, t_end_s: float) -> None:
         self.dynamics = dynamics
         self._timed = model.time_dependent
         self.columns = 1 + len(model.coefficients) + int(self._timed)
@@ -79,7 +79,7 @@ class Trajectory:
         rows = int(max(s_end, 0.0) / 2.0) + 9
         self._heads = np.empty((rows, HEAD))
         self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
-        self._count, status = trace_half_swings(
+        self._count, status = trace_half_cycles(
             float(dynamics.amplitude),
             float(dynamics.theta),
             float(s_end),

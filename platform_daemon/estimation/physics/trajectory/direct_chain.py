@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ...numerics.jit import kernel
-from .runge_kutta import STEPS, direction_at_rest, integrate_arrival, integrate_half_swing
+from .runge_kutta import STEPS, direction_at_rest, integrate_arrival, integrate_half_cycle
 
 # Columns of `heads`, float64 (n_half, HEAD): where each half swing begins.
 HEAD_START, HEAD_STEP, HEAD_DURATION, HEAD = 0, 1, 2, 3
@@ -20,7 +20,7 @@ _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
 @kernel
-def trace_half_swings(amplitude, theta, s_end, columns, codes, widths, c, heads, nodes):  # type: ignore[no-untyped-def]
+def trace_half_cycles(amplitude, theta, s_end, columns, codes, widths, c, heads, nodes):  # type: ignore[no-untyped-def]
     """Chain half swings from the turning point (amplitude, s = 0) until s_end or until the rotor sticks.
 
     theta: s at t = 0; if negative, the first row is what remains of the half swing that arrives at s = 0.
@@ -62,7 +62,7 @@ def trace_half_swings(amplitude, theta, s_end, columns, codes, widths, c, heads,
             return count + 1, STATUS_STUCK
         if abs(begin[0]) > _WIDEST:
             return count, STATUS_LOST
-        h, duration = integrate_half_swing(begin, start - theta, sigma, columns, codes, widths, c, guess, nodes[count])
+        h, duration = integrate_half_cycle(begin, start - theta, sigma, columns, codes, widths, c, guess, nodes[count])
         if duration < 0.0:
             return count, STATUS_LOST
         heads[count, HEAD_STEP] = h

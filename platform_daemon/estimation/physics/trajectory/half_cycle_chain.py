@@ -25,7 +25,7 @@ _WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
 
 
 @kernel
-def walk_swings(walk, s_end, columns, codes, widths, c, mirrored, used, bands, sizes, ends):  # type: ignore[no-untyped-def]
+def walk_half_cycles(walk, s_end, columns, codes, widths, c, mirrored, used, bands, sizes, ends):  # type: ignore[no-untyped-def]
     """Pass half swings from where `walk` stands, until s_end, rest or the end of the tables; `walk` moves along.
 
     By direction, as build_table leaves them: bands (2, 3), sizes (2, .), ends (2, ., 2 + 2 columns), `used` sizes each.
@@ -63,7 +63,7 @@ def walk_swings(walk, s_end, columns, codes, widths, c, mirrored, used, bands, s
         heads[count, HEAD_SIDE] = side
         for q in range(2 * columns):
             heads[count, HEAD + q] = walk[WALK + q]
-        _pass_half_swing(walk, side, end, columns)
+        _pass_half_cycle(walk, side, end, columns)
         count += 1
 
 
@@ -87,7 +87,7 @@ def _direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[n
 
 
 @part
-def _pass_half_swing(walk, side, end, columns):  # type: ignore[no-untyped-def]
+def _pass_half_cycle(walk, side, end, columns):  # type: ignore[no-untyped-def]
     """Move `walk` over a half swing with these end values (2 + 2 columns,)."""
     turn = math.copysign(1.0, end[1])  # friction may stop it before it crosses zero: then its size is -end[1]
     for p in range(columns):

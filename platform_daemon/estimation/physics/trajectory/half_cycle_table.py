@@ -16,7 +16,7 @@ import numpy as np
 from ...numerics.jit import fast_kernel, fast_part
 from ..torques.dispatch import acceleration
 from .basis_functions import DIPOLE
-from .collocation import solve_half_swing
+from .collocation import solve_half_cycle
 from .table_range import WALK_ANGLE, next_band
 
 
@@ -139,11 +139,11 @@ def build_table(  # type: ignore[no-untyped-def]
         else:
             duration = undamped(size, nodes, a)
         sizes[k] = size
-        if not solve_half_swing(
+        if not solve_half_cycle(
             size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
         ):
             duration = undamped(size, nodes, a)
-            if not solve_half_swing(
+            if not solve_half_cycle(
                 size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]
             ):
                 ends[k, 0] = 0.0

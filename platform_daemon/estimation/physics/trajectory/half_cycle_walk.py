@@ -11,9 +11,9 @@ from ...numerics.arrays import Array
 from ...numerics.chebyshev import MOST_SIZES, grid
 from ..models import RingDownModel
 from .basis_functions import DIPOLE
-from .direct import Dynamics
+from .direct import MotionParameters
 from .direct_chain import STATUS_OK, STATUS_STUCK
-from .half_cycle_chain import STATUS_NO_TABLE, walk_swings
+from .half_cycle_chain import STATUS_NO_TABLE, walk_half_cycles
 from .half_cycle_table import build_table
 from .table_range import WALK, WALK_ANGLE, WALK_SIZES, WALK_START
 
@@ -44,7 +44,7 @@ class Walk:
         status: why that stretch ended (walk_swings).
     """
 
-    def __init__(self, model: RingDownModel, d: Dynamics, s_end: float, *, one_by_one: bool = False) -> None:
+    def __init__(self, model: RingDownModel, d: MotionParameters, s_end: float, *, one_by_one: bool = False) -> None:
         self._s_end, self._symmetric = s_end, model.symmetric
         self.columns = columns = 1 + len(model.coefficients)
         self._torque = columns, model.codes, model.widths, d.dimensionless(model), model.symmetric
@@ -83,7 +83,7 @@ class Walk:
                 self.at, self._s_end, *self._torque, observable, digits, g.nodes, g.once, g.twice, bands, t.sizes,
                 t.accelerations, t.values, t.ends,
             )  # fmt: skip
-            count, self.status, self.heads, self.weights = walk_swings(
+            count, self.status, self.heads, self.weights = walk_half_cycles(
                 self.at, self._s_end, *self._torque, used, bands, t.sizes, t.ends
             )
             yield count

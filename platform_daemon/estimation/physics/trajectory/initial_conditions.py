@@ -14,11 +14,11 @@ import numpy as np
 from ...numerics.arrays import Array
 
 
-class NoLabelError(ArithmeticError):
+class NoInitialConditionsError(ArithmeticError):
     """The state has more energy than any phi_max <= pi can label."""
 
 
-def state_of_label(phi_max_rad: float, psi_rad: float) -> tuple[float, float]:
+def state_of_initial_conditions(phi_max_rad: float, psi_rad: float) -> tuple[float, float]:
     """(phi, v) with v = phi'/w of the label."""
     return phi_max_rad * math.cos(psi_rad), -2.0 * math.sin(0.5 * phi_max_rad) * math.sin(psi_rad)
 
@@ -30,7 +30,9 @@ def _solve_phi_max(phi: float, v: float) -> float:
     """
     x = max(abs(phi), 2.0 * math.asin(min(1.0, 0.5 * abs(v))))
     if x == 0.0 or not (phi / math.pi) ** 2 + 0.25 * v * v <= 1.0:
-        raise NoLabelError(f"no phi_max <= 180 degrees labels the state phi = {phi:.4g} rad, phi'/w = {v:.4g}")
+        raise NoInitialConditionsError(
+            f"no phi_max <= 180 degrees labels the state phi = {phi:.4g} rad, phi'/w = {v:.4g}"
+        )
     for _ in range(60):
         along, across = (phi / x) ** 2, (0.5 * v / math.sin(0.5 * x)) ** 2
         step = (along + across - 1.0) / (2.0 * along / x + across / math.tan(0.5 * x))
@@ -40,7 +42,7 @@ def _solve_phi_max(phi: float, v: float) -> float:
     return min(x, math.pi)
 
 
-def label_of_state(phi: float, v: float) -> tuple[float, float, Array]:
+def initial_conditions_of_state(phi: float, v: float) -> tuple[float, float, Array]:
     """(phi_max in rad, psi in [0, 2 pi), d(phi_max, psi)/d(phi, v) of shape (2, 2)).
 
     Raises:

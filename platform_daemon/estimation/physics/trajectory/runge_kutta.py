@@ -112,7 +112,7 @@ def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work
 
 
 @part
-def integrate_half_swing(begin, u, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
+def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
     """Integrate from the turning point `begin`, (2 + 2 columns,) as in _rates, at u in direction sigma.
 
     nodes: (STEPS + 1, fields) out. guess: expected duration. Steps 1 .. STEPS-1 have length guess/STEPS, the last one

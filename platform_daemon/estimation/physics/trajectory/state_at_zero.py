@@ -8,13 +8,13 @@ from ...numerics.arrays import Array
 from ...numerics.chebyshev import EXACT, nodes_for
 from ..models import RingDownModel
 from .basis_functions import STATE
-from .direct import Dynamics, LostTrajectoryError, Trajectory
+from .direct import LostTrajectoryError, MotionParameters, Trajectory
 from .direct_chain import STATUS_LOST, STATUS_STUCK
 from .half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
 from .half_cycle_walk import SwingTables, Walk
 
 
-def state_at_zero(model: RingDownModel, dynamics: Dynamics) -> tuple[Array, Array]:
+def state_at_zero(model: RingDownModel, dynamics: MotionParameters) -> tuple[Array, Array]:
     """(phi, v) at t = 0, (2,), and their derivatives by (theta, w, A, c...), (3 + coefficients, 2).
 
     Raises:
@@ -24,11 +24,11 @@ def state_at_zero(model: RingDownModel, dynamics: Dynamics) -> tuple[Array, Arra
     if model.time_dependent or d.theta < 0.0:
         basis = Trajectory(model, d, 0.0).basis(0, 1, 1.0, STATE)[:, 0]
     else:
-        basis = _by_half_swings(model, d)
+        basis = _by_half_cycles(model, d)
     return basis[:2], basis[2:-1].reshape(-1, 2)
 
 
-def _by_half_swings(model: RingDownModel, d: Dynamics) -> Array:
+def _by_half_cycles(model: RingDownModel, d: MotionParameters) -> Array:
     """The basis (sampling.py) at t = 0, (n_basis,)."""
     walk = Walk(model, d, d.theta, one_by_one=True)
     columns = walk.columns

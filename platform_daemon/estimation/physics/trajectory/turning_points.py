@@ -10,14 +10,14 @@ from ...numerics.arrays import Array
 from ...numerics.chebyshev import EXACT, nodes_for
 from ..models import RingDownModel
 from .basis_functions import STATE
-from .direct import Dynamics, LostTrajectoryError
+from .direct import LostTrajectoryError, MotionParameters
 from .direct_chain import STATUS_LOST, STATUS_OK
 from .half_cycle_chain import HEAD_SIDE, HEAD_START
 from .half_cycle_walk import SwingTables, Walk
 from .table_range import WALK_START
 
 
-def turning_points(model: RingDownModel, dynamics: Dynamics, until_s: float) -> tuple[Array, Array]:
+def turning_points(model: RingDownModel, dynamics: MotionParameters, until_s: float) -> tuple[Array, Array]:
     """(times in s, |angles| in rad) from the anchor to beyond until_s, or to the last before the rotor sticks.
 
     Raises:

@@ -17,7 +17,7 @@ from platform_daemon.estimation.physics.torques import (
     STRIBECK_FRICTION,
 )
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
-from platform_daemon.estimation.physics.trajectory.direct import Dynamics, LostTrajectoryError, Trajectory
+from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters, Trajectory
 from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at_zero
 from tests.kit.pendulum import half_swings
 
@@ -109,7 +109,7 @@ def some_of(n):
 def test_a_thread_ring_down_agrees_with_dop853_to_a_billionth(seconds, amplitude):
     reference = dipole(thread_reference(amplitude, 0.2465, seconds, 3e-14))
     looser = dipole(thread_reference(amplitude, 0.2465, seconds, 1e-12))
-    dynamics = Dynamics(W, THETA, amplitude, (0.2465,))
+    dynamics = MotionParameters(W, THETA, amplitude, (0.2465,))
     samples = some_of(reference.shape[1])
     for basis_of in (traced, tabulated):
         error = relative_rms(basis_of(THREAD, dynamics, samples, DIPOLE)[:2], reference[:, samples])
@@ -121,7 +121,7 @@ def test_a_thread_ring_down_agrees_with_dop853_to_a_billionth(seconds, amplitude
 @pytest.mark.parametrize(("model", "losses"), [(THREAD, (0.2465,)), (JEWEL, (0.2465, 1190.0))])
 @pytest.mark.parametrize("degrees", range(5, 80, 5))
 def test_tables_agree_with_the_integrated_motion_to_a_billionth_at_every_amplitude(model, losses, degrees):
-    dynamics = Dynamics(W, THETA, math.radians(degrees), losses)
+    dynamics = MotionParameters(W, THETA, math.radians(degrees), losses)
     everything = range(0, 6000)
     looked_up = Workspace(model).basis(dynamics, 0, 6000, 1 / RATE_HZ, DIPOLE)
     assert relative_rms(looked_up[:2], traced(model, dynamics, everything, DIPOLE)[:2]) < 1e-9
@@ -132,7 +132,7 @@ def test_a_jewel_ring_down_agrees_with_dop853_with_events_until_it_sticks(amplit
     reference, stuck_at = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 3e-14)
     looser, _ = jewel_reference(amplitude, 0.2465, 1190.0, 2.0, 1e-12)
     assert stuck_at is not None
-    dynamics = Dynamics(W, THETA, amplitude, (0.2465, 1190.0))
+    dynamics = MotionParameters(W, THETA, amplitude, (0.2465, 1190.0))
     samples = some_of(reference.shape[1])
     for basis_of in (traced, tabulated):
         signal = basis_of(JEWEL, dynamics, samples, DIPOLE)[:2]
@@ -143,7 +143,7 @@ def test_a_jewel_ring_down_agrees_with_dop853_with_events_until_it_sticks(amplit
 
 
 def test_a_stuck_rotor_is_silent_and_so_are_its_derivatives():
-    trajectory = Trajectory(JEWEL, Dynamics(W, THETA, 0.05, (0.2465, 1190.0)), 1.0)
+    trajectory = Trajectory(JEWEL, MotionParameters(W, THETA, 0.05, (0.2465, 1190.0)), 1.0)
     basis = trajectory.basis(0, 8000, 1 / RATE_HZ, DIPOLE)
     late = basis[:-1, 4000:]
     assert np.all(late == 0.0)
@@ -151,7 +151,7 @@ def test_a_stuck_rotor_is_silent_and_so_are_its_derivatives():
 
 
 def test_a_rotor_that_friction_holds_from_the_start_never_moves():
-    trajectory = Trajectory(JEWEL, Dynamics(W, THETA, 5e-4, (0.2465, 1190.0)), 0.1)
+    trajectory = Trajectory(JEWEL, MotionParameters(W, THETA, 5e-4, (0.2465, 1190.0)), 0.1)
     state = trajectory.basis(0, 100, 1e-3, STATE)
     assert np.all(state[0] == 5e-4)
     assert np.all(state[1] == 0.0)
@@ -201,7 +201,7 @@ def test_further_torque_terms_agree_with_dop853_too(model, values, torque, ways,
     samples = some_of(6000)
     expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
     for basis_of in ways:
-        found = basis_of(model, Dynamics(W, THETA, amplitude, values), samples, STATE)[:2]
+        found = basis_of(model, MotionParameters(W, THETA, amplitude, values), samples, STATE)[:2]
         error = relative_rms(found, expected)
         print(model.name, basis_of.__name__, amplitude, f"{error:.1e}")
         assert error < 2e-9
@@ -218,7 +218,7 @@ def test_wide_swings_of_a_pendulum_agree_with_dop853(degrees, basis_of):
     samples = some_of(1200)
     amplitude = math.radians(degrees)
     expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
-    found = basis_of(model, Dynamics(W, THETA, amplitude, (0.01 * W, 2e-3 * W**2)), samples, STATE)[:2]
+    found = basis_of(model, MotionParameters(W, THETA, amplitude, (0.01 * W, 2e-3 * W**2)), samples, STATE)[:2]
     print(degrees, basis_of.__name__, f"{relative_rms(found, expected):.1e}")
     assert relative_rms(found, expected) < 1e-7
 
@@ -244,9 +244,9 @@ def test_sensitivities_agree_with_differences_across_turning_points(model, value
     n = samples.size
 
     def functions(p):
-        return basis_of(model, Dynamics(p[1], p[0], p[2], tuple(p[3:])), samples, observable)
+        return basis_of(model, MotionParameters(p[1], p[0], p[2], tuple(p[3:])), samples, observable)
 
-    d = Dynamics(W, THETA, amplitude, values)
+    d = MotionParameters(W, THETA, amplitude, values)
     chain = d.chain(model)
     at = functions(base)
     exact = at[2:-1].reshape(-1, 2, n)
@@ -261,11 +261,11 @@ def test_sensitivities_agree_with_differences_across_turning_points(model, value
 
 
 @pytest.mark.parametrize("dynamics", [
-    Dynamics(W, THETA, 3.1, (0.2,)),
-    Dynamics(W, THETA, 0.4, (5.0 * W,)),
-    Dynamics(W, -4.0, 0.4, (0.2,)),
-        Dynamics(W, -20.0, 0.4, (0.2,)),
-    Dynamics(W, THETA, math.nan, (0.2,)),
+    MotionParameters(W, THETA, 3.1, (0.2,)),
+    MotionParameters(W, THETA, 0.4, (5.0 * W,)),
+    MotionParameters(W, -4.0, 0.4, (0.2,)),
+        MotionParameters(W, -20.0, 0.4, (0.2,)),
+    MotionParameters(W, THETA, math.nan, (0.2,)),
 ])  # fmt: skip
 def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
     with pytest.raises(LostTrajectoryError):
@@ -276,10 +276,10 @@ def test_parameters_that_describe_no_oscillation_are_reported_as_lost(dynamics):
 @BOTH_WAYS
 def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basis_of, observable):
     """The same motion from the turning point before t = 0 and from the one after it."""
-    before = Dynamics(W, THETA, 0.9, (0.3, 1190.0))
+    before = MotionParameters(W, THETA, 0.9, (0.3, 1190.0))
     trajectory = Trajectory(JEWEL, before, 0.01)
     start = trajectory._heads[1, 0]
-    after = Dynamics(W, THETA - start, float(trajectory._nodes[1, 0, 0]), (0.3, 1190.0))
+    after = MotionParameters(W, THETA - start, float(trajectory._nodes[1, 0, 0]), (0.3, 1190.0))
     assert after.theta < 0.0
     samples = np.arange(200)
     late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))
@@ -288,7 +288,10 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
     for k, size in enumerate([1e-5, 1e-5, 1e-5]):
         p = np.array([after.theta, W, after.amplitude])
         up, down = p + size * np.eye(3)[k], p - size * np.eye(3)[k]
-        ends = [basis_of(JEWEL, Dynamics(q[1], q[0], q[2], after.values), samples, observable)[:2] for q in (up, down)]
+        ends = [
+            basis_of(JEWEL, MotionParameters(q[1], q[0], q[2], after.values), samples, observable)[:2]
+            for q in (up, down)
+        ]
         slope = np.einsum("pfn,p->fn", late[2:-1].reshape(-1, 2, 200), after.chain(JEWEL)[:, k])
         assert np.allclose(slope, (ends[0] - ends[1]) / (2 * size), rtol=0.0, atol=3e-4 * np.max(np.abs(slope)))
 
@@ -299,7 +302,7 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
 @pytest.mark.parametrize("theta", [0.0, 0.7, 2.3, 4.5, 9.0, -0.4])
 @pytest.mark.parametrize("amplitude", [0.9, -0.3, 5e-3, 1e-3])  # the last rests before it crosses zero
 def test_the_state_at_zero_and_its_derivatives_are_those_of_the_direct_path(name, values, amplitude, theta):
-    model, d = model_named(name), Dynamics(W, theta, amplitude, values)
+    model, d = model_named(name), MotionParameters(W, theta, amplitude, values)
     state, by_motion = state_at_zero(model, d)
     basis = Trajectory(model, d, 0.0).basis(0, 1, 1.0, STATE)[:, 0]
     np.testing.assert_allclose(state, basis[:2], rtol=1e-9, atol=1e-9 * abs(amplitude))
@@ -308,4 +311,4 @@ def test_the_state_at_zero_and_its_derivatives_are_those_of_the_direct_path(name
 
 def test_a_state_beyond_the_last_turning_point_is_lost():
     with pytest.raises(LostTrajectoryError):
-        state_at_zero(THREAD, Dynamics(W, 2.0, 3.1, (0.25,)))
+        state_at_zero(THREAD, MotionParameters(W, 2.0, 3.1, (0.25,)))

@@ -247,12 +247,12 @@ def test_9_two_cards_make_one_record_of_three_axes(lab_with):
 
 def test_a_shot_over_the_wires_is_that_of_the_simulated_platform(lab_with):
     """The same burst and lines, played by registers here and by a timeline there, differ by the ADC's steps only."""
-    from drivers.timeline import Line, LineLevel
+    from drivers.timeline import DigitalLine, LineLevel
     from tests.kit.simulated_bench import QUIET, Bench, timeline
 
     step, steps = 2880, 4
     bench = Bench("thread", **(QUIET | {"card__adc_bits": 16, "receive__chain": "ideal"}))
-    lines = (LineLevel(Line.PA_GATE, 0, step), LineLevel(Line.RX_CONNECT, step, steps * step))
+    lines = (LineLevel(DigitalLine.PA_GATE, 0, step), LineLevel(DigitalLine.RX_CONNECT, step, steps * step))
     plan = timeline(bench.channels[0], 215e-6, tx=step, switch=700, rx=steps * step - step - 700, lines=lines)
     burst = plan.bursts[0]
     emulator = lab_with()
