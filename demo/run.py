@@ -26,7 +26,7 @@ from rich.table import Table
 
 from platform_daemon.reports.tables import COLUMNS, number
 from platform_daemon.settings import locate
-from platform_daemon.store import read_truth
+from platform_daemon.store.truth import read_truth
 
 HERE = Path(__file__).resolve().parent
 COMMAND = Path(sys.executable).with_name("platform-daemon")

@@ -12,11 +12,9 @@ import structlog
 
 from drivers.errors import ConfigError, InputError
 from drivers.registry import build_platform
-from platform_daemon.analysis.model_registry import Library
-from platform_daemon.api.context import Context
-from platform_daemon.engine.calibration_in_use import CalibrationFiles, read_receive
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.job_records import JobRecords
+from platform_daemon.analysis import Library
+from platform_daemon.api import Context
+from platform_daemon.engine import CalibrationFiles, Engine, JobRecords, read_receive
 from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
 from platform_daemon.store import read_transmit_calibration, recover

@@ -18,7 +18,7 @@ from drivers.errors import ConfigError
 from drivers.registry import PlatformSection
 from drivers.specimen import Specimen
 from drivers.validation import validated
-from platform_daemon.engine.work.self_test import SelfTestOptions
+from platform_daemon.schemas import SelfTestOptions
 from sequences.limits import SafetyLimits
 from sequences.request import SequenceRequest
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from platform_daemon.analysis.model_registry import Library
+from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.job_records import JobRecords

@@ -7,11 +7,16 @@ from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError, RecordingError
-from platform_daemon.estimation import RingDownRecord, calibrate, find_clipping
-from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
-from platform_daemon.estimation.refusal import Refusal, RefusedError
-from platform_daemon.estimation.screening.clipping import Clipping
-from platform_daemon.estimation.sensitivity import CalibrationError
+from platform_daemon.estimation import (
+    CalibrationError,
+    Clipping,
+    Refusal,
+    RefusedError,
+    RingDownRecord,
+    calibrate,
+    correct_receiver_effects,
+    find_clipping,
+)
 from platform_daemon.store import NotFinite
 
 

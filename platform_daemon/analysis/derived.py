@@ -13,10 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.estimation.parameters import RODRIGUES
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.quality import Envelopes, envelopes, equivalent_quality_factor, quality_factor
-from platform_daemon.estimation.physics.ring_down import RingDown
+from platform_daemon.estimation import (
+    RODRIGUES,
+    Envelopes,
+    RingDown,
+    RingDownModel,
+    envelopes,
+    equivalent_quality_factor,
+    quality_factor,
+)
 from platform_daemon.store import Recording
 
 from .series.allan import AllanDeviation, allan_deviation

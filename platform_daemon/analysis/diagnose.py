@@ -11,14 +11,9 @@ import numpy as np
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, PlatformError, RecordingError
-from platform_daemon.diagnosis import Diagnosis, DiagnosisError, DiagnosisShot, diagnose
-from platform_daemon.diagnosis.selection.data_integrity import DataDefect
-from platform_daemon.diagnosis.selection.stepwise import ProgressCallback
-from platform_daemon.estimation import SeriesNoise, find_clipping
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.store import Recording, open_recording
-from platform_daemon.store.angle_series import AngleSeries, is_time_series, read_angles
+from platform_daemon.diagnosis import DataDefect, Diagnosis, DiagnosisError, DiagnosisShot, ProgressCallback, diagnose
+from platform_daemon.estimation import LostTrajectoryError, RingDownModel, SeriesNoise, find_clipping
+from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles
 
 from .calibrated import ring_down
 from .fit_request import NAME_THE_VARIANT, checked_variant

@@ -16,10 +16,17 @@ from numpy.typing import NDArray
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError
 from platform_daemon import __version__
-from platform_daemon.estimation import FitResult, RingDownRecord, SeriesNoise, fit_ring_down, model_signal
-from platform_daemon.estimation.calibration.uncertainty import systematic_std
-from platform_daemon.estimation.calibration.validity import Conditions, out_of_validity
-from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation import (
+    Conditions,
+    FitResult,
+    RefusedError,
+    RingDownRecord,
+    SeriesNoise,
+    fit_ring_down,
+    model_signal,
+    out_of_validity,
+    systematic_std,
+)
 from platform_daemon.store import FitTable, Recording
 
 from .calibrated import checked_clipping, reason_of, ring_down

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.estimation.parameters import PARAMETER_NAMES
-from platform_daemon.estimation.physics.models import MODELS, RingDownModel, model_named
-from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation import MODELS, PARAMETER_NAMES, TERMS, RingDownModel, model_named
 from platform_daemon.store import Recording
 
 from .model_registry.adopted_model import AdoptedModel

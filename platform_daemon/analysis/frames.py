@@ -6,8 +6,7 @@ import re
 from collections.abc import Sequence
 
 from drivers.errors import InputError
-from platform_daemon.store import Recording
-from platform_daemon.store.angle_series import AngleSeries
+from platform_daemon.store import AngleSeries, Recording
 
 _PART = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
 _MOST = 1_000_000

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.estimation.harmonic_estimator.estimator import estimate_from_harmonics
-from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation import RefusedError, estimate_from_harmonics
 from platform_daemon.store import Recording
 
 from .calibrated import checked_clipping, ring_down

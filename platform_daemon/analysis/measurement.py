@@ -9,7 +9,7 @@ from typing import Any
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
 from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.store.angle_series import AngleSeries
+from platform_daemon.store import AngleSeries
 
 from .fit import file_report, frame_report
 from .fit_request import FitRequest, checked_variant

@@ -8,9 +8,7 @@ from typing import Any
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
-from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, predict_precision
-from platform_daemon.estimation.physics.models import model_named
-from platform_daemon.estimation.refusal import RefusedError
+from platform_daemon.estimation import MeasurementPlan, RefusedError, model_named, planned_window_s, predict_precision
 from sequences.settle import expected_moment, expected_omega
 
 from .fit_request import COEFFICIENTS, Window

@@ -9,15 +9,8 @@ from dataclasses import asdict
 from typing import Any
 
 from drivers.errors import InputError
-from platform_daemon.estimation.sliding_window import (
-    LambdaMode,
-    ReferenceRefusedError,
-    SlidingFit,
-    WindowFit,
-    fit_sliding,
-)
-from platform_daemon.store import Recording
-from platform_daemon.store.angle_series import AngleSeries
+from platform_daemon.estimation import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
+from platform_daemon.store import AngleSeries, Recording
 
 from .calibrated import ring_down
 from .fit_request import FitRefused, choose_variant

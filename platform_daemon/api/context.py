@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
-from platform_daemon.analysis.model_registry import Library
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import Job
+from platform_daemon.analysis import Library
+from platform_daemon.engine import Engine, Job
 
 from .problems import problem
 

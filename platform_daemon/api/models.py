@@ -6,10 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from platform_daemon.analysis.precision import PAPER_NOISE_AM2_PER_S
-from platform_daemon.engine.calibration_in_use import ActivationRequest
-from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.engine.work.calibration import CalibrationRequest
+from platform_daemon.analysis import PAPER_NOISE_AM2_PER_S
+from platform_daemon.engine import AcquisitionRequest, ActivationRequest, CalibrationRequest
 from platform_daemon.settings import shipped
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

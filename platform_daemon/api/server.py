@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
-from platform_daemon.engine.engine import Engine
+from platform_daemon.engine import Engine
 
 from . import problems
 from .context import Context

@@ -33,7 +33,7 @@ def bench_fit(
     Then the campaign of 400 fits, the first fit of a fresh process with and without compiled kernels, the memory of a
     fit over its record's size, and its time at one, two and four times the samples of TD30.
     """
-    from platform_daemon.analysis.batch import cores
+    from platform_daemon.analysis import cores
     from tests.benchmarks.campaign import campaign_text, run_campaign
     from tests.benchmarks.fits import run_bench, table
     from tests.benchmarks.process import processes_text, run_processes

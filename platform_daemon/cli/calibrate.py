@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from drivers.validation import validated
-from platform_daemon.reports.tables import number
+from platform_daemon.reports import number
 
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption, progress_bar
@@ -78,7 +78,7 @@ def _calibrate(
 ) -> None:
     """Run a calibration to its end and show it.  Raises the job's error."""
     from platform_daemon.app import start_engine
-    from platform_daemon.engine.work.calibration import CalibrationRequest
+    from platform_daemon.engine import CalibrationRequest
     from platform_daemon.settings import load_platform
 
     if frequency_hz:

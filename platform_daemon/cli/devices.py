@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from platform_daemon.reports.tables import print_devices
+from platform_daemon.reports import print_devices
 
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption

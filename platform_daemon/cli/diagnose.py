@@ -24,7 +24,7 @@ from .options import (
 from .output import must_not_exist, write_json, write_page
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.diagnose import DiagnosisInput, Observable
+    from platform_daemon.analysis import DiagnosisInput, Observable
     from platform_daemon.diagnosis import Diagnosis
 
 
@@ -45,10 +45,9 @@ def diagnose(
 
     With --live on a platform, instead of files: measure, diagnose, measure what is proposed (diagnose --live --help).
     """
-    from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_diagnosis_input
-    from platform_daemon.analysis.model_registry import file_digests
+    from platform_daemon.analysis import NothingToDiagnoseError, file_digests, load_diagnosis_input
     from platform_daemon.diagnosis import as_json
-    from platform_daemon.reports.diagnosis_text import summary_text
+    from platform_daemon.reports import summary_text
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
@@ -77,7 +76,7 @@ def diagnose(
 
 def _observable(name: str | None) -> Observable | None:
     """Raises InputError."""
-    from platform_daemon.analysis.diagnose import OBSERVABLES
+    from platform_daemon.analysis import OBSERVABLES
 
     if name is None:
         return None
@@ -89,7 +88,7 @@ def _observable(name: str | None) -> Observable | None:
 
 def _diagnosed(specimen: DiagnosisInput) -> Diagnosis:
     """With a bar that shows the time left."""
-    from platform_daemon.analysis.diagnose import diagnose_input
+    from platform_daemon.analysis import diagnose_input
 
     with progress_bar() as bar:
         task = bar.add_task("diagnosis", total=100, unit="%")

@@ -26,8 +26,8 @@ from .options import (
 from .output import must_not_exist, write_json, write_page
 
 if TYPE_CHECKING:
-    from platform_daemon.diagnosis.findings.next_measurements import Measurement
-    from platform_daemon.engine.procedures.diagnose import LiveDiagnosis
+    from platform_daemon.diagnosis import Measurement
+    from platform_daemon.engine import LiveDiagnosis
 
 
 def diagnose_live(
@@ -50,10 +50,9 @@ def diagnose_live(
     force: ForceOption = False,
 ) -> None:
     """Diagnose on the platform: measure, diagnose, run the next measurement, until explained or out of budget."""
-    from platform_daemon.analysis.diagnose import NothingToDiagnoseError
+    from platform_daemon.analysis import NothingToDiagnoseError
     from platform_daemon.app import start_engine
-    from platform_daemon.engine.planning import AcquisitionRequest
-    from platform_daemon.engine.procedures.diagnose import Budget, Callbacks, LiveDiagnosis
+    from platform_daemon.engine import AcquisitionRequest, Budget, Callbacks, LiveDiagnosis
     from platform_daemon.settings import load_platform
 
     changed = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}

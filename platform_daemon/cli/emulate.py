@@ -13,7 +13,7 @@ import typer
 
 from drivers.errors import ConfigError
 from drivers.registry import load_emulator
-from platform_daemon.engine.latency import reduce_latency
+from platform_daemon.engine import reduce_latency
 from platform_daemon.settings import locate, read_toml
 
 from .interrupts import heed_one_interrupt

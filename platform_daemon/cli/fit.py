@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drivers.errors import InputError, PlatformError
-from platform_daemon.reports.tables import fit_line, fit_table_text
+from platform_daemon.reports import fit_line, fit_table_text
 
 from .interrupts import end_at_once, heed_one_interrupt
 from .options import (
@@ -29,7 +29,7 @@ from .options import (
 from .output import must_not_exist, write_json
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.batch import FitSettings, Ledger, WorkerPool
+    from platform_daemon.analysis import FitSettings, Ledger, WorkerPool
 
 _FEW_FRAMES = 16  # are fitted before other processes have started
 
@@ -55,9 +55,7 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit the frames of one or more recordings."""
-    from platform_daemon.analysis.batch import FitSettings
-    from platform_daemon.analysis.fit_request import parse_values, parse_window
-    from platform_daemon.analysis.frames import parse_frames
+    from platform_daemon.analysis import FitSettings, parse_frames, parse_values, parse_window
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
@@ -93,7 +91,7 @@ def _check_ledger(jsonl: Path | None, resume: bool, force: bool) -> None:
 
 
 def _ledger(stack: ExitStack, jsonl: Path | None, settings: FitSettings, resume: bool) -> Ledger | None:
-    from platform_daemon.analysis.batch import Ledger
+    from platform_daemon.analysis import Ledger
 
     return None if jsonl is None else stack.enter_context(Ledger(jsonl, settings, resume=resume))
 
@@ -105,7 +103,7 @@ def _workers(
     from platform_daemon.analysis import batch
 
     if dask is not None:
-        from platform_daemon.analysis.batch.dask_cluster import dask_cluster
+        from platform_daemon.analysis import dask_cluster
 
         return dask_cluster(dask, files[0])
     count = processes or batch.cores()
@@ -115,7 +113,7 @@ def _workers(
 
 
 def _many_frames(files: list[Path], settings: FitSettings) -> bool:
-    from platform_daemon.analysis.batch.part import InputFile, count_frames
+    from platform_daemon.analysis import InputFile, count_frames
 
     frames = 0
     for path in files[:_FEW_FRAMES]:
@@ -190,7 +188,7 @@ def _error_entry(error: PlatformError) -> dict[str, Any]:
 
 def _fit_all(results: _Results, settings: FitSettings, workers: WorkerPool) -> None:
     """Fit what is left to do, with a bar that counts files and shows the time left."""
-    from platform_daemon.analysis.batch import Advanced, Finished, fit_files
+    from platform_daemon.analysis import Advanced, Finished, fit_files
 
     todo, began = results.todo, time.monotonic()
     shares = dict.fromkeys(todo, 0.0)

@@ -24,7 +24,7 @@ def harmonics(
     force: ForceOption = False,
 ) -> None:
     """Read f_nat, m_r, amplitude and decay off the harmonics of the first 24 periods: a cross-check of the fit."""
-    from platform_daemon.analysis.frames import parse_frames
+    from platform_daemon.analysis import parse_frames
     from platform_daemon.store import read_calibration
 
     chosen = None if frames is None else parse_frames(frames)
@@ -53,7 +53,7 @@ def _file(
     path: Path, asked: tuple[int, ...] | None, calibration: tuple[Any, str] | None, *, named: bool
 ) -> dict[str, Any]:
     """What the frames of one file tell, each told as it comes.  Raises InputError if none can be read."""
-    from platform_daemon.analysis.frames import chosen_frames
+    from platform_daemon.analysis import chosen_frames
     from platform_daemon.store import open_recording
 
     recording = open_recording(path)
@@ -73,8 +73,7 @@ def _file(
 
 def _frame(recording: Any, k: int) -> tuple[dict[str, Any], PlatformError | None]:
     """The report of a frame; of one that cannot be read, its refusal and the error."""
-    from platform_daemon.analysis.calibrated import reason_of
-    from platform_daemon.analysis.harmonics import frame_harmonics
+    from platform_daemon.analysis import frame_harmonics, reason_of
 
     try:
         return frame_harmonics(recording, k), None

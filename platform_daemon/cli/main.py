@@ -19,7 +19,7 @@ from rich.console import Console
 from drivers.errors import InputError, PlatformError
 from drivers.validation import validated
 from platform_daemon import __version__
-from platform_daemon.reports.tables import fit_table_text, print_info
+from platform_daemon.reports import fit_table_text, print_info
 
 from .bench import bench_app
 from .calibrate import calibrate_app
@@ -131,9 +131,9 @@ def serve(
     endpoints: EndpointsOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
-    from platform_daemon.api.server import Server, create_api
+    from platform_daemon.api import Server, create_api
     from platform_daemon.app import create_context, open_data_folder, start_engine
-    from platform_daemon.engine.job_records import JobRecords
+    from platform_daemon.engine import JobRecords
     from platform_daemon.settings import load_platform
 
     _log_from(logging.INFO)
@@ -188,9 +188,9 @@ def measure(
     force: ForceOption = False,
 ) -> None:
     """Measure a series of shots and fit each; every shot is on disk before it counts."""
-    from platform_daemon.analysis.fit_request import parse_window
+    from platform_daemon.analysis import parse_window
     from platform_daemon.app import start_engine
-    from platform_daemon.engine.planning import AcquisitionRequest
+    from platform_daemon.engine import AcquisitionRequest
     from platform_daemon.settings import load_platform, load_sequence
 
     changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
@@ -287,9 +287,8 @@ def plot(
     force: ForceOption = False,
 ) -> None:
     """Draw dm/dt with the fit over it, the residual and the spectrum."""
-    from platform_daemon.analysis.fit import ring_down_plot_data
-    from platform_daemon.analysis.fit_request import parse_window
-    from platform_daemon.reports.figures.ring_down import save_png
+    from platform_daemon.analysis import parse_window, ring_down_plot_data
+    from platform_daemon.reports import save_png
     from platform_daemon.store import open_recording, read_calibration
 
     recording = open_recording(file)

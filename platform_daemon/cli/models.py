@@ -15,7 +15,7 @@ from .options import ForceOption, JsonOption, ModelsOption, library
 from .output import must_not_exist, write_json
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.model_registry import AdoptedModel
+    from platform_daemon.analysis import AdoptedModel
 
 models_app = typer.Typer(help="Adopted models: list, show, retire.", invoke_without_command=True)
 
@@ -31,7 +31,7 @@ def adopt(
     models: ModelsOption = None,
 ) -> None:
     """Adopt the effects of a diagnosis: a named, versioned model for fits, with the evidence for it."""
-    from platform_daemon.analysis.model_registry import file_digests, model_from_diagnosis
+    from platform_daemon.analysis import file_digests, model_from_diagnosis
 
     said = _read(diagnosis)
     known = said.get("recordings") or [str(f) for f in said.get("files", [])]

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.model_registry import Library, ModelChoice
+    from platform_daemon.analysis import Library, ModelChoice
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
@@ -40,14 +40,14 @@ CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="U
 
 def library(folder: Path | None) -> Library:
     """The adopted models in a folder; default: where `serve` keeps them."""
-    from platform_daemon.analysis.model_registry import Library
+    from platform_daemon.analysis import Library
 
     return Library(folder or Path("data", "models"))
 
 
 def variant_named(text: str | None, folder: Path | None) -> ModelChoice | None:
     """A declared or adopted model; None: what a file says.  Raises InputError."""
-    from platform_daemon.analysis.model_registry import resolve
+    from platform_daemon.analysis import resolve
 
     return resolve(text, library(folder))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
-from platform_daemon.store.durable import write_whole
+from platform_daemon.store import write_whole
 
 
 def must_not_exist(path: Path | None, force: bool) -> None:
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -> None:
     """Write and print its name; without a path, nothing."""
     if path is not None:
-        from platform_daemon.reports.diagnosis_page import diagnosis_page
+        from platform_daemon.reports import diagnosis_html
 
-        write_whole(path, diagnosis_page(found, report))
+        write_whole(path, diagnosis_html(found, report))
         print(path)

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from drivers.errors import InputError
-from platform_daemon.reports.tables import COLUMNS
+from platform_daemon.reports import COLUMNS
 
 from .options import TermOption
 from .output import must_not_exist, write_json
@@ -30,9 +30,8 @@ def predict(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
-    from platform_daemon.analysis.fit_request import checked_variant, parse_values, parse_window
-    from platform_daemon.analysis.precision import PAPER_DEFLECTION_DEG
-    from platform_daemon.analysis.precision import planned_precision as bound
+    from platform_daemon.analysis import PAPER_DEFLECTION_DEG, checked_variant, parse_values, parse_window
+    from platform_daemon.analysis import planned_precision as bound
     from platform_daemon.settings import load_specimen
 
     specimen = load_specimen(resonator)[0]

@@ -14,8 +14,8 @@ from .options import CalibrationOption, ForceOption, JsonOption, ModelsOption, T
 from .output import must_not_exist, write_json
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis.model_registry.resolve import ModelChoice
-    from platform_daemon.estimation.sliding_window import SlidingFit
+    from platform_daemon.analysis import ModelChoice
+    from platform_daemon.estimation import SlidingFit
 
 
 def slide(
@@ -33,9 +33,8 @@ def slide(
     force: ForceOption = False,
 ) -> None:
     """Fit window by window: with a complete model f_nat, m_r, lambda and T_f/I are flat lines."""
-    from platform_daemon.analysis.fit_request import FitRefused
-    from platform_daemon.analysis.sliding import flatness_lines, sliding_report
-    from platform_daemon.reports.figures.sliding import save_sliding_png
+    from platform_daemon.analysis import FitRefused, flatness_lines, sliding_report
+    from platform_daemon.reports import save_sliding_png
 
     must_not_exist(out, force)
     must_not_exist(json_file, force)
@@ -66,11 +65,9 @@ def _slid(
     calibration: Path | None,
 ) -> tuple[SlidingFit, str | None]:
     """The fits along a frame, or along an angle; with what the file says it holds.  Raises InputError."""
-    from platform_daemon.analysis.measurement import PENDULUM, refuse_calibration
-    from platform_daemon.analysis.sliding import slide_angles, slide_frame
-    from platform_daemon.estimation.sliding_window import LambdaMode
-    from platform_daemon.store import open_recording, read_calibration
-    from platform_daemon.store.angle_series import is_time_series, read_angles
+    from platform_daemon.analysis import PENDULUM, refuse_calibration, slide_angles, slide_frame
+    from platform_daemon.estimation import LambdaMode
+    from platform_daemon.store import is_time_series, open_recording, read_angles, read_calibration
 
     if damping not in ("auto", "free", "fixed"):
         raise InputError(f"no mode {damping!r}", where="--lambda", remedy="give auto, free or fixed")

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation import RingDownModel
 
 from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates

@@ -16,11 +16,12 @@ from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import ConfigError, InputError, RecordingError
 from drivers.platform import Platform
 from drivers.registry import check_gain
+from platform_daemon.schemas import SelfTestOptions
 from platform_daemon.store import read_calibration, read_transmit_calibration
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
-from .work.self_test import SelfTest, SelfTestOptions
+from .work.self_test import SelfTest
 
 log = structlog.get_logger()
 IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"

@@ -14,7 +14,8 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
-from platform_daemon.analysis.model_registry import Library
+from platform_daemon.analysis import Library
+from platform_daemon.schemas import SelfTestOptions
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
@@ -26,7 +27,6 @@ from .planning import AcquisitionPlan, AcquisitionRequest, plan_acquisition
 from .readback import Readback
 from .work.calibration import CalibrationRequest, calibration_work
 from .work.reset_fault import reset_amplifier
-from .work.self_test import SelfTestOptions
 from .work.series import SeriesWork
 
 log = structlog.get_logger()

@@ -14,7 +14,7 @@ from typing import Any
 import structlog
 
 from drivers import errors
-from platform_daemon.store.durable import write_whole
+from platform_daemon.store import write_whole
 
 from .jobs import Job, JobState
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.analysis.harmonics import harmonics_report
+from platform_daemon.analysis import harmonics_report
 
 
 class LiveEstimate:

@@ -10,8 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from drivers.errors import ConfigError, SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
-from platform_daemon.analysis.fit_request import checked_variant
-from platform_daemon.analysis.model_registry import Library, ModelChoice, label_of, resolve
+from platform_daemon.analysis import Library, ModelChoice, checked_variant, label_of, resolve
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest

@@ -28,7 +28,7 @@ from .refusal import Refusal, RefusedError
 from .result import FitResult
 from .screening.screening import few_at_full_scale
 from .screening.windows import Window, check_window
-from .solve import FAILURES, solve
+from .solve import FAILURES, find_minimum
 from .task import Task, task_of
 
 _HARDLY_ANY = 0.1  # of a misfit
@@ -98,7 +98,7 @@ def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
 def _fit(task: Task, model: RingDownModel) -> FitResult:
     """Fit, compare with rival models if the result is suspect or could be, judge."""
     try:
-        problem, best = solve(task, model)
+        problem, best = find_minimum(task, model)
     except RefusedError as refused:
         if refused.code is Refusal.NO_CONVERGENCE:
             refuse_by_cause(task, model)
@@ -128,7 +128,7 @@ def _at_seen_noise(
     """
     if not residual.coloured:
         task = task.at_level(math.sqrt(best.normal.chi2 / task.degrees(problem)), OWN_RESIDUAL)
-        problem, best = solve(task, problem.model)
+        problem, best = find_minimum(task, problem.model)
         return task, problem, best, residual_left(task, problem, best)
     if residual.floor is None:
         return task, problem, best, residual
@@ -170,7 +170,7 @@ def _alternative_summaries(task: Task, rivals: Sequence[RingDownModel]) -> Itera
     """What rivals make of a task, as far as they get through it."""
     for model in rivals:
         try:
-            problem, best = solve(task, model)
+            problem, best = find_minimum(task, model)
             yield _model_summary(*_without_interference(task, problem, best, residual_left(task, problem, best)))
         except RefusedError:
             continue

@@ -27,7 +27,7 @@ _LOOSE = replace(CAREFUL, early=3.0, late=3.0, final=1.0)
 FAILURES = (NoConvergenceError, LostTrajectoryError, NoInitialConditionsError, np.linalg.LinAlgError)
 
 
-def solve(task: Task, model: RingDownModel) -> tuple[FitProblem, Minimum]:
+def find_minimum(task: Task, model: RingDownModel) -> tuple[FitProblem, Minimum]:
     """Minimise chi^2 from start values found in the data."""
     record, chosen = task.record, task.chosen
     start = guess_initial_state(record, model, chosen.first, chosen.last, task.frequency_hz, task.noise_sd)
@@ -42,7 +42,7 @@ def solve(task: Task, model: RingDownModel) -> tuple[FitProblem, Minimum]:
         raise
 
 
-def solve_coarsely(task: Task, model: RingDownModel) -> tuple[FitProblem, Minimum] | None:
+def find_minimum_coarsely(task: Task, model: RingDownModel) -> tuple[FitProblem, Minimum] | None:
     """A minimum where none was found: as if the noise were a part of the signal, so that a misfit hardly counts."""
     samples = task.record.samples[:, task.chosen.first : task.chosen.last]
     rms = np.sqrt(np.mean(samples.var(axis=1)))

@@ -17,17 +17,17 @@ import scipy
 from matplotlib.figure import Figure
 
 from platform_daemon import __version__
-from platform_daemon.diagnosis import Diagnosis
-from platform_daemon.diagnosis.findings.residual_analysis import (
+from platform_daemon.diagnosis import (
+    Diagnosis,
     ResidualAnalysis,
     Scatter,
     analyse_residual,
     scatter,
+    shot_pool,
     sliding_windows,
     typical_shot,
 )
-from platform_daemon.diagnosis.shots.thread_pool import shot_pool
-from platform_daemon.estimation.sliding_window import SlidingFit
+from platform_daemon.estimation import SlidingFit
 
 from .diagnosis_text import (
     VERDICTS,
@@ -75,7 +75,7 @@ class ResidualAnalyses:
     scatter: tuple[tuple[Scatter, ...], tuple[Scatter, ...]]
 
 
-def diagnosis_page(found: Diagnosis, report: Mapping[str, Any]) -> bytes:
+def diagnosis_html(found: Diagnosis, report: Mapping[str, Any]) -> bytes:
     """The page in UTF-8; report: the diagnosis in its JSON form, with the files."""
     seen = residual_analyses(found)
     unit = "rad" if found.shots[0].record.quantity == "angle" else "A m^2/s"

@@ -1,6 +1,7 @@
 """How long the diagnosis of 12 thread shots of 5 s takes:  python -m tests.benchmarks.diagnosis_speed"""
 
-from platform_daemon.diagnosis import as_json, diagnose
+from platform_daemon.diagnosis.diagnose import diagnose
+from platform_daemon.diagnosis.report import as_json
 from platform_daemon.estimation.physics.models import THREAD
 from tests.kit.undeclared_shots import shots_with
 

@@ -22,7 +22,9 @@ from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.app import start_engine
 from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.settings import load_platform
-from platform_daemon.store import Recording, open_recording, read_truth
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recording import Recording
+from platform_daemon.store.truth import read_truth
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "accuracy.md"
 RX_S = {"thread": 6.0, "jewel": 2.0}

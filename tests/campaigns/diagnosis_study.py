@@ -21,11 +21,11 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.diagnosis import as_json, diagnose
-from platform_daemon.diagnosis.diagnose import candidates_for
+from platform_daemon.diagnosis.diagnose import candidates_for, diagnose
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.report import as_json
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.physics.models import model_named

@@ -30,7 +30,11 @@ import numpy as np
 
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V
 from platform_daemon.settings import locate
-from platform_daemon.store import FitTable, Recording, open_recording, read_fits, read_truth
+from platform_daemon.store.fit_tables import read_fits
+from platform_daemon.store.header import FitTable
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recording import Recording
+from platform_daemon.store.truth import read_truth
 from tests.campaigns.standstill import LATE_S, Standstills, idle_late_s
 
 COMMAND = str(Path(sys.executable).with_name("platform-daemon"))

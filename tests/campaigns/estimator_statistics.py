@@ -22,8 +22,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom, chi2, norm
 
-from platform_daemon.estimation import FitResult, NoiseModel, RingDownRecord, fit_ring_down
 from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, predict_precision
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.result import FitResult
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, random_truth, with_noise
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "estimator-statistics.md"

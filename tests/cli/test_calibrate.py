@@ -11,7 +11,8 @@ import pytest
 
 from platform_daemon.cli.main import main
 from platform_daemon.engine.engine import Engine
-from platform_daemon.store import read_calibration, read_transmit_calibration
+from platform_daemon.store.calibrations import read_transmit_calibration
+from platform_daemon.store.reader import read_calibration
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 from platform_daemon.analysis.fit import fit_frame
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.estimation.refusal import Refusal
-from platform_daemon.store import open_recording
+from platform_daemon.store.reader import open_recording
 from tests.cli.test_main import COMMAND, assert_one_line_error, here, run, wait_for
 from tests.kit.example_copies import copies, links, same
 from tests.kit.specimen_files import pendulum, swing

@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis import as_json, diagnose
-from platform_daemon.diagnosis.diagnose import candidates_for
+from platform_daemon.diagnosis.diagnose import candidates_for, diagnose
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.parameters import public_parameters
 from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.report import as_json
 from platform_daemon.diagnosis.selection.confounders import confounders
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
-from platform_daemon.estimation import fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.physics.models import THREAD, model_named
 from tests.kit.undeclared_shots import shots_with
 

@@ -15,8 +15,9 @@ from drivers.errors import ConfigError, DeviceStateError, InputError, SequenceRe
 from platform_daemon.engine.calibration_in_use import ActivationRequest
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.engine.work.calibration import CalibrationRequest
-from platform_daemon.store import open_recording, read_transmit_calibration
+from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.store.calibrations import read_transmit_calibration
+from platform_daemon.store.reader import open_recording
 from tests.conftest import SHORT_JEWEL, acquire
 
 WEAK = "backends.simulated.wiring.factors=[0.8, 1.0, 1.0]"

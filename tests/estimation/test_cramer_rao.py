@@ -5,9 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
 from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, precision_table, predict_precision
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from tests.kit.paper_parameters import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S, THREAD_N50
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise

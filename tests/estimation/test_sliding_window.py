@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from platform_daemon.estimation import RingDownRecord
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.sliding_window import CONSTANTS, fit_sliding
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt, rotation, with_noise
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from platform_daemon.analysis.series.orientation import error_angle
-from platform_daemon.estimation import FitResult
 from platform_daemon.estimation.harmonic_estimator.estimator import HarmonicEstimate
 from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation.result import FitResult
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.diagnosis import DiagnosisShot
-from platform_daemon.estimation import RingDownRecord, SeriesNoise, calibrate
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
+from platform_daemon.estimation.calibration.apply import calibrate
+from platform_daemon.estimation.noise.series import SeriesNoise
+from platform_daemon.estimation.record import RingDownRecord
 from sim_backend.study import play
 from tests.kit.simulated_bench import CLOCK, FIELD_T, Bench, specimen, timeline
 

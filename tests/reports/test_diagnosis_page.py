@@ -7,8 +7,8 @@ from html.parser import HTMLParser
 import pytest
 
 from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
-from platform_daemon.diagnosis import as_json
-from platform_daemon.reports.diagnosis_page import diagnosis_page
+from platform_daemon.diagnosis.report import as_json
+from platform_daemon.reports.diagnosis_page import diagnosis_html
 from tests.kit.specimen_files import THREAD, pendulum, swing
 
 
@@ -33,7 +33,7 @@ class Loads(HTMLParser):
 def page_of(specimen):
     found = diagnose_input(specimen, lambda what, share: None)
     report = as_json(found) | {"files": [str(f) for f in specimen.files]}
-    return diagnosis_page(found, report).decode(), report
+    return diagnosis_html(found, report).decode(), report
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ import pytest
 
 from drivers.errors import RecordingError
 from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
-from platform_daemon.diagnosis import as_json
+from platform_daemon.diagnosis.report import as_json
 from platform_daemon.store.angle_series import is_time_series, read_angles
 from tests.kit.specimen_files import PENDULUM, THREAD, copied, pendulum, swing
 

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.store import SeriesWriter, UnknownRecording, list_recordings, open_recording, resolve
+from platform_daemon.store.errors import UnknownRecording
+from platform_daemon.store.index import list_recordings, resolve
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.series_writer import SeriesWriter
 from tests.kit.recording_files import START, header, shot, write_minimal, write_series
 
 

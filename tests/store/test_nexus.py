@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 from nexusformat.nexus import nxload
 
-from platform_daemon.store import SeriesWriter
+from platform_daemon.store.series_writer import SeriesWriter
 from tests.kit.nexus_rules import violations
 from tests.kit.recording_files import SEQUENCE, fit_table, header, shot, volts, write_series
 

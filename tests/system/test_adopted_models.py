@@ -9,11 +9,14 @@ from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from platform_daemon.analysis.fit import fit_recording
 from platform_daemon.analysis.fit_request import FitRequest, choose_variant
-from platform_daemon.analysis.model_registry import Library, model_from_diagnosis, resolve
+from platform_daemon.analysis.model_registry.adoption import model_from_diagnosis
+from platform_daemon.analysis.model_registry.library import Library
+from platform_daemon.analysis.model_registry.resolve import resolve
 from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.estimation import RingDownRecord
 from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
-from platform_daemon.store import open_recording, read_fits
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.store.fit_tables import read_fits
+from platform_daemon.store.reader import open_recording
 from tests.conftest import acquire
 from tests.kit.diagnosis_json import diagnosis, effect
 

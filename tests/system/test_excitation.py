@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from platform_daemon.settings import load_specimen
-from platform_daemon.store import open_recording, read_truth
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.truth import read_truth
 from tests.conftest import acquire
 
 QUIET = (

@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.store import Recording, open_recording
-from platform_daemon.store.angle_series import AngleSeries, is_time_series, read_angles
+from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles
 
 from ..derived import frame_quantities, frame_times_s, series_quantities
 from ..fit import fit_stored_frame, recording_report

@@ -10,8 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from drivers.calibration import ReceiverEffect
-from platform_daemon.estimation.physics.models import RingDownModel, model_named
-from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation import TERMS, RingDownModel, model_named
 
 FORMAT = "platform-daemon adopted model 1"
 

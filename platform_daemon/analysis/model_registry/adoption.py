@@ -10,8 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from drivers.validation import validated
-from platform_daemon.estimation.calibration.receiver_correction import CORRECTABLE
-from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation import CORRECTABLE, TERMS
 
 from .adopted_model import AdoptedModel, AdoptedTerm
 from .evidence import provenance

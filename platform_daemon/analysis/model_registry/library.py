@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.errors import InputError
-from platform_daemon.estimation.physics.models import MODELS
+from platform_daemon.estimation import MODELS
 
 from .adopted_model import AdoptedModel, from_json
 

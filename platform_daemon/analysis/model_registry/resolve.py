@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.estimation.physics.models import MODELS, RingDownModel, model_named
+from platform_daemon.estimation import MODELS, RingDownModel, model_named
 from platform_daemon.store import Recording
 
 from .adopted_model import AdoptedModel

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtri  # quantiles of chi^2; all of scipy.stats takes half a second to load
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
 _FEWEST = 4
 _IRREGULAR = 0.1  # of the cadence

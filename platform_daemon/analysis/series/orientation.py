@@ -12,9 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.mirror import mean_over_mirror_images, mirror_images, rotations
-from platform_daemon.estimation.result import FitResult
+from platform_daemon.estimation import Array, FitResult, mean_over_mirror_images, mirror_images, rotations
 
 
 @dataclass(frozen=True)

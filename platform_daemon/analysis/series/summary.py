@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from statistics import fmean, stdev
 from typing import Any
 
-from platform_daemon.estimation.parameters import RODRIGUES
-from platform_daemon.estimation.physics.mirror import on_one_branch
+from platform_daemon.estimation import RODRIGUES, on_one_branch
 
 from ..fit_request import names_in_order
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from platform_daemon.engine.jobs import Job
+from platform_daemon.engine import Job
 
 from ..context import Shared, job_body
 from ..models import AcquisitionBody, JobModel, ProblemModel

@@ -7,7 +7,7 @@ from typing import Any
 from fastapi import APIRouter, Response
 
 from drivers.errors import DeviceStateError
-from platform_daemon.engine.jobs import Job
+from platform_daemon.engine import Job
 
 from ..context import Shared, job_body
 from ..models import AdoptionBody, CalibrationBody, InUseModel, JobModel, ProblemModel

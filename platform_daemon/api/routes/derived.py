@@ -8,17 +8,27 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Query
 
 from drivers.errors import InputError
-from platform_daemon.analysis.derived import frame_envelopes, frame_quantities, frame_times_s, series_quantities
-from platform_daemon.analysis.fit_request import FitRefused, checked_variant, why_refused
-from platform_daemon.analysis.harmonics import frame_harmonics
-from platform_daemon.analysis.model_registry import model_of, resolve
-from platform_daemon.analysis.precision import PAPER_DEFLECTION_DEG, planned_precision
-from platform_daemon.analysis.sliding import slide_frame, sliding_report
-from platform_daemon.engine.engine import UnknownId
-from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.analysis import (
+    PAPER_DEFLECTION_DEG,
+    FitRefused,
+    checked_variant,
+    frame_envelopes,
+    frame_harmonics,
+    frame_quantities,
+    frame_times_s,
+    model_of,
+    planned_precision,
+    resolve,
+    series_quantities,
+    slide_frame,
+    sliding_report,
+    why_refused,
+)
+from platform_daemon.engine import UnknownId
+from platform_daemon.estimation import RingDownModel
 from platform_daemon.settings import load_specimen
+from platform_daemon.store import is_time_series
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store.angle_series import is_time_series
 
 from ..context import Context, Shared
 from ..models import PredictBody, ProblemModel

@@ -10,13 +10,18 @@ from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
-from platform_daemon.analysis.diagnose import check_diagnosis_input, load_diagnosis_input
-from platform_daemon.analysis.model_registry import ModelChoice, file_digests, model_from_diagnosis, resolve
-from platform_daemon.engine.engine import UnknownId
-from platform_daemon.engine.jobs import Cancelled, Job
-from platform_daemon.reports.diagnosis_work import diagnosed
+from platform_daemon.analysis import (
+    ModelChoice,
+    check_diagnosis_input,
+    file_digests,
+    load_diagnosis_input,
+    model_from_diagnosis,
+    resolve,
+)
+from platform_daemon.engine import Cancelled, Job, UnknownId
+from platform_daemon.reports import diagnosed
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store.durable import write_whole
+from platform_daemon.store import write_whole
 
 from ..context import Context, Shared, job_body
 from ..models import AdoptBody, DiagnosisBody, JobModel, ProblemModel

@@ -7,16 +7,21 @@ from typing import Any
 
 from fastapi import APIRouter, Response
 
-from platform_daemon.analysis.fit import fit_recording
-from platform_daemon.analysis.fit_request import FitRequest, check_fixed, choose_variant, why_refused
-from platform_daemon.analysis.frames import chosen_frames
-from platform_daemon.analysis.measurement import angle_variant, angles_report, fit_angles
-from platform_daemon.analysis.model_registry import resolve
-from platform_daemon.engine.jobs import Cancelled, Job
-from platform_daemon.store import Recording, open_recording
+from platform_daemon.analysis import (
+    FitRequest,
+    angle_variant,
+    angles_report,
+    check_fixed,
+    choose_variant,
+    chosen_frames,
+    fit_angles,
+    fit_recording,
+    resolve,
+    why_refused,
+)
+from platform_daemon.engine import Cancelled, Job
+from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles, write_whole
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store.angle_series import AngleSeries, is_time_series, read_angles
-from platform_daemon.store.durable import write_whole
 
 from ..context import Shared, job_body
 from ..models import FitBody, JobModel, ProblemModel

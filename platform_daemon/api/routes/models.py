@@ -6,8 +6,7 @@ from typing import Any
 
 from fastapi import APIRouter
 
-from platform_daemon.estimation.physics.models import MODELS
-from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.estimation import MODELS, TERMS
 
 from ..context import Shared
 from ..models import ProblemModel, RetireBody

@@ -9,7 +9,7 @@ from fastapi import APIRouter
 from fastapi.responses import JSONResponse
 
 from platform_daemon import __version__
-from platform_daemon.engine.engine import UnknownId
+from platform_daemon.engine import UnknownId
 from platform_daemon.settings import load_sequence, load_specimen, shipped
 
 from ..context import Shared

@@ -13,8 +13,7 @@ from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
-from platform_daemon.analysis.fit import ring_down
-from platform_daemon.analysis.plot_data import min_max_decimate
+from platform_daemon.analysis import min_max_decimate, ring_down
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.store import Recording, describe, list_recordings, open_recording, resolve
 

@@ -14,8 +14,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.torques import TorqueTerm
+from platform_daemon.estimation import Array, TorqueTerm
 
 from ..shots.linearisation import Linearisation
 

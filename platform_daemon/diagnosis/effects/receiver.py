@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
 from ..shots.linearisation import Linearisation
 from .effect import Candidate, Change, Detail, Effect, Public, as_it_is

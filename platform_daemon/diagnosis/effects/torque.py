@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.torques import TERMS, TorqueTerm
+from platform_daemon.estimation import TERMS, RingDownModel, TorqueTerm
 
 from .effect import Candidate, Effect
 

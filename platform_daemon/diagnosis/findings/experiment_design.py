@@ -15,10 +15,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import Array, DipoleObservation, FitState, LostTrajectoryError
 
 from ..effects.effect import Candidate
 from ..regression.information import solved

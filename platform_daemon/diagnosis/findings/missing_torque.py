@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
 from ..regression.joint_fit import JointFit
 from ..selection.omnibus_test import OmnibusTest, monomials

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
-from platform_daemon.estimation.noise.coloured import sd_at
-from platform_daemon.estimation.noise.model import NoiseModel
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.estimation.sliding_window import ReferenceRefusedError, SlidingFit, fit_sliding
+from platform_daemon.estimation import (
+    Array,
+    DipoleObservation,
+    LostTrajectoryError,
+    NoiseModel,
+    ReferenceRefusedError,
+    SlidingFit,
+    fit_sliding,
+    sd_at,
+)
 
 from ..regression.joint_fit import JointFit
 from ..regression.parameters import clean_record, held_strengths, public_parameters

@@ -8,9 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.models import RingDownModel
+from platform_daemon.estimation import Array, FitState, RingDownModel
 
 from ..effects.effect import Candidate
 from ..shots.linearisation import Linearisation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
 _SINGULAR = 1e-13  # of the scaled matrix
 

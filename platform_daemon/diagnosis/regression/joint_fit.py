@@ -13,9 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import qr, solve_triangular
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import Array, FitState, LostTrajectoryError
 
 from ..shots.linearisation import Linearisation, linearise_signal
 from ..shots.shot import PreparedShot

@@ -9,12 +9,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
-from platform_daemon.estimation.least_squares.gauss_newton import NormalEquations
-from platform_daemon.estimation.least_squares.public_parameters import PublicParameters, propagate_to_public
-from platform_daemon.estimation.parameters import Estimate
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.estimation.result import FitResult
+from platform_daemon.estimation import (
+    Estimate,
+    FitResult,
+    LostTrajectoryError,
+    NormalEquations,
+    PublicParameters,
+    RingDownRecord,
+    fit_ring_down,
+    propagate_to_public,
+)
 
 from .hypothesis import Hypothesis
 from .information import inverse

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array, FitState
 
 from ..shots.linearisation import Linearisation, basis_at
 from ..shots.shot import PreparedShot, SampleGrid, whitening_for

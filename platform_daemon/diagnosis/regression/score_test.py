@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
 from ..effects.effect import Candidate
 from ..shots.linearisation import linearise_signal

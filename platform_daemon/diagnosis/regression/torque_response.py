@@ -15,13 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.moments.workspace import Workspace
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.numerics.jit import kernel
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.torques.dispatch import acceleration
-from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
+from platform_daemon.estimation import DIPOLE, STATE, Array, FitState, RingDownModel, Workspace, acceleration, kernel
 
 from ..shots.shot import PreparedShot, SampleGrid
 

@@ -13,10 +13,7 @@ from scipy.fft import next_fast_len, rfft
 from scipy.signal import windows
 from scipy.stats import gamma
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.noise.coloured import sd_at
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation import Array, FitState, frequency_ratio, sd_at
 
 from ..effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode, tone, transient
 from ..effects.effect import Candidate

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import LostTrajectoryError
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis

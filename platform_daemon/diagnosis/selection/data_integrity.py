@@ -9,12 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import estimate_noise
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.moments.workspace import Workspace
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.screening.clipping import saturation
+from platform_daemon.estimation import Array, FitState, RingDownModel, Workspace, estimate_noise, saturation
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.joint_fit import LinearisedShot, linearise_shot

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.stats import chi2 as chi2_distribution
 
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import Array, LostTrajectoryError
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import LostTrajectoryError
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis

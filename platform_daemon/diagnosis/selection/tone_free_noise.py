@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
 from ..regression.joint_fit import JointFit, fit_jointly
 from ..shots.shot import PreparedShot, whitening_for

@@ -9,15 +9,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
-from platform_daemon.estimation.least_squares.public_parameters import by_convention
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
-from platform_daemon.estimation.physics.trajectory.turning_points import turning_points
-from platform_daemon.estimation.refusal import RefusedError
-from platform_daemon.estimation.solve import solve
-from platform_daemon.estimation.task import task_of
+from platform_daemon.estimation import (
+    DipoleObservation,
+    FitState,
+    LostTrajectoryError,
+    RefusedError,
+    RingDownModel,
+    by_convention,
+    find_minimum,
+    task_of,
+    turning_points,
+)
 
 from .shot import DiagnosisShot, PreparedShot, grids_for, whitening_for
 
@@ -61,7 +63,7 @@ def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownMo
 
 def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | UnfittedShot:
     try:
-        _, fitted = solve(task_of(shot.record, "d30", shot.noise, {}), model)
+        _, fitted = find_minimum(task_of(shot.record, "d30", shot.noise, {}), model)
         state = by_convention(fitted.state, model)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:

@@ -7,12 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.moments.workspace import Workspace
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.numerics.finite_differences import REACH, derivative
-from platform_daemon.estimation.physics.models import RingDownModel
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, Trajectory
+from platform_daemon.estimation import (
+    REACH,
+    Array,
+    FitState,
+    LostTrajectoryError,
+    RingDownModel,
+    Trajectory,
+    Workspace,
+    derivative,
+)
 
 from .shot import PreparedShot
 

@@ -10,10 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import firwin, kaiserord, upfirdn
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.noise.coloured import sd_at
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array, FitState, NoiseModel, RingDownRecord, sd_at
 
 _START_S = 0.05  # looked at sample by sample: transients of the switch live there
 _ENOUGH = 6_000  # samples per channel; shorter records are looked at sample by sample

@@ -16,10 +16,7 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from platform_daemon.estimation.least_squares.gauss_newton import FitState
-from platform_daemon.estimation.least_squares.observation_model import DipoleObservation
-from platform_daemon.estimation.numerics.arrays import Array
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import Array, DipoleObservation, FitState, LostTrajectoryError
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved

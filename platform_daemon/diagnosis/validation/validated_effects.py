@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError
+from platform_daemon.estimation import LostTrajectoryError
 
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit, fit_jointly, starting_point

@@ -12,11 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from drivers.errors import InputError
-from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
-from platform_daemon.analysis.model_registry import ModelChoice, file_digests
-from platform_daemon.diagnosis import Diagnosis, as_json
-from platform_daemon.diagnosis.findings.next_measurements import Measurement, Proposal
-from platform_daemon.diagnosis.selection.stepwise import ProgressCallback
+from platform_daemon.analysis import ModelChoice, diagnose_input, file_digests, load_diagnosis_input
+from platform_daemon.diagnosis import Diagnosis, Measurement, ProgressCallback, Proposal, as_json
 
 from ..engine import Engine
 from ..jobs import Job

@@ -10,10 +10,12 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import ReferenceDipole
-from platform_daemon.estimation.calibration.phasors import Phasors, combine, segment_phasors
-from platform_daemon.estimation.calibration.receive import (
+from platform_daemon.estimation import (
+    Phasors,
     ReceiveResult,
+    combine,
     receive_result,
+    segment_phasors,
     sensitivity_from,
     unlike_declared,
 )

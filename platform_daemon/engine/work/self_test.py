@@ -8,17 +8,17 @@ leaks into the coil's own channel passes every cable of the chain but those to t
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import structlog
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.clock import SystemClock
 from drivers.errors import DeviceFault, InterlockError
 from drivers.platform import Platform
-from platform_daemon.estimation.calibration.phasors import combine, segment_phasors
+from platform_daemon.estimation import combine, segment_phasors
+from platform_daemon.schemas import SelfTestOptions
 from sequences.compiler import TransmitSide
 from sequences.tones import coil_drive, coil_tones, played_hz
 
@@ -30,31 +30,12 @@ SEGMENTS = 4  # of a tone
 SKIPPED_S = 1e-3  # at its start
 SURE = 5.0  # standard deviations
 CONNECTED = 10.0  # times the expected leakage: then it is no leakage
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class SelfTestFailed(DeviceFault):
     """The chain is not as the platform file says; nothing may be measured with it."""
 
     title = "Self-test failed"
-
-
-class SelfTestOptions(BaseModel):
-    """Table `[self_test]` of a platform file.
-
-    enabled: None: on for real devices, off for a platform that lives in simulated time; amplifier_v: on each coil;
-    frequency_hz: far above any resonator, so that none is moved; isolation_db: of the switch at that frequency, None:
-    unknown, the channels are compared with each other; tolerance: of the gain, relative.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    enabled: bool | None = None
-    amplifier_v: Positive = 1.0
-    frequency_hz: Positive = 4000.0
-    tone_s: Annotated[float, Field(ge=4e-3, le=1.0)] = 12e-3
-    isolation_db: Annotated[float, Field(ge=0, le=200)] | None = None
-    tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.3
 
 
 class SelfTest:

@@ -17,12 +17,18 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__
-from platform_daemon.analysis.fit import file_report, fit_frame, fit_table, frame_report, refused_report
-from platform_daemon.analysis.fit_request import FitRequest
-from platform_daemon.analysis.model_registry import AdoptedModel, label_of
-from platform_daemon.analysis.noise import learn_noise
-from platform_daemon.estimation import FitResult, SeriesNoise
-from platform_daemon.estimation.calibration.validity import Conditions
+from platform_daemon.analysis import (
+    AdoptedModel,
+    FitRequest,
+    file_report,
+    fit_frame,
+    fit_table,
+    frame_report,
+    label_of,
+    learn_noise,
+    refused_report,
+)
+from platform_daemon.estimation import Conditions, FitResult, SeriesNoise
 from platform_daemon.store import Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 

@@ -10,8 +10,7 @@ from drivers.calibration import TransmitCalibration
 from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import FieldProbe
-from platform_daemon.estimation.calibration.phasors import combine, segment_phasors
-from platform_daemon.estimation.calibration.transmit import TransmitResult, transmit_result
+from platform_daemon.estimation import TransmitResult, combine, segment_phasors, transmit_result
 from platform_daemon.store import add_transmit_calibration
 from sequences.tones import ToneShot, coil_drive, coil_tones
 

@@ -23,8 +23,8 @@ import numpy as np
 
 from drivers.calibration import ReceiverEffect
 
-from .. import RingDownRecord
 from ..numerics.arrays import Array
+from ..record import RingDownRecord
 
 CORRECTABLE = ("channel_gain", "channel_delay", "receive_lowpass", "receiver_compression", "crosstalk")
 _AXES = "xyz"

@@ -11,7 +11,7 @@ from dataclasses import replace
 from ..least_squares.progressive import FitProblem, Minimum
 from ..physics.models import THREAD, RingDownModel, alternatives_of
 from ..refusal import Refusal, RefusedError
-from ..solve import solve, solve_coarsely
+from ..solve import find_minimum, find_minimum_coarsely
 from ..task import Task
 from .lack_of_fit import in_words, refuse_failed
 from .residual import Residual
@@ -53,7 +53,7 @@ def _first_amplitude_rad(task: Task, frequency_hz: float) -> float | None:
     chosen = replace(task.chosen, last=min(last, task.chosen.last))
     beginning = replace(task, chosen=chosen, frequency_hz=frequency_hz, fixed={})
     try:
-        coarse = solve_coarsely(beginning, THREAD)
+        coarse = find_minimum_coarsely(beginning, THREAD)
     except RefusedError:
         return None
     if coarse is None or coarse[1].normal.chi2 > _CLOSELY * beginning.degrees(coarse[0]):
@@ -70,7 +70,7 @@ def refuse_by_cause(task: Task, model: RingDownModel) -> None:
     _refuse_by_alternatives(task, model)
     if task.record.quantity == "angle":
         return
-    coarse = solve_coarsely(task, model)
+    coarse = find_minimum_coarsely(task, model)
     if coarse is not None:
         _refuse_by_residual(task, *coarse, residual_left(task, *coarse))
 
@@ -79,7 +79,7 @@ def _refuse_by_alternatives(task: Task, model: RingDownModel) -> None:
     """Another declared model goes through the record."""
     for other in alternatives_of(model, task.record.quantity):
         try:
-            problem, best = solve(task, other)
+            problem, best = find_minimum(task, other)
         except RefusedError:
             continue
         chi2 = best.normal.chi2 / task.degrees(problem)

@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from platform_daemon.analysis.plot_data import min_max_decimate
-from platform_daemon.diagnosis.findings.missing_torque import MissingTorque
-from platform_daemon.diagnosis.findings.residual_analysis import HARMONICS, HarmonicCourse, ResidualAnalysis, Scatter
-from platform_daemon.estimation.sliding_window import SlidingFit
+from platform_daemon.analysis import min_max_decimate
+from platform_daemon.diagnosis import HARMONICS, HarmonicCourse, MissingTorque, ResidualAnalysis, Scatter
+from platform_daemon.estimation import SlidingFit
 
 from ..diagnosis_text import heading_of
 from .ring_down import COLOURS

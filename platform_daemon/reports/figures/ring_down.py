@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from platform_daemon.analysis.plot_data import RingDownPlotData, min_max_decimate
+from platform_daemon.analysis import RingDownPlotData, min_max_decimate
 
 COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
 BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets

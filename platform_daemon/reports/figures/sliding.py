@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from platform_daemon.analysis.sliding import amplitude_course
-from platform_daemon.estimation.sliding_window import SlidingFit
+from platform_daemon.analysis import amplitude_course
+from platform_daemon.estimation import SlidingFit
 
 from .ring_down import COLOURS, save_figure
 

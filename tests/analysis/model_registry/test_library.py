@@ -3,16 +3,10 @@ import json
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.analysis.model_registry import (
-    AdoptionRefused,
-    Library,
-    UnknownModel,
-    file_digests,
-    label_of,
-    model_from_diagnosis,
-    model_of,
-    resolve,
-)
+from platform_daemon.analysis.model_registry.adoption import AdoptionRefused, model_from_diagnosis
+from platform_daemon.analysis.model_registry.evidence import file_digests
+from platform_daemon.analysis.model_registry.library import Library, UnknownModel
+from platform_daemon.analysis.model_registry.resolve import label_of, model_of, resolve
 from tests.kit.diagnosis_json import diagnosis, effect
 
 

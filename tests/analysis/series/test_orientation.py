@@ -13,9 +13,9 @@ from platform_daemon.analysis.series.orientation import (
     orientation_spread,
     orientations,
 )
-from platform_daemon.estimation import FitResult
 from platform_daemon.estimation.parameters import RODRIGUES, Estimate
 from platform_daemon.estimation.physics.mirror import on_one_branch
+from platform_daemon.estimation.result import FitResult
 
 HALF_TURN_ABOUT_U = Rotation.from_matrix(np.diag([1.0, -1.0, -1.0]))
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from starlette.testclient import TestClient
 
-from platform_daemon.analysis.model_registry import Library
+from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, open_data_folder, start_engine
 from platform_daemon.engine.job_records import JobRecords

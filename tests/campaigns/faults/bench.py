@@ -17,7 +17,7 @@ from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
 from platform_daemon.engine.work.series import SeriesWork
-from platform_daemon.store import open_recording
+from platform_daemon.store.reader import open_recording
 from tests.system.emulated.conftest import Lab
 
 RX_S = 0.6

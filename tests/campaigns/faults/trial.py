@@ -12,7 +12,7 @@ import numpy as np
 
 from drivers.errors import DeviceError, PlatformError
 from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.store import open_recording
+from platform_daemon.store.reader import open_recording
 from tests.campaigns.faults.bench import Bench
 from tests.campaigns.faults.catalogue import DEAD, SLOW, Cell, Outcome, cells
 

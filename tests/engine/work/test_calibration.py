@@ -15,8 +15,9 @@ from drivers.errors import ConfigError, InputError, SequenceRejected
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.engine.work.calibration import CalibrationRequest
-from platform_daemon.store import open_recording, read_calibration, read_transmit_calibration
+from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.store.calibrations import read_transmit_calibration
+from platform_daemon.store.reader import open_recording, read_calibration
 from sim_backend.receive.chain import frequency_response
 from sim_backend.transmit.coils import sensitivity_t_per_a
 from tests.conftest import acquire

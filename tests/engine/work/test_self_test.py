@@ -11,7 +11,8 @@ import pytest
 from drivers.errors import SequenceRejected
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import JobState
-from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed, SelfTestOptions
+from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
+from platform_daemon.schemas import SelfTestOptions
 from tests.conftest import acquire
 
 ON = "self_test.enabled=true"

@@ -10,7 +10,9 @@ from platform_daemon.analysis.fit import fit_recording
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.store import open_recording, read_fits, read_truth
+from platform_daemon.store.fit_tables import read_fits
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.truth import read_truth
 from tests.conftest import SHORT_JEWEL, acquire
 
 

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, calibrate, fit_ring_down
+from platform_daemon.estimation.calibration.apply import calibrate
 from platform_daemon.estimation.calibration.equaliser import design_equaliser
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.sensitivity import CalibrationError
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, joint_chi2, with_noise
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.goodness_of_fit.noise_floor import noise_floor_of
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.pendulum import half_swings
 
 RATE, NATURAL_HZ = 400.0, 2.0

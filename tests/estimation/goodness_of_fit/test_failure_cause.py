@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 
 THREAD = Truth()

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.physics.models import JEWEL, THREAD
-from platform_daemon.estimation.physics.torques import QUADRATIC_DRAG
+from platform_daemon.estimation.physics.torques.quadratic_drag import QUADRATIC_DRAG
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.clipping import peaks_at
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt
 

@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from platform_daemon.diagnosis import DiagnosisShot
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.shot import DiagnosisShot
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import THREAD, model_named
 from platform_daemon.estimation.physics.ring_down import RingDown
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
 from platform_daemon.estimation.physics.trajectory.direct import Trajectory
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 
 NOISE = NoiseModel.white(NOISE_SD, RATE_HZ)

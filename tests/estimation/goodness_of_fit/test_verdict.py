@@ -6,16 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.goodness_of_fit.collinearity import (
     CollinearLosses,
     collinearity_warning,
     separating_window_s,
 )
 from platform_daemon.estimation.goodness_of_fit.verdict import public_parameters, residual_left
+from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.parameters import Estimate
 from platform_daemon.estimation.physics.models import JEWEL as JEWEL_MODEL
-from platform_daemon.estimation.solve import solve
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.solve import find_minimum
 from platform_daemon.estimation.task import task_of
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise
 
@@ -61,7 +63,7 @@ def test_losses_that_no_window_tells_apart_are_said_to_be_so():
     noise = NoiseModel.white(NOISE_SD, RATE_HZ)
     record = RingDownRecord(with_noise(dmdt(JEWEL, 0.24), np.random.default_rng(3)), RATE_HZ, "dmdt")
     task = task_of(record, 0.24, noise, {})
-    problem, best = solve(task, JEWEL_MODEL)
+    problem, best = find_minimum(task, JEWEL_MODEL)
     public, residual = public_parameters(task, problem, best), residual_left(task, problem, best)
     tangle = CollinearLosses(("tf_over_i_rad_per_s2", "lambda_per_s"), -0.999)
 

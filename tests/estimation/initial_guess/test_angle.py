@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.angle_cycles import find_angle_frequency, find_half_cycles
 from tests.kit.pendulum import half_swings
 

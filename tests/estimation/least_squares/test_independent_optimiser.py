@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.parameters import PARAMETER_NAMES
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, Truth, dmdt, random_truth, with_noise
 
 RATE_HZ = 20e3

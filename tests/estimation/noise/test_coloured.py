@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, estimate_noise, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.coloured import sd_at
+from platform_daemon.estimation.noise.model import NoiseModel, estimate_noise
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.coloured_noise import band, one_pole, pink, three, white
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, with_noise
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, estimate_noise
 from platform_daemon.estimation.noise.level_uncertainty import level_sd
+from platform_daemon.estimation.noise.model import NoiseModel, estimate_noise
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
 JEWEL = Truth(f_nat_hz=213.0, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=1.2, psi_start_rad=3.86)

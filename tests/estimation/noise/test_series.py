@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord, SeriesNoise, estimate_noise, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.coloured import sd_at
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.noise.series import SeriesNoise
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.coloured_noise import pink, three
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, with_noise
 

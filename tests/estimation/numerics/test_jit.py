@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numba
 
-from platform_daemon.estimation import fit_ring_down, warm_up
-from platform_daemon.estimation.compilation import synthetic_record
+from platform_daemon.estimation.compilation import synthetic_record, warm_up
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.moments.tabulated import collect_half_cycles
 from platform_daemon.estimation.numerics import jit
 from platform_daemon.estimation.numerics.jit import part

@@ -6,10 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.physics.models import JEWEL, MODELS, THREAD, Parameter, RingDownModel, model_named
-from platform_daemon.estimation.physics.torques import FREQUENCY_DRIFT, MAGNETIC_RESTORING, VISCOUS_DAMPING
+from platform_daemon.estimation.physics.torques.frequency_drift import FREQUENCY_DRIFT
+from platform_daemon.estimation.physics.torques.magnetic_restoring import MAGNETIC_RESTORING
+from platform_daemon.estimation.physics.torques.viscous_damping import VISCOUS_DAMPING
 from platform_daemon.estimation.physics.trajectory.direct import MotionParameters, Trajectory
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
 WHITE = NoiseModel.white(NOISE_SD, RATE_HZ)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.physics.ring_down import RingDown
+from platform_daemon.estimation.record import RingDownRecord
 from tests.kit.paper_parameters import JEWEL_D30, THREAD_D30
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt, rotation
 

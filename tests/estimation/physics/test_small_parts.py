@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from scipy.special import ellipj, ellipk
 
-from platform_daemon.estimation import RingDownRecord
 from platform_daemon.estimation.physics.orbit import (
     amplitude_from_second_harmonic,
     amplitude_from_third_harmonic,
@@ -26,6 +25,7 @@ from platform_daemon.estimation.physics.trajectory.initial_conditions import (
     initial_conditions_of_state,
     state_of_initial_conditions,
 )
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.windows import select_window
 
 VECTORS = st.tuples(*[st.floats(-1.8, 1.8) for _ in range(3)]).map(np.array)

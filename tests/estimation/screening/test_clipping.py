@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord, find_clipping, fit_ring_down, saturation
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.screening.clipping import find_clipping, saturation
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt
 
 T = np.arange(60_000) / 61_035.0

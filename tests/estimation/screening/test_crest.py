@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord
 from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s
 from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.crest import crest_factor
 from platform_daemon.estimation.screening.windows import select_window
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, random_truth, with_noise

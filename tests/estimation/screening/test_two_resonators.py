@@ -6,7 +6,8 @@ import re
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.separate_lines import find_far_lines
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt, random_truth, with_noise
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from platform_daemon.app import start_engine
-from platform_daemon.engine.work.calibration import CalibrationRequest
-from platform_daemon.store import read_calibration
+from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.store.reader import read_calibration
 from tests.system.emulated.conftest import Lab
 
 DIPOLE = "output=3, turns_area_m2=0.05, resistance_ohm=100.0, inductance_h=2e-3, relative_std=1e-3"

@@ -8,14 +8,12 @@ from scipy.integrate import solve_ivp
 
 from platform_daemon.estimation.moments.workspace import Workspace
 from platform_daemon.estimation.physics.models import JEWEL, THREAD, model_named
-from platform_daemon.estimation.physics.torques import (
-    BIAS_TORQUE,
-    COULOMB_FRICTION,
-    FREQUENCY_DRIFT,
-    QUADRATIC_DRAG,
-    RESTORING_ANHARMONICITY,
-    STRIBECK_FRICTION,
-)
+from platform_daemon.estimation.physics.torques.bias_torque import BIAS_TORQUE
+from platform_daemon.estimation.physics.torques.coulomb_friction import COULOMB_FRICTION
+from platform_daemon.estimation.physics.torques.frequency_drift import FREQUENCY_DRIFT
+from platform_daemon.estimation.physics.torques.quadratic_drag import QUADRATIC_DRAG
+from platform_daemon.estimation.physics.torques.restoring_anharmonicity import RESTORING_ANHARMONICITY
+from platform_daemon.estimation.physics.torques.stribeck_friction import STRIBECK_FRICTION
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters, Trajectory
 from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at_zero
