@@ -3,6 +3,8 @@
 dask_cluster: The workers of the scheduler at `address`.
 WorkerPool: Who fits.
 cores: Cores that this process may use.
+in_this_process: No other process.
+processes: So many processes, warm from the compiled kernels' cache, one thread each.
 Ledger: Appends finished files.
 FitSettings: How to fit every file of a batch.
 InputFile: A recording.

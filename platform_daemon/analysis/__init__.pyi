@@ -1,6 +1,8 @@
 from .batch.dask_cluster import dask_cluster as dask_cluster
 from .batch.executors import WorkerPool as WorkerPool
 from .batch.executors import cores as cores
+from .batch.executors import in_this_process as in_this_process
+from .batch.executors import processes as processes
 from .batch.ledger import Ledger as Ledger
 from .batch.part import FitSettings as FitSettings
 from .batch.part import InputFile as InputFile

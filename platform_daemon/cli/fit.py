@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drivers.errors import InputError, PlatformError
+from platform_daemon import analysis
 from platform_daemon.reports import fit_line, fit_table_text
 
 from .interrupts import end_at_once, heed_one_interrupt
@@ -100,16 +101,12 @@ def _workers(
     files: list[Path], settings: FitSettings, processes: int | None, dask: str | None
 ) -> AbstractContextManager[WorkerPool]:
     """Where to fit: the cluster, this process for few frames, else a process per core."""
-    from platform_daemon.analysis import batch
-
     if dask is not None:
-        from platform_daemon.analysis import dask_cluster
-
-        return dask_cluster(dask, files[0])
-    count = processes or batch.cores()
+        return analysis.dask_cluster(dask, files[0])
+    count = processes or analysis.cores()
     if count == 1 or not _many_frames(files, settings):
-        return batch.in_this_process()
-    return batch.processes(count)
+        return analysis.in_this_process()
+    return analysis.processes(count)
 
 
 def _many_frames(files: list[Path], settings: FitSettings) -> bool:
