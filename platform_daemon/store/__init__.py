@@ -9,6 +9,8 @@ add_receive_calibration: A new version of a receive calibration, with what was m
 add_transmit_calibration: A new version of a transmit calibration.
 check_calibration_name: Raises InputError unless a file can be called so.
 read_transmit_calibration: The transmit side in a calibration file or a recording.
+DataFolder: Where a daemon keeps what it makes.
+open_data_folder: The folders, made if missing.
 describe: Summary of a recording, JSON-able, without NaN.
 write_whole: Write under a temporary name in the same folder, fsync, rename.
 NotFinite: A sample is NaN or infinite.
@@ -24,7 +26,6 @@ read_calibration: The calibration in a recording or in a file that holds nothing
 Excitation: What one shot was excited with.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
-recover: Put together every series in `folder` whose writer died.
 SeriesWriter: Writes one series.
 """
 
@@ -35,6 +36,7 @@ from .calibrations import (
     check_calibration_name,
     read_transmit_calibration,
 )
+from .data_folder import DataFolder, open_data_folder
 from .describe import describe
 from .durable import write_whole
 from .errors import NotFinite, StorageError, UnknownRecording
@@ -42,11 +44,11 @@ from .header import FitTable, SeriesHeader, ShotRecord
 from .index import list_recordings, resolve
 from .reader import open_recording, read_calibration
 from .recording import Excitation, Recording, SequenceInfo
-from .recovery import recover
 from .series_writer import SeriesWriter
 
 __all__ = [
     "AngleSeries",
+    "DataFolder",
     "Excitation",
     "FitTable",
     "NotFinite",
@@ -63,11 +65,11 @@ __all__ = [
     "describe",
     "is_time_series",
     "list_recordings",
+    "open_data_folder",
     "open_recording",
     "read_angles",
     "read_calibration",
     "read_transmit_calibration",
-    "recover",
     "resolve",
     "write_whole",
 ]
