@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from platform_daemon.analysis import ModelChoice
     from platform_daemon.diagnosis import Diagnosis, Measurement, ProgressCallback, Proposal
 
+    Step = tuple[str, str, AcquisitionPlan, Proposal | None]
+    """Key of the measurement, why it is made, its plan, and the proposal that it follows."""
+
 NEVER_AT_ONCE = ("calibrate_2f",)  # ends in another calibration file, not in another series
 _FIELDS = (0.5, 0.25)  # of the first series
 _WINDOWS = (2.0, 4.0)
@@ -35,10 +38,6 @@ class Budget:
 
     shots: int
     seconds: float
-
-
-Step = tuple[str, str, AcquisitionPlan, diagnosis.Proposal | None]
-"""Key of the measurement, why it is made, its plan, and the proposal that it follows."""
 
 
 def _wait(job: Job) -> None:
