@@ -10,6 +10,7 @@ add_transmit_calibration: A new version of a transmit calibration.
 check_calibration_name: Raises InputError unless a file can be called so.
 read_transmit_calibration: The transmit side in a calibration file or a recording.
 describe: Summary of a recording, JSON-able, without NaN.
+dmdt_file: The bytes of an HDF5 file of one frame's dm/dt.
 write_whole: Write under a temporary name in the same folder, fsync, rename.
 NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.
@@ -36,6 +37,7 @@ from .calibrations import (
     read_transmit_calibration,
 )
 from .describe import describe
+from .dmdt_file import dmdt_file
 from .durable import write_whole
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
@@ -61,6 +63,7 @@ __all__ = [
     "add_transmit_calibration",
     "check_calibration_name",
     "describe",
+    "dmdt_file",
     "is_time_series",
     "list_recordings",
     "open_recording",

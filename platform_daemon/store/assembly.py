@@ -9,6 +9,7 @@ import h5py
 
 from drivers.errors import RecordingError
 
+from .dimensions import add_dimension_scales
 from .durable import publish, reserve, storage_error
 from .fit_tables import write_fit
 from .header import FitTable, SeriesHeader
@@ -63,6 +64,7 @@ def _write(h5: h5py.File, recordings: Sequence[Recording], unreadable: int, fits
     link_plot(h5, header, infos, with_time=True)
     for fit in fits:
         write_fit(h5, fit)
+    add_dimension_scales(h5)
 
 
 def _copy_chunks(shot: Path, data: h5py.Dataset, k: int) -> None:

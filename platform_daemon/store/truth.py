@@ -19,6 +19,7 @@ from drivers.errors import RecordingError
 
 from .hdf5 import open_hdf5
 from .layout import LAYOUT, LAYOUT_ATTRIBUTE, SIMULATION
+from .units import unit_of
 
 _JSON = f"{SIMULATION}/json"
 
@@ -63,7 +64,8 @@ def write_truth(h5: h5py.File, truths: Sequence[Mapping[str, Any] | None]) -> No
     values.attrs["NX_class"] = "NXcollection"
     numbers = [dict(_numbers(p)) for p in plain]
     for name in sorted({name for row in numbers for name in row}):
-        values.create_dataset(name, data=[row.get(name, math.nan) for row in numbers], track_times=False)
+        column = values.create_dataset(name, data=[row.get(name, math.nan) for row in numbers], track_times=False)
+        column.attrs["units"] = unit_of(name)
 
 
 def _plain(value: Any) -> Any:
