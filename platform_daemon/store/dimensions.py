@@ -7,7 +7,7 @@ those readers refuse.  A scale is looked up in the group of its data set and in 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import h5py
@@ -24,12 +24,10 @@ from .layout import (
     FREQUENCY_RESPONSE,
     RING_DOWN,
     SENSITIVITY,
-    SIMULATION,
     TRANSMIT,
 )
 from .writer import put, put_texts
 
-_PER_FRAME = (FRAMES, EXCITATION, SIMULATION, f"{SIMULATION}/values")
 _FIT_COLUMNS = {
     "parameter_units": ("parameters",),
     "values": ("frame", "parameters"),
@@ -60,8 +58,12 @@ _OTHERS = {
 }
 
 
-def add_dimension_scales(h5: h5py.File) -> None:
-    """Name the dimensions of a complete series or calibration file of ours, open for writing."""
+def add_dimension_scales(h5: h5py.File, further_columns: Iterable[str] = ()) -> None:
+    """Name the dimensions of a complete series or calibration file of ours, open for writing.
+
+    further_columns: groups of one-dimensional data sets with an entry per frame, if there are any beside the layout's.
+    """
+    columns = [name for name in (FRAMES, EXCITATION, *further_columns) if name in h5]
     if RING_DOWN in h5:
         _share_plot_axes(h5)
         _add_entry_scales(h5[ENTRY])
@@ -73,7 +75,7 @@ def add_dimension_scales(h5: h5py.File) -> None:
     for fit in h5.get(FIT, {}).values():
         _make_scale(fit, "parameters")
         _new_scale(fit, "parameters_2", fit["parameters"].asstr()[()])
-    for path, names in _dimensions(h5):
+    for path, names in _dimensions(h5, columns):
         _attach(h5.get(path), names)
 
 
@@ -83,9 +85,9 @@ def _share_plot_axes(h5: h5py.File) -> None:
     for name in ("frame", "channel", "time"):
         _make_scale(plot, name)
         h5[name] = plot[name]
-    for place in (FRAMES, EXCITATION, SIMULATION, *(f"{FIT}/{name}" for name in h5.get(FIT, {}))):
-        if place in h5:
-            h5[place]["frame"] = plot["frame"]
+    for table in (FRAMES, EXCITATION, *(f"{FIT}/{name}" for name in h5.get(FIT, {}))):
+        if table in h5:
+            h5[table]["frame"] = plot["frame"]
 
 
 def _add_entry_scales(entry: h5py.Group) -> None:
@@ -127,12 +129,12 @@ def _make_scale(group: h5py.Group, name: str) -> None:
     group[name].make_scale(name)
 
 
-def _dimensions(h5: h5py.File) -> Iterator[tuple[str, tuple[str, ...]]]:
+def _dimensions(h5: h5py.File, columns: Iterable[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Path and dimensions of everything that may be in a file."""
     yield from _OTHERS.items()
-    for group in _PER_FRAME:
-        columns = (f"{group}/{name}" for name in h5.get(group, {}))
-        yield from ((path, ("frame",)) for path in columns if path not in _OTHERS)
+    for group in columns:
+        paths = (f"{group}/{name}" for name in h5[group])
+        yield from ((path, ("frame",)) for path in paths if path not in _OTHERS)
     for name, fit in h5.get(FIT, {}).items():
         yield from ((f"{FIT}/{name}/{column}", _FIT_COLUMNS.get(column, ("frame",))) for column in fit)
 
