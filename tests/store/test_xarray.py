@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from httpx2 import Response
 from starlette.testclient import TestClient
 
 from drivers.calibration import ReceiveCalibration
 from platform_daemon import __version__
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, open_data_folder, start_engine
-from platform_daemon.engine.calibration_in_use import AdoptionRequest
-from platform_daemon.engine.work.calibration import CalibrationRequest
 from platform_daemon.settings import load_platform
 from platform_daemon.store import FitTable, SeriesWriter, describe, open_recording, read_fits, read_truth
-from tests.conftest import acquire
+from tests.conftest import SHORT_JEWEL
 from tests.kit.recording_files import SEQUENCE, calibration, fit_table, header, shot, volts, write_minimal, write_series
 
 FOUR_ROWS = np.vstack([np.eye(3), np.ones(3)]) * 1e-3
@@ -29,21 +30,30 @@ FOUR_ROWS = np.vstack([np.eye(3), np.ones(3)]) * 1e-3
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
-    """A calibrated platform that recorded one blank and two excited shots, and its daemon's `/recordings`."""
+    """A daemon that calibrated its simulated platform and recorded one blank and two excited shots; and the file."""
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
     engine = start_engine(load_platform("simulated"))
     try:
-        for kind in ("receive", "transmit"):
-            request = CalibrationRequest(kind=kind, name=kind, frequencies_hz=(212.0, 424.0), repetitions=1)
-            job = engine.calibrate(request, folder.calibrations)
-            assert job.ended.wait(timeout=60)
-            engine.adopt(AdoptionRequest(kind=kind, calibration=job.result["calibration"]), folder.calibrations)
-        job = acquire(engine, folder.recordings / "j03.h5", shots=2, blank_shots=1)
-        assert job.error is None
         with TestClient(create_api(create_context(engine, folder))) as client:
-            yield SimpleNamespace(path=folder.recordings / "j03.h5", folder=folder, client=client)
+            for kind in ("receive", "transmit"):
+                body = {"kind": kind, "name": kind, "frequencies_hz": [212.0, 424.0], "repetitions": 1}
+                made = result_of(client, client.post("/calibrations", json=body))["calibration"]
+                assert client.post("/calibrations/adopt", json={"kind": kind, "calibration": made}).status_code == 200
+            body = {**SHORT_JEWEL, "shots": 2, "blank_shots": 1}
+            identifier = result_of(client, client.post("/acquisitions", json=body))["recording"]
+            path = folder.recordings / f"{identifier}.h5"
+            yield SimpleNamespace(path=path, folder=folder, client=client)
     finally:
         engine.close()
+
+
+def result_of(client: TestClient, accepted: Response) -> dict[str, Any]:
+    deadline = time.monotonic() + 120
+    while (job := client.get(accepted.headers["location"]).json())["state"] in ("queued", "running"):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert job["state"] == "done"
+    return dict(job["result"])
 
 
 @pytest.fixture(params=["h5netcdf", "netcdf4"])
@@ -182,7 +192,7 @@ def test_a_complex_response_comes_as_complex_numbers(tmp_path: Path) -> None:
 def test_dmdt_names_channels_time_and_source(
     measured: SimpleNamespace, download: Callable[..., Path], engine: str
 ) -> None:
-    path = download("j03", 1, start_s=0.1, stop_s=0.2)
+    path = download(measured.path.stem, 1, start_s=0.1, stop_s=0.2)
     assert complaints(path, engine) == []
     file, recording = opened(path, "/", engine), open_recording(measured.path)
     assert file["dmdt"].dims == ("channel", "time")
@@ -193,8 +203,8 @@ def test_dmdt_names_channels_time_and_source(
     assert recording.provenance is not None
     assert recording.calibration is not None
     source = {
-        "recording": "j03",
-        "file": "j03.h5",
+        "recording": measured.path.stem,
+        "file": measured.path.name,
         "frame": 1,
         "shot": 2,
         "time_stamp": recording.frame_info[1].time_stamp,
