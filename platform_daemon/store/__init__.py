@@ -12,6 +12,7 @@ read_transmit_calibration: The transmit side in a calibration file or a recordin
 DataFolder: Where a daemon keeps what it makes.
 open_data_folder: The folders, made if missing.
 describe: Summary of a recording, JSON-able, without NaN.
+dmdt_file: The bytes of an HDF5 file of one frame's dm/dt.
 write_whole: Write under a temporary name in the same folder, fsync, rename.
 NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.
@@ -38,6 +39,7 @@ from .calibrations import (
 )
 from .data_folder import DataFolder, open_data_folder
 from .describe import describe
+from .dmdt_file import dmdt_file
 from .durable import write_whole
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
@@ -63,6 +65,7 @@ __all__ = [
     "add_transmit_calibration",
     "check_calibration_name",
     "describe",
+    "dmdt_file",
     "is_time_series",
     "list_recordings",
     "open_data_folder",
