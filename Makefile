@@ -31,26 +31,26 @@ check: install
 
 campaign: install
 	HYPOTHESIS_PROFILE=campaign $(BIN)/pytest -m campaign -s
-	$(BIN)/python -m tests.estimation.campaign $(CAMPAIGN)
+	$(BIN)/python -m tests.campaigns.estimator_statistics $(CAMPAIGN)
 
 bench: install
 	$(BIN)/platform-daemon bench fit
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install
-	$(BIN)/python -m tests.diagnosis.study $(STUDY)
+	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
 
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install
-	$(BIN)/python -m tests.faults.campaign --page docs/fault-campaign.md $(FAULTS)
+	$(BIN)/python -m tests.campaigns.faults.campaign --page docs/fault-campaign.md $(FAULTS)
 
 # Needs a quiet computer: it measures milliseconds between shots.
 emulated-series: install
-	$(BIN)/python -m tests.emulated_series --page docs/emulated-series.md
-	$(BIN)/python -m tests.reading_cpu
+	$(BIN)/python -m tests.campaigns.emulated_series --page docs/emulated-series.md
+	$(BIN)/python -m tests.benchmarks.reading_cpu
 
 accuracy: install
-	$(BIN)/python -m tests.paper.accuracy
+	$(BIN)/python -m tests.campaigns.accuracy
 
 clean:
 	rm -rf .venv build *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

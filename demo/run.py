@@ -24,9 +24,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from platform_daemon.cli_tables import COLUMNS, number
+from platform_daemon.reports.tables import COLUMNS, number
 from platform_daemon.settings import locate
-from platform_daemon.store import read_truth
+from platform_daemon.store.truth import read_truth
 
 HERE = Path(__file__).resolve().parent
 COMMAND = Path(sys.executable).with_name("platform-daemon")

@@ -11,29 +11,23 @@ from drivers.errors import ConfigError
 
 
 @dataclass(frozen=True)
-class ReceiveCalibration:
-    """Receive side, paper eq:u(t,p,R): u = -P dm/dt.
+class ReceiverEffect:
+    """What the receive chain does beyond its calibration, as an adopted model knows it; the daemon corrects for it.
 
-    sensitivity: (channel, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, all gains up to the ADC input included
-    (at the LNA gain `lna_gain`, V/V); frequency_hz: (k,) and frequency_response: (channel, k) complex, multiplies the
-    sensitivity, None: flat; identifier and date (ISO 8601) name this calibration in every recording made with it.
-    sensitivity_std: (channel, 3), T/A; p_std: (channel, 3, k), T/A, of P at each frequency, noise alone; relative_std:
-    of all of P together, the reference's own; valid_hz, valid_c: frequencies Hz and temperatures deg C between which
-    it holds; temperature_c: at which it was made.  None: not said.
+    Attributes:
+        id: of the effect; strength: in its unit.
+        axis: x, y or z: the one channel it acts on; None: all.
+        source, target: of crosstalk.
+        even: it acts on the even (True) or the odd (False) harmonics of `fundamental_hz` only; None: on everything.
     """
 
-    sensitivity: NDArray[np.float64]
-    identifier: str
-    date: str
-    lna_gain: float | None = None
-    frequency_hz: NDArray[np.float64] | None = None
-    frequency_response: NDArray[np.complex128] | None = None
-    sensitivity_std: NDArray[np.float64] | None = None
-    p_std: NDArray[np.float64] | None = None
-    relative_std: float | None = None
-    valid_hz: tuple[float, float] | None = None
-    valid_c: tuple[float, float] | None = None
-    temperature_c: float | None = None
+    id: str
+    strength: float
+    axis: str | None = None
+    source: str | None = None
+    target: str | None = None
+    even: bool | None = None
+    fundamental_hz: float | None = None
 
 
 @dataclass(frozen=True)
@@ -89,3 +83,33 @@ class TransmitCalibration:
             )
         rows = zip(channels, self.field_per_ampere_t, self.inductance_h.tolist(), strict=True)
         return tuple(replace(c, field_per_ampere_t=field_t, inductance_h=henry) for c, field_t, henry in rows)
+
+
+@dataclass(frozen=True, eq=False)
+class ReceiveCalibration:
+    """Receive side, paper eq:u(t,p,R): u = -P dm/dt.
+
+    sensitivity: (channel, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, all gains up to the ADC input included
+    (at the LNA gain `lna_gain`, V/V); identifier and date (ISO 8601) name this calibration in every recording made with
+    it; frequency_hz: (k,) rising, and frequency_response: (channel, k) complex128 that multiplies the sensitivity, both
+    None: flat. sensitivity_std: (channel, 3), T/A; p_std: (channel, 3, k), T/A, of P at each frequency, noise alone;
+    relative_std: of all of P together, the reference's own; valid_hz, valid_c: frequencies Hz and temperatures deg C
+    between which it holds; temperature_c: at which it was made; transmit: the measured transmit side. None: not said,
+    as in many recordings from elsewhere.
+    receiver: what an adopted model corrects besides; never part of a file.
+    """
+
+    sensitivity: NDArray[np.float64]
+    identifier: str | None = None
+    date: str | None = None
+    lna_gain: float | None = None
+    frequency_hz: NDArray[np.float64] | None = None
+    frequency_response: NDArray[np.complex128] | None = None
+    sensitivity_std: NDArray[np.float64] | None = None
+    p_std: NDArray[np.float64] | None = None
+    relative_std: float | None = None
+    valid_hz: tuple[float, float] | None = None
+    valid_c: tuple[float, float] | None = None
+    temperature_c: float | None = None
+    transmit: TransmitCalibration | None = None
+    receiver: tuple[ReceiverEffect, ...] = ()

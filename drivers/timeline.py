@@ -26,7 +26,7 @@ class SampleClock:
         return self.base_frequency_hz / self.decimation
 
 
-class Line(StrEnum):
+class DigitalLine(StrEnum):
     """Digital lines that the card switches sample-exactly.  Low is the safe level of each."""
 
     PA_GATE = "pa_gate"
@@ -56,7 +56,7 @@ class Burst:
 class LineLevel:
     """`line` is high for samples `start_sample <= k < stop_sample`; a line is low wherever no entry raises it."""
 
-    line: Line
+    line: DigitalLine
     start_sample: int
     stop_sample: int
 
@@ -99,7 +99,7 @@ class Timeline:
         """Length of the whole frame in seconds."""
         return self.total_samples / self.clock.rate_hz
 
-    def is_high(self, line: Line, sample: int) -> bool:
+    def is_high(self, line: DigitalLine, sample: int) -> bool:
         """Level of `line` at `sample`."""
         return any(e.line is line and e.start_sample <= sample < e.stop_sample for e in self.lines)
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import sys
 
-from platform_daemon.cli_interrupt import INTERRUPTED, no_interrupt_lost
+from platform_daemon.cli.interrupts import INTERRUPTED, no_interrupt_lost
 
 
 def main() -> None:
     """See `platform-daemon --help`."""
     try:
         with no_interrupt_lost():
-            from platform_daemon.cli import main as run
+            from platform_daemon.cli.main import main as run
         run()
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)

@@ -12,11 +12,9 @@ import structlog
 
 from drivers.errors import ConfigError, InputError
 from drivers.registry import build_platform
-from platform_daemon.adopted import Library
-from platform_daemon.api.context import Context
-from platform_daemon.engine.adoption import CalibrationFiles, read_receive
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.journal import Journal
+from platform_daemon.analysis import Library
+from platform_daemon.api import Context
+from platform_daemon.engine import CalibrationFiles, Engine, JobRecords, read_receive
 from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile, load_platform, load_sequence, load_specimen, read_toml
 from platform_daemon.store import read_transmit_calibration, recover
@@ -24,7 +22,7 @@ from platform_daemon.store import read_transmit_calibration, recover
 log = structlog.get_logger()
 
 
-def start_engine(file: PlatformFile, journal: Journal | None = None, models: Library | None = None) -> Engine:
+def start_engine(file: PlatformFile, journal: JobRecords | None = None, models: Library | None = None) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)

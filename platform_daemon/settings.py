@@ -5,6 +5,8 @@ Files are named by path, or by the name of one that ships in `config/` (`thread`
 
 from __future__ import annotations
 
+import json
+import re
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,8 +18,7 @@ from drivers.errors import ConfigError
 from drivers.registry import PlatformSection
 from drivers.specimen import Specimen
 from drivers.validation import validated
-from platform_daemon.endpoints import with_endpoints
-from platform_daemon.engine.self_test import SelfTestOptions
+from platform_daemon.schemas import SelfTestOptions
 from sequences.limits import SafetyLimits
 from sequences.request import SequenceRequest
 
@@ -136,3 +137,47 @@ def load_sequence(name: str | Path) -> SequenceRequest:
     """A sequence file.  Raises ConfigError."""
     path = locate("sequences", name)
     return validated(SequenceRequest, read_toml(path)[0], str(path))
+
+
+REFERENCE = re.compile(r"\$\{([\w.-]+)\}")
+REMEDY = "start `platform-daemon emulate --config FILE --json F` and give --endpoints F"
+
+
+def with_endpoints(tables: dict[str, Any], endpoints: Path | None) -> dict[str, Any]:
+    """The tables with every text that is a reference replaced by its value.
+
+    Raises ConfigError if there are references and no file, or if one refers to nothing.
+    """
+    known = None if endpoints is None else _read(endpoints)
+    return {key: _replaced(value, known, key) for key, value in tables.items()}
+
+
+def _replaced(value: Any, known: Any, where: str) -> Any:
+    if isinstance(value, dict):
+        return {key: _replaced(inner, known, f"{where}.{key}") for key, inner in value.items()}
+    if isinstance(value, list):
+        return [_replaced(inner, known, f"{where}.{k}") for k, inner in enumerate(value)]
+    found = REFERENCE.fullmatch(value) if isinstance(value, str) else None
+    return value if found is None else _looked_up(found[1], known, where)
+
+
+def _looked_up(path: str, known: Any, where: str) -> Any:
+    if known is None:
+        raise ConfigError(f"{path!r} is an endpoint, and no file of endpoints was given", where=where, remedy=REMEDY)
+    found = known
+    for part in path.split("."):
+        try:
+            found = found[int(part)] if isinstance(found, list) else found[part]
+        except (KeyError, IndexError, TypeError, ValueError):
+            raise ConfigError(f"there is no endpoint {path!r}", where=where, remedy=REMEDY) from None
+    return found
+
+
+def _read(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise ConfigError("the endpoints cannot be read", where=str(path), why=why, remedy=REMEDY) from None
+    except ValueError as error:
+        raise ConfigError("the endpoints are not JSON", where=str(path), why=str(error), remedy=REMEDY) from None

@@ -9,7 +9,7 @@ import numpy as np
 
 from drivers.calibration import TransmitChannel
 from drivers.io_card import CardCapabilities
-from drivers.timeline import Burst, Line, LineLevel, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, Timeline
 from drivers.tx_rx_switch import SwitchTiming
 from sequences.drive import ChannelDrive, drives_for_field
 from sequences.limits import SafetyLimits, check_drive, check_timeline
@@ -87,14 +87,14 @@ def _timeline(
     total = windows.tx_samples + windows.switch_samples + windows.rx_samples
     step = side.card.step_samples
     connect = min(windows.tx_samples + whole_steps(request.guard_samples, step), total - step)
-    gate = (LineLevel(Line.PA_GATE, 0, windows.tx_samples),) if drives else ()
+    gate = (LineLevel(DigitalLine.PA_GATE, 0, windows.tx_samples),) if drives else ()
     return Timeline(
         clock=side.card.clock,
         tx_samples=windows.tx_samples,
         switch_samples=windows.switch_samples,
         rx_samples=windows.rx_samples,
         bursts=tuple(_burst(d, windows) for d in drives),
-        lines=(*gate, LineLevel(Line.RX_CONNECT, connect, total)),
+        lines=(*gate, LineLevel(DigitalLine.RX_CONNECT, connect, total)),
     )
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.errors import SequenceRejected
 from drivers.io_card import CardCapabilities
-from drivers.timeline import Line, Timeline
+from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchTiming
 from sequences.drive import ChannelDrive
 
@@ -65,8 +65,8 @@ def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilit
 
 def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float) -> None:
     """Power and receiver never together, receiver settled before RX begins; lines may be `late` samples late."""
-    power = [level for level in timeline.lines if level.line is Line.PA_GATE]
-    receive = [level for level in timeline.lines if level.line is Line.RX_CONNECT]
+    power = [level for level in timeline.lines if level.line is DigitalLine.PA_GATE]
+    receive = [level for level in timeline.lines if level.line is DigitalLine.RX_CONNECT]
     for p in power:
         for r in receive:
             if r.start_sample <= p.stop_sample + late and p.start_sample <= r.stop_sample + late:
@@ -76,7 +76,7 @@ def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float) -> N
                     remedy="leave a guard between the two lines",
                 )
     for b in timeline.bursts:
-        if not all(timeline.is_high(Line.PA_GATE, k) for k in (b.start_sample, b.stop_sample - 1)):
+        if not all(timeline.is_high(DigitalLine.PA_GATE, k) for k in (b.start_sample, b.stop_sample - 1)):
             raise SequenceRejected("a burst lies outside the amplifier's gate", where=f"output {b.output}")
     settled = [r.start_sample + late + switch.total_s * timeline.clock.rate_hz for r in receive]
     if not receive or min(settled) > timeline.rx_start:

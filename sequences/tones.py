@@ -10,7 +10,7 @@ import numpy as np
 from drivers.calibration import TransmitChannel
 from drivers.errors import SequenceRejected
 from drivers.io_card import CardCapabilities
-from drivers.timeline import Burst, Line, LineLevel, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, Timeline
 from sequences.compiler import TransmitSide
 from sequences.drive import ChannelDrive
 from sequences.limits import check_drive, check_timeline
@@ -56,7 +56,7 @@ def dipole_shot(output: int, frequency_hz: float, volts: float, listen_s: float,
         switch_samples=before,
         rx_samples=rx,
         bursts=(Burst(output, 0, before + rx, frequency_hz, volts),),
-        lines=(LineLevel(Line.RX_CONNECT, 0, before + rx),),
+        lines=(LineLevel(DigitalLine.RX_CONNECT, 0, before + rx),),
     )
     if any(c.output == output for c in side.channels):
         why = "the receiver would be connected to a driven coil"
@@ -91,7 +91,7 @@ def coil_tones(
         switch_samples=before,
         rx_samples=total - tx - before,
         bursts=tuple(bursts),
-        lines=(LineLevel(Line.PA_GATE, 0, tx), LineLevel(Line.RX_CONNECT, tx + gap, total)),
+        lines=(LineLevel(DigitalLine.PA_GATE, 0, tx), LineLevel(DigitalLine.RX_CONNECT, tx + gap, total)),
     )
     check_timeline(timeline, side.limits, side.card, side.switch)
     return ToneShot(timeline, blank=False), spans

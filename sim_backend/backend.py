@@ -11,8 +11,6 @@ from drivers.calibration import ReceiveCalibration, TransmitChannel
 from drivers.errors import ConfigError
 from drivers.specimen import Specimen
 from drivers.validation import validated
-from sim_backend.calibration import receive_calibration, transmit_channels
-from sim_backend.clock import SimulatedClock
 from sim_backend.devices.io_card import SimulatedIoCard
 from sim_backend.devices.lna import SimulatedLna
 from sim_backend.devices.power_amplifier import SimulatedPowerAmplifier
@@ -28,8 +26,10 @@ from sim_backend.options import (
     ProbeTable,
     SimulatedOptions,
 )
-from sim_backend.warm_up import warm_up
-from sim_backend.world import World
+from sim_backend.receive.calibration import receive_calibration, transmit_channels
+from sim_backend.world.clock import SimulatedClock
+from sim_backend.world.warm_up import warm_up
+from sim_backend.world.world import World
 
 
 class SimulatedBackend:
@@ -92,11 +92,11 @@ class SimulatedBackend:
         self.world.mount(specimen)
 
     def ground_truth(self) -> Mapping[str, Any] | None:
-        """See Backend and sim_backend/truth.py."""
+        """See Backend and sim_backend/world/truth.py."""
         return self.world.truth()
 
     def inject_fault(self, kind: str, shot: int | None = None) -> None:
-        """Let a fault (see sim_backend/faults.py) strike at a shot, None: at the next one.
+        """Let a fault (see sim_backend/world/faults.py) strike at a shot, None: at the next one.
 
         Raises ConfigError for an unknown kind.
         """

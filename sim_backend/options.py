@@ -237,7 +237,7 @@ class WiringOptions(Section):
 
 
 class FaultOptions(Section):
-    """Shots (numbered from 1 since construction) at which something goes wrong; see sim_backend/faults.py."""
+    """Shots (numbered from 1 since construction) at which something goes wrong; see sim_backend/world/faults.py."""
 
     overwritten: Shots = ()
     corrupted: Shots = ()

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from platform_daemon.adopted import Library
+from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
+from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.journal import Journal
-from platform_daemon.engine.request import AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.settings import load_platform
 
 # The same examples every time: a red run must be red again.  `make campaign` draws new ones.
@@ -37,7 +37,7 @@ def engine_with() -> Iterator[Callable[..., Engine]]:
     made: list[Engine] = []
 
     def make(*overrides: str, jobs: Path | None = None, models: Library | None = None) -> Engine:
-        made.append(start_engine(load_platform("simulated", overrides), Journal(jobs), models))
+        made.append(start_engine(load_platform("simulated", overrides), JobRecords(jobs), models))
         return made[-1]
 
     yield make

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from drivers.errors import ConfigError
-from platform_daemon.endpoints import with_endpoints
+from platform_daemon.settings import with_endpoints
 
 KNOWN = {"io_cards": [{"host": "h", "command_port": 7}], "serial": {"lna": "/dev/pts/1"}}
 

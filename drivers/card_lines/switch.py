@@ -6,7 +6,7 @@ from typing import Protocol
 
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.identity import Identity
-from drivers.timeline import Line, Timeline
+from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
 
 WHERE = "tx_rx_switch"
@@ -54,10 +54,10 @@ class LineSwitch:
 
     def _commanded(self, timeline: Timeline, sample: int) -> SwitchPosition:
         moving = (self._timing.dead_time_s + self._timing.bounce_s) * timeline.clock.rate_hz
-        edges = [k for e in timeline.lines if e.line is Line.RX_CONNECT for k in (e.start_sample, e.stop_sample)]
+        edges = [k for e in timeline.lines if e.line is DigitalLine.RX_CONNECT for k in (e.start_sample, e.stop_sample)]
         if any(edge <= sample < edge + moving for edge in edges):
             return SwitchPosition.MOVING
-        high = timeline.is_high(Line.RX_CONNECT, sample)
+        high = timeline.is_high(DigitalLine.RX_CONNECT, sample)
         return SwitchPosition.RECEIVE if high else SwitchPosition.TRANSMIT
 
     def last_move_s(self, target: SwitchPosition) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from drivers.timeline import Line, SampleClock
+from drivers.timeline import DigitalLine, SampleClock
 
 ANALOG_PINS = ("AO0", "AO1", "AO2", "AO3")
 DIGITAL_PINS = ("DIO7_P", "DIO7_N", "DIO6_P", "DIO6_N", "DIO5_N", "DIO4_N", "DIO3_N", "DIO2_N")
@@ -38,7 +38,7 @@ class Layout:
     """All boards, the master first, the lines, the sample clock, the grid of edges and the delay of DIO lines."""
 
     boards: tuple[BoardLayout, ...]
-    lines: Mapping[Line, LinePin]
+    lines: Mapping[DigitalLine, LinePin]
     clock: SampleClock
     step_samples: int
     pin_delay_s: float

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers.errors import ConfigError
 from drivers.red_pitaya.layout import ANALOG_PINS, DIGITAL_PINS, BoardLayout, Layout, LinePin
-from drivers.timeline import Line, SampleClock
+from drivers.timeline import DigitalLine, SampleClock
 from drivers.validation import validated
 
 BASE_FREQUENCY_HZ = 125e6
@@ -95,7 +95,7 @@ class CardTable(Section):
 
     def layout(self) -> Layout:
         """Who is what on which board.  Raises ConfigError for a pin or board that does not exist."""
-        tables = {Line.PA_GATE: self.lines.pa_gate, Line.RX_CONNECT: self.lines.rx_connect}
+        tables = {DigitalLine.PA_GATE: self.lines.pa_gate, DigitalLine.RX_CONNECT: self.lines.rx_connect}
         for line, table in tables.items():
             check_pin(table.board, table.pin, len(self.boards), f"io_card.lines.{line.value}")
         pins = [(t.board, t.pin) for t in tables.values()]

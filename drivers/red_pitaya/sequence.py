@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from drivers.errors import SequenceRejected
 from drivers.red_pitaya.layout import FIRST_ANALOG_CHANNEL, Layout
-from drivers.timeline import Burst, Line, Timeline
+from drivers.timeline import Burst, DigitalLine, Timeline
 
 COMPONENTS = 3
 HIGH_V = 1.8  # full scale of the slow analog outputs
@@ -180,8 +180,8 @@ def _clock_complaints(timeline: Timeline, layout: Layout) -> list[str]:
 def _pin_complaints(timeline: Timeline, layout: Layout) -> list[str]:
     """A line on a DIO pin is late by up to `pin_delay_s`; power and receiver must be apart by more than that."""
     delay = layout.line_delay_s() * layout.clock.rate_hz
-    power = [e for e in timeline.lines if e.line is Line.PA_GATE]
-    receive = [e for e in timeline.lines if e.line is Line.RX_CONNECT]
+    power = [e for e in timeline.lines if e.line is DigitalLine.PA_GATE]
+    receive = [e for e in timeline.lines if e.line is DigitalLine.RX_CONNECT]
     close = any(p.start_sample < r.stop_sample + delay and r.start_sample < p.stop_sample + delay
                 for p in power for r in receive)  # fmt: skip
     return [f"lines on DIO pins need {layout.pin_delay_s} s between gate and receiver"] if delay and close else []

@@ -8,10 +8,10 @@ from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
-from platform_daemon.adopted import Library
-from platform_daemon.api.problems import problem
-from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import Job
+from platform_daemon.analysis import Library
+from platform_daemon.engine import Engine, Job
+
+from .problems import problem
 
 
 @dataclass(frozen=True)

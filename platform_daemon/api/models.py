@@ -6,10 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from platform_daemon.engine.adoption import AdoptionRequest
-from platform_daemon.engine.calibration import CalibrationRequest
-from platform_daemon.engine.request import AcquisitionRequest
-from platform_daemon.planning import PAPER_NOISE_AM2_PER_S
+from platform_daemon.analysis import PAPER_NOISE_AM2_PER_S
+from platform_daemon.engine import AcquisitionRequest, ActivationRequest, CalibrationRequest
 from platform_daemon.settings import shipped
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -53,7 +51,7 @@ class CalibrationBody(CalibrationRequest):
     )
 
 
-class AdoptionBody(AdoptionRequest):
+class AdoptionBody(ActivationRequest):
     """A calibration to use from the next series on."""
 
     model_config = ConfigDict(
@@ -120,7 +118,7 @@ class ResetModel(BaseModel):
     power_amplifier: AmplifierModel
 
 
-Frames = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=100_000)] | None
+FrameNumbers = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=100_000)] | None
 
 
 class FitBody(BaseModel):
@@ -143,7 +141,7 @@ class FitBody(BaseModel):
     window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] = "d30"
     fixed: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
     hints: dict[str, Annotated[float, Field(allow_inf_nan=False)]] = Field(default_factory=dict)
-    frames: Frames = None
+    frames: FrameNumbers = None
 
 
 Identifier = Annotated[str, Field(pattern=NAME, max_length=200)]
@@ -155,7 +153,7 @@ class PartBody(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     recording: Identifier
-    frames: Frames = None
+    frames: FrameNumbers = None
 
 
 class DiagnosisBody(BaseModel):

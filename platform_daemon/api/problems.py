@@ -13,8 +13,8 @@ from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from drivers import errors
-from platform_daemon.adopted import UnknownModel
-from platform_daemon.engine.engine import UnknownId
+from platform_daemon.analysis import UnknownModel
+from platform_daemon.engine import UnknownId
 from platform_daemon.store import StorageError, UnknownRecording
 
 log = structlog.get_logger()

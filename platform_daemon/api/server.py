@@ -9,19 +9,11 @@ from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
-from platform_daemon.api import (
-    acquisition_routes,
-    calibration_routes,
-    derived_routes,
-    diagnosis_routes,
-    fit_routes,
-    model_routes,
-    platform_routes,
-    problems,
-    recording_routes,
-)
-from platform_daemon.api.context import Context
-from platform_daemon.engine.engine import Engine
+from platform_daemon.engine import Engine
+
+from . import problems
+from .context import Context
+from .routes import acquisitions, calibrations, derived, diagnoses, fits, models, platform, recordings
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 Long work is a job: POST answers 202 with a Location, GET it for progress and result, DELETE it to cancel.
@@ -35,14 +27,14 @@ def create_api(context: Context) -> FastAPI:
     app.state.context = context
     problems.install(app)
     for routes in (
-        platform_routes,
-        acquisition_routes,
-        calibration_routes,
-        recording_routes,
-        fit_routes,
-        derived_routes,
-        diagnosis_routes,
-        model_routes,
+        platform,
+        acquisitions,
+        calibrations,
+        recordings,
+        fits,
+        derived,
+        diagnoses,
+        models,
     ):
         app.include_router(routes.router)
     return app

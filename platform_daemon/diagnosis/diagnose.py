@@ -10,30 +10,30 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation.models import RingDownModel
+from platform_daemon.estimation import RingDownModel
 
-from .design import discrimination
-from .effects.base import Candidate
+from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
 from .effects.torque import drift_candidate, stribeck_candidates, torque_candidates
-from .generic import residues
-from .heldout import HeldOut
-from .hypothesis import Hypothesis
-from .integrity import Flaw, flaws, without_gaps
-from .lookalikes import gain_of
-from .missing_torque import MissingTorque, missing_torque
-from .naming import Named, gap_effects, named_effects
-from .notes import notes, undecided
-from .parameters import Mean, means, widened, window_disagreement
-from .pool import shot_pool
-from .proof import proved
-from .proposals import Ambiguity, Proposal, proposals
-from .quiet import beside_tones
-from .refit import Refit, refit
-from .search import Found, Progress, search
-from .shots import Shot
-from .start import Refused, start
-from .verdict import Verdict, judge
+from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects
+from .findings.experiment_design import discrimination
+from .findings.missing_torque import MissingTorque, missing_torque
+from .findings.next_measurements import Ambiguity, Proposal, proposals
+from .findings.notes import notes, undecided
+from .findings.verdict import Verdict, assess_diagnosis
+from .regression.hypothesis import Hypothesis
+from .regression.joint_fit import JointFit, fit_jointly
+from .regression.parameters import Mean, means, widened, window_disagreement
+from .selection.confounders import gain_of
+from .selection.data_integrity import DataDefect, data_defects, without_gaps
+from .selection.omnibus_test import omnibus_test
+from .selection.stepwise import ProgressCallback, Selection, select_effects
+from .selection.tone_free_noise import with_tone_free_noise
+from .shots.initial_fits import UnfittedShot, initial_fits
+from .shots.shot import DiagnosisShot
+from .shots.thread_pool import shot_pool
+from .validation.cross_validation import CrossValidation
+from .validation.validated_effects import validate_effects
 
 _HERTZ_LAW_RAD = 0.5 * math.pi
 
@@ -46,16 +46,16 @@ class DiagnosisError(ValueError):
 class Diagnosis:
     """Everything that was found out, for reports."""
 
-    shots: tuple[Shot, ...]
-    refused: tuple[Refused, ...]
+    shots: tuple[DiagnosisShot, ...]
+    refused: tuple[UnfittedShot, ...]
     model: RingDownModel
     verdict: Verdict
-    named: tuple[Named, ...]
-    integrity: tuple[Flaw, ...]
-    found: Found
-    final: Refit
-    before: HeldOut
-    after: HeldOut
+    named: tuple[AcceptedEffect, ...]
+    integrity: tuple[DataDefect, ...]
+    found: Selection
+    final: JointFit
+    before: CrossValidation
+    after: CrossValidation
     parameters_before: dict[str, Mean]
     parameters_after: dict[str, Mean]
     sigma_before: dict[str, float]
@@ -66,7 +66,9 @@ class Diagnosis:
     seconds: float
 
 
-def diagnose(shots: Sequence[Shot], model: RingDownModel, tell: Progress = lambda what, share: None) -> Diagnosis:
+def diagnose(
+    shots: Sequence[DiagnosisShot], model: RingDownModel, tell: ProgressCallback = lambda what, share: None
+) -> Diagnosis:
     """Diagnose shots of one specimen that all obey the same declared model.
 
     tell: called with what is being done and the share that is finished.
@@ -79,25 +81,27 @@ def diagnose(shots: Sequence[Shot], model: RingDownModel, tell: Progress = lambd
         return _diagnose(list(shots), model, tell, pool, began)
 
 
-def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Executor, began: float) -> Diagnosis:
+def _diagnose(
+    shots: list[DiagnosisShot], model: RingDownModel, tell: ProgressCallback, pool: Executor, began: float
+) -> Diagnosis:
     tell("checks of the data", 0.0)
-    flawed = flaws(shots)
+    flawed = data_defects(shots)
     bad = {f.shot for f in flawed}
-    started, refused = start([s for k, s in enumerate(shots) if k not in bad], model, pool)
+    started, refused = initial_fits([s for k, s in enumerate(shots) if k not in bad], model, pool)
     if not started:
         why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
     started, gaps = without_gaps(started, model, pool)
     tell("fit of the declared model", 0.1)
-    base = beside_tones(refit(started, Hypothesis(model), pool), pool)
-    found = search(base, candidates_for(base), pool, tell)
+    base = with_tone_free_noise(fit_jointly(started, Hypothesis(model), pool), pool)
+    found = select_effects(base, candidates_for(base), pool, tell)
     tell("prediction of held-out data", 0.8)
-    seen, before, after, dropped, passed = proved(found, pool)
+    seen, before, after, dropped, passed = validate_effects(found, pool)
     final = seen.refit
     if final is not found.best:
-        found = replace(found, residues=residues(final, pool))
-    named = named_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
-    verdict, doubts = judge(found, final, named, gaps, after)
+        found = replace(found, residues=omnibus_test(final, pool))
+    named = accepted_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
+    verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
     if verdict == "unexplained":
         named = ()
     tell("parameters before and after", 0.9)
@@ -137,7 +141,7 @@ def _diagnose(shots: list[Shot], model: RingDownModel, tell: Progress, pool: Exe
     )
 
 
-def _ambiguity(named: Named, final: Refit, pool: Executor) -> Ambiguity:
+def _ambiguity(named: AcceptedEffect, final: JointFit, pool: Executor) -> Ambiguity:
     """An effect and its look-alikes, and what further measurements would make of them."""
     effect = named.candidate
     # Of an effect with a hidden scale any value stands for all.
@@ -150,7 +154,7 @@ def _ambiguity(named: Named, final: Refit, pool: Executor) -> Ambiguity:
     return Ambiguity(effect, alike, named.rise, gain_of(final, effect), expected)
 
 
-def candidates_for(base: Refit) -> list[Candidate]:
+def candidates_for(base: JointFit) -> list[Candidate]:
     """Everything with a name that can act on such shots; additive effects are found by the search itself."""
     model, record = base.hypothesis.model, base.started[0].shot.record
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)

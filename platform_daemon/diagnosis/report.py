@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 from .diagnose import Diagnosis
-from .missing_torque import MissingTorque
-from .naming import Named
-from .search import Tried
-from .significance import chance
+from .findings.accepted_effects import AcceptedEffect
+from .findings.missing_torque import MissingTorque
+from .selection.significance import chance
+from .selection.stepwise import CandidateTest
 
 _ANGLE_UNITS = {"A m^2/s": "rad"}  # of what stands beside the signal
 
@@ -61,7 +61,7 @@ def _report(found: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _effect(named: Named, quantity: str) -> dict[str, Any]:
+def _effect(named: AcceptedEffect, quantity: str) -> dict[str, Any]:
     c = named.candidate
     unit = _ANGLE_UNITS.get(c.effect.unit, c.effect.unit) if quantity == "angle" else c.effect.unit
     return {
@@ -79,7 +79,7 @@ def _effect(named: Named, quantity: str) -> dict[str, Any]:
     }
 
 
-def _detail(named: Named) -> dict[str, Any]:
+def _detail(named: AcceptedEffect) -> dict[str, Any]:
     d, c = named.candidate.detail, named.candidate
     out: dict[str, Any] = {
         "axis": d.axis, "frequency_hz": d.frequency_hz, "tau_s": d.tau_s,
@@ -90,7 +90,7 @@ def _detail(named: Named) -> dict[str, Any]:
     return out
 
 
-def _tried(tried: Tried) -> dict[str, Any]:
+def _tried(tried: CandidateTest) -> dict[str, Any]:
     c = tried.candidates[0]
     return {
         "id": c.effect.id,

@@ -14,19 +14,20 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
-from platform_daemon.adopted import Library
-from platform_daemon.engine.acquisition import Acquisition
-from platform_daemon.engine.adoption import AdoptionRequest, CalibrationFiles, Chain
-from platform_daemon.engine.calibration import CalibrationRequest, calibration_work
-from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.engine.journal import Journal
-from platform_daemon.engine.live import LiveHarmonics
-from platform_daemon.engine.request import AcquisitionPlan, AcquisitionRequest, plan_acquisition
-from platform_daemon.engine.reset import reset_amplifier
-from platform_daemon.engine.self_test import SelfTestOptions
-from platform_daemon.engine.status import Readback
+from platform_daemon.analysis import Library
+from platform_daemon.schemas import SelfTestOptions
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
+
+from .calibration_in_use import ActivationRequest, CalibrationFiles, CalibrationInUse
+from .job_records import JobRecords
+from .jobs import Job, JobState
+from .live_estimate import LiveEstimate
+from .planning import AcquisitionPlan, AcquisitionRequest, plan_acquisition
+from .readback import Readback
+from .work.calibration import CalibrationRequest, calibration_work
+from .work.reset_fault import reset_amplifier
+from .work.series import SeriesWork
 
 log = structlog.get_logger()
 ON_HARDWARE = ("acquisition", "calibration")  # kinds of jobs that move something
@@ -54,17 +55,17 @@ class Engine:
         platform: Platform,
         limits: SafetyLimits,
         config_text: str,
-        journal: Journal | None = None,
+        journal: JobRecords | None = None,
         models: Library | None = None,
         self_test: SelfTestOptions | None = None,
         files: CalibrationFiles = CalibrationFiles(),  # noqa: B008 frozen
     ) -> None:
         self.platform = platform
         self.config_text = config_text
-        self.live = LiveHarmonics()
-        self._chain = Chain(platform, limits, self_test or SelfTestOptions(), files)
+        self.live = LiveEstimate()
+        self._chain = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
-        self._journal = journal or Journal(None)
+        self._journal = journal or JobRecords(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
         self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
@@ -103,7 +104,7 @@ class Engine:
     def _acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool) -> Job:
         job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
         path = target or folder / f"{job.identifier}.h5"
-        work = Acquisition(
+        work = SeriesWork(
             self.platform,
             plan,
             path,
@@ -123,7 +124,7 @@ class Engine:
             job = Job("calibration", request.model_dump(mode="json"), work.shots, "shots")
             return self._submit(job, partial(self._behind_interlock, work))
 
-    def adopt(self, request: AdoptionRequest, folder: Path) -> dict[str, Any]:
+    def adopt(self, request: ActivationRequest, folder: Path) -> dict[str, Any]:
         """Use another calibration, of `folder`, from the next series on; what is in use then.
 
         Raises InputError for a file that is none or not one of this platform, DeviceStateError while a series or a

@@ -10,7 +10,7 @@ from drivers.io_card import CardCapabilities
 AT_THE_END = 5e-4  # of the range: the decimation filters round the corners of what the converter cut off
 
 
-class RangeWatch:
+class ConverterRangeCheck:
     """Counts them, input by input."""
 
     def __init__(self, card: CardCapabilities) -> None:

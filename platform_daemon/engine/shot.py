@@ -18,10 +18,11 @@ from numpy.typing import NDArray
 from drivers.errors import DeviceFault, DeviceStateError, InterlockError, ShotRefused
 from drivers.io_card import ChunkFlags
 from drivers.platform import Platform
-from drivers.timeline import Line, Timeline
+from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchPosition
-from platform_daemon.engine.input_range import RangeWatch
-from platform_daemon.engine.jobs import Cancelled
+
+from .input_range import ConverterRangeCheck
+from .jobs import Cancelled
 
 CHUNK_S = 0.1  # how often cancel is looked at and progress reported
 
@@ -130,7 +131,7 @@ def _collect(
     timeline = plan.timeline
     volts = np.empty((platform.card.capabilities().inputs, timeline.total_samples), dtype=np.float32)
     step = max(1, round(CHUNK_S * timeline.clock.rate_hz))
-    watch = RangeWatch(platform.card.capabilities())
+    watch = ConverterRangeCheck(platform.card.capabilities())
     done, flags, clipped, powered = 0, ChunkFlags(), False, not plan.blank
     doubt: str | None = None
     while done < timeline.total_samples:
@@ -184,7 +185,7 @@ def _receiver_missing(platform: Platform, timeline: Timeline) -> str | None:
 def _late_contacts(platform: Platform, timeline: Timeline) -> str | None:
     """Why the start of the RX window is no data, None if the contacts were at rest in time or nobody measured that."""
     took_s = platform.switch.last_move_s(SwitchPosition.RECEIVE)
-    rises = [e.start_sample for e in timeline.lines if e.line is Line.RX_CONNECT]
+    rises = [e.start_sample for e in timeline.lines if e.line is DigitalLine.RX_CONNECT]
     if took_s is None or not rises:
         return None
     allowed_s = (timeline.rx_start - rises[-1] + 1) / timeline.clock.rate_hz - platform.switch.timing().settle_s

@@ -1,64 +1,87 @@
-"""Ring-down estimation: arrays in, frozen results out. Pure: no files, no devices, no web.
+"""From calibrated dm/dt, volts or an angle to a `FitResult`; no files, no devices, no web.
 
-The way of one shot through the room:
-    calibration (equaliser)     volts -> dm/dt in world axes, a record
-    fit                         the whole way, from here on
-    task                        what is to be fitted: a record that passed
-    signal/                       screening (oscillation, scan, saturation), windows (periods, crest); what samples tell
-                                  alone: spectrum, harmonics, swings of an angle; two_lines: resonators that beat, or
-                                  are far_lines
-    noise/                        per channel and frequency (model, welch, colour, level: how well known), of a series,
-                                  steady lines
-    solving                     from all start values to one minimum
-    start/                        find: start values from a snapshot of the first periods; those of an angle; value
-    models, terms/                what is fitted: torques and their derivatives
-    least_squares/                growing windows, gauss_newton (assemble), weighting by the noise of each harmonic;
-                                  observation (rotation): how channels see the motion; knowledge beforehand; nuisance:
-                                  hum and drift, fitted too; ambiguity: did all starts lead to one minimum?; publish
-    passes/                       what samples say about a motion: workspace, moments (sums;
-                                  direct_moments: one by one), basis_table, residual_trace
-    motion/                       swing_chain, swing_walk: half swings in time, looked up in swing_table (collocation,
-                                  swing_band); trajectory: the same sample by sample (trace, half_swing, tableau,
-                                  sampling); swing_state, start_label, turning_points
-    judging/                    residual, block_residual, floor (the noise an angle's residual shows), disturbances
-                                (hum, drift), leftover: with what the fit could still move; companion (wave: its shape,
-                                alongside: fitted too), compression, clipping, misfit, slow_misfit: does it matter?;
-                                hints, losses, separation, twin, judgement, rivals: doubts; cause: why no fit got
-                                through; verdict: good or refused
-    result                      parameters with covariance and warnings, or a refusal
-
-Each of these folders knows only those after it: judging, start, least_squares, noise, signal, passes, motion, terms,
-numerics (arrays, jit: compilation, linear, chebyshev, line_search, threads: one per fit); import-linter checks it.
-
-Beside it: sliding (windows along one ring-down), derived/ (what follows from fits), bench/ (speed), warm and
-compile_beside (compilation before the first fit).
+calibrate: dm/dt = -P^+ H^-1 u.
+Phasors: Complex amplitudes of a tone in all channels, with their standard deviations.
+combine: Mean of equally good segments (n, channel) with its standard deviation, from their scatter.
+segment_phasors: Complex amplitudes in successive segments of (channel, n) samples.
+ReceiveResult: What a calibration of the receive side found.
+receive_result: Split P (channel, 3, k) into geometry, which is real, and each channel's frequency response.
+sensitivity_from: One column of P, (channel,) complex, and its standard deviation, from phasors of voltage and
+    moment.
+unlike_declared: What a new P (channel, 3) says of the wiring, against the declared one.
+CORRECTABLE: Ids of the receiver effects that can be taken out of samples before a fit.
+correct_receiver_effects: A dm/dt record (3, n) without these effects.
+TransmitResult: What a calibration of the transmit side found.
+transmit_result: Explain each coil's field per volt as gain * b / (R + i omega L), b and L free.
+systematic_std: Standard uncertainty of m_r, A m^2, from that of P at f_nat and 2 f_nat.
+Conditions: How a shot was taken, as far as known.
+out_of_validity: What a fit with this calibration must be told.
+warm_up: Compile all kernels (or load them from numba's cache).
+MeasurementPlan: A measurement to come: what the Cramer-Rao bound is asked for.
+planned_window_s: Seconds of "n50", "d30" (until 30 % of hat m_dot_v is left) or of the number itself.
+predict_precision: Cramer-Rao bound of every public parameter for the samples in [0, window_s].
+fit_ring_down: Fit a declared model to a ring-down.
+estimate_from_harmonics: Read frequency, amplitude, moment, orientation and decay off the first 24 periods of a
+    dm/dt record.
+FitState: Everything that is fitted, as one point of the parameter space.
+NormalEquations: Quadratic model of chi^2 around a state.
+DipoleObservation: dm/dt through m_r and R, seen by channels that mix the world axes.
+PublicParameters: The published parameters of a fit with their covariance.
+by_convention: Resolve phi -> -phi so that the observation obeys its sign convention.
+propagate_to_public: Public values and covariance of a fitted state (already by convention).
+Workspace: What all passes over the same record with the same model share.
+sd_at: Standard deviation of white noise with the density that stands at each frequency (m,).
+NoiseModel: Noise of a record's channels, white or coloured.
+estimate_noise: Noise of a record, from all its valid samples.
+SeriesNoise: Noise learnt from all shots of a series.
+Array: A numpy array of float64.
+REACH: Samples that `derivative` looks at on either side.
+derivative: Time derivative of (..., n), n >= 9, from the nearest nine samples.
+kernel: Compile `function` at its first call (nogil, float64, cached on disk).
+Estimate: A value and its standard deviation.
+PARAMETER_NAMES: Names of the published parameters, in order.
+RODRIGUES: Orientation of the resonator, e_u, e_v, e_w in world axes, as a Rodrigues vector.
+mean_over_mirror_images: Chordal mean on SO(3) of vectors (frames, 3), each by its twin nearest to that mean.
+mirror_images: The same motions with phi -> -phi.
+on_one_branch: Public parameters of several frames, each as those of its twin nearest to their mean orientation
+    (3,), and that.
+rotations: Rotations of vectors (frames, 3) or (3,).
+MODELS: The declared models by name.
+RingDownModel: An equation of motion, the sum of its torque terms (in units of I w^2), and how it is observed.
+model_named: The declared model of this name, or one with further torque terms, as in "thread+quadratic_drag".
+frequency_ratio: Frequency of the orbit over the natural frequency, pi / (2 K).
+Envelopes: Envelopes of a ring-down (fig:amplitude_plot), arrays (n,).
+envelopes: Envelopes at `points` equidistant times from 0 to duration_s.
+equivalent_quality_factor: tilde Q over [0, T] (eq:tilde-Q), from the traced motion.
+quality_factor: Q = omega_nat / (2 lambda) of viscous damping alone (eq:lambda).
+RingDown: A motion whose parameters are known, and the moment that makes it visible.
+TERMS: The torque terms by name.
+acceleration: Sum of all autonomous terms.
+TorqueTerm: One torque term.
+DIPOLE: Basis of a signal that is seen as dm/dt.
+STATE: Basis of a signal that is seen as the angle itself.
+LostTrajectoryError: The trajectory found no further turning point.
+Trajectory: A traced ring-down from its anchor to t_end.
+turning_points: (times in s, |angles| in rad) from the anchor to beyond until_s, or to the last before the rotor
+    sticks.
+RingDownRecord: Samples of one ring-down.
+Refusal: Codes of refused fits.
+RefusedError: Ends a fit early.
+FitResult: Result of one ring-down fit.
+model_signal: The fitted model at the sample times of a record.
+Clipping: Samples of a channel that pile up at its top or bottom.
+find_clipping: The largest pile of clipped samples, None if there is none.
+saturation: Why these samples are too clipped for a fit, None if they are not.
+CalibrationError: A calibration that cannot be applied.
+LambdaMode: How sliding windows treat the viscous loss: free, held, or held where it cannot be told.
+ReferenceRefusedError: The D30 fit, from which the length of the windows was to be taken, was refused.
+SlidingFit: Windows along one ring-down, and the D30 fit of the same record that they are compared with.
+WindowFit: The fit of one window.
+fit_sliding: Fit a ring-down window by window.
+find_minimum: Minimise chi^2 from start values found in the data.
+task_of: Screen the record, measure its noise, choose the samples.
 """
 
-from __future__ import annotations
+import lazy_loader
 
-from .calibration import CalibratedRecord, CalibrationError, calibrate
-from .fit import fit_ring_down
-from .noise.model import NoiseModel, estimate_noise
-from .noise.series import SeriesNoise
-from .record import RingDownRecord
-from .result import PARAMETER_NAMES, Estimate, FitResult, model_signal
-from .signal.saturation import find_clipping, saturation
-from .warm import warm_up
-
-__all__ = [
-    "PARAMETER_NAMES",
-    "CalibratedRecord",
-    "CalibrationError",
-    "Estimate",
-    "FitResult",
-    "NoiseModel",
-    "RingDownRecord",
-    "SeriesNoise",
-    "calibrate",
-    "estimate_noise",
-    "find_clipping",
-    "fit_ring_down",
-    "model_signal",
-    "saturation",
-    "warm_up",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

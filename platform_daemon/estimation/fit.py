@@ -9,27 +9,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from .compile_beside import compile_beside
-from .judging.cause import refuse_by_cause, refuse_lost_contact
-from .judging.disturbances import without_disturbances
-from .judging.hints import hint_notes, hinted, needed_hints
-from .judging.judgement import is_much_or_hidden
-from .judging.residual import Residual
-from .judging.rivals import Comparison, Explanation, compare, refuse_decided
-from .judging.slow_misfit import slow_misfit_sigma
-from .judging.verdict import judged, published, residual_left
-from .least_squares.growing import Fitted, Problem
-from .least_squares.knowledge import held
-from .models import RingDownModel, model_named, rivals_of
+from .goodness_of_fit.acceptance import is_much_or_hidden
+from .goodness_of_fit.envelope_lack_of_fit import envelope_lack_of_fit_sigma
+from .goodness_of_fit.failure_cause import refuse_by_cause, refuse_lost_contact
+from .goodness_of_fit.held_losses import held_loss_notes, holdable_losses, loss_to_hold
+from .goodness_of_fit.interference import without_interference
+from .goodness_of_fit.model_comparison import Comparison, ModelSummary, compare, refuse_decided
+from .goodness_of_fit.residual import Residual
+from .goodness_of_fit.verdict import assess_fit, public_parameters, residual_left
+from .initial_guess.guess import observes_dipole
+from .least_squares.constraints import held
+from .least_squares.progressive import FitProblem, Minimum
 from .noise.model import OWN, OWN_FLOOR, OWN_RESIDUAL, NoiseModel
-from .numerics.threads import one_thread_for_products
+from .numerics.blas_threads import one_thread_for_products
+from .physics.models import RingDownModel, alternatives_of, model_named
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .result import FitResult
-from .signal.screening import few_at_full_scale
-from .signal.windows import Window, check_window
-from .solving import FAILURES, solve
-from .start.find import observes_dipole
+from .screening.screening import few_at_full_scale
+from .screening.windows import Window, check_window
+from .solve import FAILURES, find_minimum
 from .task import Task, task_of
 
 _HARDLY_ANY = 0.1  # of a misfit
@@ -63,22 +62,21 @@ def fit_ring_down(
             caller, not of the data).
     """
     one_thread_for_products()
-    compile_beside()
     began = time.perf_counter()
     model = model_named(variant) if isinstance(variant, str) else variant
     check_window(window)
     dipole = observes_dipole(record, model)
     values = held(model, fixed, dipole=dipole)
-    known = hinted(model, hints, values, dipole=dipole)
+    known = holdable_losses(model, hints, values, dipole=dipole)
     noise_seconds = 0.0
     try:
         task = task_of(record, window, noise, values)
         noise_seconds = task.noise_seconds
         result = _fit_or_refuse(task, model)
-        needed = needed_hints(result, known)
+        needed = loss_to_hold(result, known)
         if needed:
             result = _fit_or_refuse(replace(task, fixed={**values, **needed}), model)
-            result = replace(result, notes=(*result.notes, *hint_notes(needed)))
+            result = replace(result, notes=(*result.notes, *held_loss_notes(needed)))
     except RefusedError as refused:
         result = FitResult.refused(refused)
     seconds = time.perf_counter() - began - noise_seconds
@@ -100,7 +98,7 @@ def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
 def _fit(task: Task, model: RingDownModel) -> FitResult:
     """Fit, compare with rival models if the result is suspect or could be, judge."""
     try:
-        problem, best = solve(task, model)
+        problem, best = find_minimum(task, model)
     except RefusedError as refused:
         if refused.code is Refusal.NO_CONVERGENCE:
             refuse_by_cause(task, model)
@@ -111,10 +109,10 @@ def _fit(task: Task, model: RingDownModel) -> FitResult:
     doubts = (*problem.doubts, *few_at_full_scale(task.record))
     task = replace(task, doubts=doubts) if doubts else task
     given = task
-    task, problem, best, residual = _undisturbed(task, problem, best, residual)
+    task, problem, best, residual = _without_interference(task, problem, best, residual)
     better = _compared(given, problem, best, residual)
     refuse_decided([other for other in better if other.complete])
-    result = judged(task, problem, best, residual)
+    result = assess_fit(task, problem, best, residual)
     # What leaves a misfit itself can be right only where the residual does not show another cause.
     refuse_decided(better)
     seen = tuple(f"other_variant: {other.seen}" for other in better)
@@ -122,15 +120,15 @@ def _fit(task: Task, model: RingDownModel) -> FitResult:
 
 
 def _at_seen_noise(
-    task: Task, problem: Problem, best: Fitted, residual: Residual
-) -> tuple[Task, Problem, Fitted, Residual]:
+    task: Task, problem: FitProblem, best: Minimum, residual: Residual
+) -> tuple[Task, FitProblem, Minimum, Residual]:
     """The fit of an angle at the noise that its residual shows, for beside few harmonics it is seen too dimly.
 
     The residual's own size where it is nothing but noise; else what of it reaches above the harmonics.
     """
     if not residual.coloured:
         task = task.at_level(math.sqrt(best.normal.chi2 / task.degrees(problem)), OWN_RESIDUAL)
-        problem, best = solve(task, problem.model)
+        problem, best = find_minimum(task, problem.model)
         return task, problem, best, residual_left(task, problem, best)
     if residual.floor is None:
         return task, problem, best, residual
@@ -141,62 +139,62 @@ def _at_seen_noise(
     return task, problem, best, residual_left(task, problem, best)
 
 
-def _compared(task: Task, problem: Problem, best: Fitted, residual: Residual) -> list[Comparison]:
+def _compared(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> list[Comparison]:
     """The rivals of a model that explain the record better, where that could be.
 
     Every rival is fitted jointly with the hum and the drift that it needs itself: a wrong model takes its own misfit
     for such.
     """
-    rivals = rivals_of(problem.model, task.record.quantity)
+    rivals = alternatives_of(problem.model, task.record.quantity)
     rivals = tuple(other for other in rivals if _can_matter(task, problem, best, residual, other))
     if not rivals:
         return []
     try:
-        own = _explanation(task, problem, best, residual)
+        own = _model_summary(task, problem, best, residual)
     except RefusedError:
         return []  # it will be refused for that
-    theirs = sorted(_heard(task, rivals), key=lambda other: other.chi2_per_dof)
+    theirs = sorted(_alternative_summaries(task, rivals), key=lambda other: other.chi2_per_dof)
     found = [compare(own, other, task.degrees(problem)) for other in theirs]
     return [comparison for comparison in found if comparison is not None]
 
 
-def _can_matter(task: Task, problem: Problem, best: Fitted, residual: Residual, other: RingDownModel) -> bool:
+def _can_matter(task: Task, problem: FitProblem, best: Minimum, residual: Residual, other: RingDownModel) -> bool:
     """A law with as many coefficients is always asked: what one leaves of another's record is little."""
     normal, dof = best.normal, task.degrees(problem)
     alike = len(other.coefficients) == len(problem.model.coefficients)
-    seen = residual.coloured or slow_misfit_sigma(residual, best.left) > _SLOW_MISFIT
+    seen = residual.coloured or envelope_lack_of_fit_sigma(residual, best.left) > _SLOW_MISFIT
     return alike or seen or is_much_or_hidden(normal.chi2, normal.data_chi2, dof)
 
 
-def _heard(task: Task, rivals: Sequence[RingDownModel]) -> Iterator[Explanation]:
+def _alternative_summaries(task: Task, rivals: Sequence[RingDownModel]) -> Iterator[ModelSummary]:
     """What rivals make of a task, as far as they get through it."""
     for model in rivals:
         try:
-            problem, best = solve(task, model)
-            yield _explanation(*_undisturbed(task, problem, best, residual_left(task, problem, best)))
+            problem, best = find_minimum(task, model)
+            yield _model_summary(*_without_interference(task, problem, best, residual_left(task, problem, best)))
         except RefusedError:
             continue
 
 
-def _explanation(task: Task, problem: Problem, best: Fitted, residual: Residual) -> Explanation:
+def _model_summary(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> ModelSummary:
     """A fit as its rivals see it."""
     model, dof = problem.model, task.degrees(problem)
     chi2, size = best.normal.chi2 / dof, int(np.count_nonzero(problem.free))
-    public = published(task, problem, best)
+    public = public_parameters(task, problem, best)
     excess = residual.excess / dof
-    return Explanation(model.name, chi2, excess, size, model.losses, public.parameters, residual.widening)
+    return ModelSummary(model.name, chi2, excess, size, model.losses, public.parameters, residual.widening)
 
 
-def _undisturbed(
-    task: Task, problem: Problem, best: Fitted, residual: Residual
-) -> tuple[Task, Problem, Fitted, Residual]:
+def _without_interference(
+    task: Task, problem: FitProblem, best: Minimum, residual: Residual
+) -> tuple[Task, FitProblem, Minimum, Residual]:
     """The task freed from hum and drift that the residual shows, the fit that is joint with them, what it leaves.
 
     In an angle of few periods a motion that the model does not follow looks like drift too: what is hum or drift
     there leaves hardly anything once it is gone.
     """
     try:
-        beside = without_disturbances(problem, best, residual, task.chosen, task.noise, task.frequency_hz)
+        beside = without_interference(problem, best, residual, task.chosen, task.noise, task.frequency_hz)
     except FAILURES:
         beside = None  # the verdict on the residual says what is wrong with it
     if beside is None:

@@ -7,8 +7,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from .calibration import inverse_sensitivity
 from .numerics.arrays import Array
+from .sensitivity import inverse_sensitivity
 
 Quantity = Literal["dmdt", "voltage", "angle"]
 

@@ -8,30 +8,12 @@ from typing import Literal
 import numpy as np
 
 from .least_squares.gauss_newton import FitState
-from .models import RingDownModel
-from .motion.trajectory import Trajectory
 from .numerics.arrays import Array
+from .parameters import Estimate
+from .physics.models import RingDownModel
+from .physics.ring_down import RingDown
+from .physics.trajectory.direct import Trajectory
 from .refusal import Refusal, RefusedError
-
-PARAMETER_NAMES: tuple[str, ...] = (
-    "f_nat_hz",
-    "m_r_am2",
-    "lambda_per_s",
-    "tf_over_i_rad_per_s2",
-    "phi_max_rad",
-    "psi_start_rad",
-    "rodrigues_x",
-    "rodrigues_y",
-    "rodrigues_z",
-)
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """A value and its standard deviation; std None: the value was fixed, not estimated."""
-
-    value: float
-    std: float | None
 
 
 @dataclass(frozen=True)
@@ -98,6 +80,13 @@ class FitResult:
     def is_fixed(self, name: str) -> bool:
         """True for a parameter of a good result that was held, not estimated."""
         return name in self.parameters and self.parameters[name].std is None
+
+    def ring_down(self) -> RingDown:
+        """The fitted motion and its moment.  Raises ValueError if the fit was refused."""
+        if self.fitted is None:
+            raise ValueError("a refused fit describes no ring-down")
+        moment = self.parameters.get("m_r_am2")
+        return RingDown(self.fitted.model, self.fitted.state.dynamics, None if moment is None else moment.value)
 
     def model_signal(self, n_samples: int, sampling_rate_hz: float) -> Array:
         """The fitted model at t = 0, 1/rate, ..., (channels, n_samples), also past the window.

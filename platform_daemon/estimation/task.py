@@ -9,14 +9,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .least_squares.growing import Problem
+from .least_squares.progressive import FitProblem
 from .noise.model import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
-from .signal.periods import FEW_PERIODS, counted_periods
-from .signal.screening import FEWEST_PERIODS, refuse_few_periods, screen
-from .signal.two_lines import refuse_two_lines
-from .signal.windows import SampleRange, Window, select_window
+from .screening.periods import FEW_PERIODS, counted_periods
+from .screening.screening import FEWEST_PERIODS, refuse_few_periods, screen
+from .screening.two_resonators import refuse_two_lines
+from .screening.windows import SampleRange, Window, select_window
 
 _SLOWEST_HZ = 20.0  # a fifth of the slowest resonator whose dm/dt can be seen
 
@@ -54,7 +54,7 @@ class Task:
         noise = replace(NoiseModel.white(every, self.record.sampling_rate_hz), source=source)
         return replace(self, noise=noise, noise_sd=np.maximum(every, _smallest_sd(self.record)))
 
-    def degrees(self, problem: Problem) -> int:
+    def degrees(self, problem: FitProblem) -> int:
         """Degrees of freedom of the residual."""
         return self.record.channels * self.samples - int(np.count_nonzero(problem.free))
 

@@ -1,41 +1,55 @@
-"""Recordings on disk: read anyone's, write our own so that no acknowledged shot is ever lost (docs/file-format.md)."""
+"""All that is on disk: recordings, calibrations, angle files; read anyone's, write our own so that no acknowledged shot
+is lost.
 
-from platform_daemon.store.calibration_extras import read_transmit_calibration
-from platform_daemon.store.calibrations import (
+AngleSeries: A series of angles with an even clock.
+is_time_series: Does the file hold /time and /signal instead of a recording? Raises RecordingError if it cannot be
+    opened.
+read_angles: Raises RecordingError naming file, HDF5 path, what was expected and a remedy.
+add_receive_calibration: A new version of a receive calibration, with what was measured.
+add_transmit_calibration: A new version of a transmit calibration.
+check_calibration_name: Raises InputError unless a file can be called so.
+read_transmit_calibration: The transmit side in a calibration file or a recording.
+describe: Summary of a recording, JSON-able, without NaN.
+write_whole: Write under a temporary name in the same folder, fsync, rename.
+NotFinite: A sample is NaN or infinite.
+StorageError: The disk refused to keep data.
+UnknownRecording: No recording of that id exists in the folder.
+FitTable: Fit results of a series under one window and model, one row per frame.
+SeriesHeader: What holds for every shot of a series.
+ShotRecord: One shot as it came from the hardware.
+list_recordings: The recordings in `folder` (not below it).
+resolve: The file of an id.
+open_recording: Open and check a recording of docs/file-format.md.
+read_calibration: The calibration in a recording or in a file that holds nothing but `/calibration`.
+Excitation: What one shot was excited with.
+Recording: A checked recording.
+SequenceInfo: Sample clock and windows of every frame.
+recover: Put together every series in `folder` whose writer died.
+SeriesWriter: Writes one series.
+"""
+
+from .angle_series import AngleSeries, is_time_series, read_angles
+from .calibrations import (
     add_receive_calibration,
     add_transmit_calibration,
     check_calibration_name,
+    read_transmit_calibration,
 )
-from platform_daemon.store.describe import describe
-from platform_daemon.store.errors import NotFinite, StorageError, UnknownRecording
-from platform_daemon.store.fits import read_fits
-from platform_daemon.store.header import FitTable, SeriesHeader, ShotRecord
-from platform_daemon.store.index import Broken, Entry, Listing, list_recordings, resolve
-from platform_daemon.store.reader import open_recording, read_calibration
-from platform_daemon.store.recording import (
-    Calibration,
-    Excitation,
-    FrameInfo,
-    Provenance,
-    ReceiverEffect,
-    Recording,
-    SequenceInfo,
-)
-from platform_daemon.store.recovery import recover
-from platform_daemon.store.series import SeriesWriter
-from platform_daemon.store.truth import read_truth
+from .describe import describe
+from .durable import write_whole
+from .errors import NotFinite, StorageError, UnknownRecording
+from .header import FitTable, SeriesHeader, ShotRecord
+from .index import list_recordings, resolve
+from .reader import open_recording, read_calibration
+from .recording import Excitation, Recording, SequenceInfo
+from .recovery import recover
+from .series_writer import SeriesWriter
 
 __all__ = [
-    "Broken",
-    "Calibration",
-    "Entry",
+    "AngleSeries",
     "Excitation",
     "FitTable",
-    "FrameInfo",
-    "Listing",
     "NotFinite",
-    "Provenance",
-    "ReceiverEffect",
     "Recording",
     "SequenceInfo",
     "SeriesHeader",
@@ -47,12 +61,13 @@ __all__ = [
     "add_transmit_calibration",
     "check_calibration_name",
     "describe",
+    "is_time_series",
     "list_recordings",
     "open_recording",
+    "read_angles",
     "read_calibration",
-    "read_fits",
     "read_transmit_calibration",
-    "read_truth",
     "recover",
     "resolve",
+    "write_whole",
 ]

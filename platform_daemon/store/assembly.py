@@ -8,14 +8,15 @@ from pathlib import Path
 import h5py
 
 from drivers.errors import RecordingError
-from platform_daemon.store.durable import publish, reserve, storage_error
-from platform_daemon.store.fits import write_fit
-from platform_daemon.store.header import FitTable, SeriesHeader
-from platform_daemon.store.layout import DATA, ENTRY
-from platform_daemon.store.reader import open_recording
-from platform_daemon.store.recording import Recording
-from platform_daemon.store.truth import read_truth, write_truth
-from platform_daemon.store.writer import LIBVER, create_data, empty_file, link_plot, put, write_metadata
+
+from .durable import publish, reserve, storage_error
+from .fit_tables import write_fit
+from .header import FitTable, SeriesHeader
+from .layout import DATA, ENTRY
+from .reader import open_recording
+from .recording import Recording
+from .truth import read_truth, write_truth
+from .writer import LIBVER, create_data, empty_file, link_plot, put, write_metadata
 
 SPARE_BYTES = 4 << 20
 

@@ -8,16 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
-from platform_daemon.store.layout import FREQUENCY, FREQUENCY_RESPONSE, SENSITIVITY
+
+from .layout import FREQUENCY, FREQUENCY_RESPONSE, SENSITIVITY
 
 if TYPE_CHECKING:
-    from platform_daemon.store.recording import Calibration
+    from drivers.calibration import ReceiveCalibration
 
 MAX_CONDITION = 1e6
 """Beyond this, inverting P turns the last bit of a 16-bit converter into the whole signal."""
 
 
-def check_calibration(calibration: Calibration, channels: int | None, where: str) -> None:
+def check_calibration(calibration: ReceiveCalibration, channels: int | None, where: str) -> None:
     """Raises RecordingError unless P is (channel, 3), finite, invertible and its response table is consistent.
 
     channels: number of channels of the data, None: no data to compare with; where: the file, for the message.
@@ -50,7 +51,7 @@ def _check_invertible(p: NDArray[np.float64], place: str) -> None:
         )
 
 
-def _check_response(calibration: Calibration, channels: int, where: str) -> None:
+def _check_response(calibration: ReceiveCalibration, channels: int, where: str) -> None:
     f, h = calibration.frequency_hz, calibration.frequency_response
     if f is None and h is None:
         return

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from platform_daemon.store.recording import Calibration, Excitation, Recording
+from drivers.calibration import ReceiveCalibration
+
+from .recording import Excitation, Recording
 
 
 def describe(recording: Recording) -> dict[str, Any]:
@@ -72,7 +74,7 @@ def _excitation(excitation: Excitation | None) -> dict[str, Any] | None:
     }
 
 
-def _calibration(calibration: Calibration | None) -> dict[str, Any] | None:
+def _calibration(calibration: ReceiveCalibration | None) -> dict[str, Any] | None:
     if calibration is None:
         return None
     f = calibration.frequency_hz

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from platform_daemon.store.errors import StorageError
+from .errors import StorageError
 
 PART = ".part"
 """Suffix of a file that is still being written; whoever finds one after a crash may delete it."""
@@ -52,3 +52,16 @@ def storage_error(path: Path, error: Exception) -> StorageError:
     why = (str(error).splitlines() or [type(error).__name__])[0]
     remedy = "free or repair the disk; shots acknowledged before are safe and are recovered at the next start"
     return StorageError("the disk refused to write", where=str(path), why=why, remedy=remedy)
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write under a temporary name in the same folder, fsync, rename.  Raises OSError."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        with partial.open("wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)

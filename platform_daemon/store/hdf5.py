@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
-from platform_daemon.store.errors import NotFinite
+
+from .errors import NotFinite
 
 MAX_ITEMS = 10_000_000
 """A side table larger than this is damage, not data; reading it would only exhaust the memory."""
@@ -27,7 +28,7 @@ ANOTHER_COPY = "use another copy of the file, or record again"
 
 
 @contextmanager
-def open_hdf5(path: Path | str) -> Iterator[Source]:
+def open_hdf5(path: Path | str) -> Iterator[Hdf5File]:
     """The file opened for reading.  Raises RecordingError if it is missing, no regular file, unreadable or damaged."""
     path = Path(path)
     _check_file(path)
@@ -37,7 +38,7 @@ def open_hdf5(path: Path | str) -> Iterator[Source]:
     except Exception as error:
         raise _not_hdf5(path, error) from None
     try:
-        yield Source(path, h5)
+        yield Hdf5File(path, h5)
     finally:
         with guard(str(path), "a file that closes cleanly"):
             h5.close()
@@ -88,7 +89,7 @@ def _first_line(error: Exception) -> str:
     return (str(error).splitlines() or [type(error).__name__])[0][:200]
 
 
-class Source:
+class Hdf5File:
     """An open file.  Every method names objects by absolute path and returns None for one that is absent."""
 
     def __init__(self, path: Path, h5: h5py.File) -> None:

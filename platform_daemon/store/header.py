@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.store.recording import Calibration, Excitation, SequenceInfo
+from drivers.calibration import ReceiveCalibration
+
+from .recording import Excitation, SequenceInfo
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +28,7 @@ class SeriesHeader:
     start_time: str
     software_version: str
     variant: str | None = None
-    calibration: Calibration | None = None
+    calibration: ReceiveCalibration | None = None
     excitation: Excitation | None = None
     planned_shots: int | None = None
     title: str = ""

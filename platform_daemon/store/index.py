@@ -8,8 +8,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from drivers.errors import RecordingError
-from platform_daemon.store.errors import UnknownRecording
-from platform_daemon.store.reader import open_recording
+
+from .errors import UnknownRecording
+from .reader import open_recording
 
 SUFFIXES = (".h5", ".hdf5", ".mmr")
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from platform_daemon.store.hdf5 import ANOTHER_COPY, Source
-from platform_daemon.store.layout import ENTRY, EXCITATION, FLAGS, FRAMES, VERDICTS
-from platform_daemon.store.recording import Excitation, FrameInfo, Provenance
+from .hdf5 import ANOTHER_COPY, Hdf5File
+from .layout import ENTRY, EXCITATION, FLAGS, FRAMES, VERDICTS
+from .recording import Excitation, FrameInfo, Provenance
 
 _SAMPLE = f"{ENTRY}/sample/name"
 _OPERATOR = f"{ENTRY}/operator/name"
 
 
-def read_frame_info(source: Source, frames: int, samples: int) -> tuple[FrameInfo, ...]:
+def read_frame_info(source: Hdf5File, frames: int, samples: int) -> tuple[FrameInfo, ...]:
     """The record of every frame.  Raises RecordingError if a column is missing or has another length."""
     flags = {name: _column(source, f"{FRAMES}/{name}", frames) for name in (*FLAGS, "blank")}
     shot, valid = (_column(source, f"{FRAMES}/{name}", frames) for name in ("shot", "valid_samples"))
@@ -43,7 +43,7 @@ def read_frame_info(source: Source, frames: int, samples: int) -> tuple[FrameInf
     )
 
 
-def read_provenance(source: Source) -> Provenance:
+def read_provenance(source: Hdf5File) -> Provenance:
     """Title, sample, people, software, configuration.  Raises RecordingError if one is missing."""
     names, identities = (_texts(source, f"{ENTRY}/devices/{name}") for name in ("role", "identity"))
     planned = source.number(f"{ENTRY}/planned_shots", "shots")
@@ -63,7 +63,7 @@ def read_provenance(source: Source) -> Provenance:
     )
 
 
-def _excitation(source: Source, frames: int) -> tuple[Excitation | None, ...]:
+def _excitation(source: Hdf5File, frames: int) -> tuple[Excitation | None, ...]:
     if not source.has_group(EXCITATION):
         return (None,) * frames
     names = ("requested_frequency", "realised_frequency", "field", "periods", "phase")
@@ -83,7 +83,7 @@ def _excitation(source: Source, frames: int) -> tuple[Excitation | None, ...]:
     return tuple(found)
 
 
-def _column(source: Source, name: str, frames: int, ndim: int = 1, nan: bool = False) -> NDArray[np.float64]:
+def _column(source: Hdf5File, name: str, frames: int, ndim: int = 1, nan: bool = False) -> NDArray[np.float64]:
     found = source.values(name)
     if found is None or found.ndim != ndim or len(found) != frames or found.dtype.kind == "c":
         raise source.defect("missing or of another shape", name, f"one entry for each of {frames} frames", ANOTHER_COPY)
@@ -92,14 +92,14 @@ def _column(source: Source, name: str, frames: int, ndim: int = 1, nan: bool = F
     return found.astype(np.float64)
 
 
-def _texts(source: Source, name: str, count: int | None = None) -> tuple[str, ...]:
+def _texts(source: Hdf5File, name: str, count: int | None = None) -> tuple[str, ...]:
     found = source.texts(name)
     if found is None or (count is not None and len(found) != count):
         raise source.defect("missing or of another length", name, f"{count or 'some'} texts", ANOTHER_COPY)
     return found
 
 
-def _text(source: Source, name: str) -> str:
+def _text(source: Hdf5File, name: str) -> str:
     found = source.text(name)
     if found is None:
         raise source.defect("missing", name, "a text", ANOTHER_COPY)

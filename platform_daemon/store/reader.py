@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
-from platform_daemon.store.calibration_extras import read_extent, read_relative_std, read_std, read_transmit
-from platform_daemon.store.checks import check_calibration
-from platform_daemon.store.hdf5 import Source, open_hdf5
-from platform_daemon.store.layout import (
+
+from .calibrations import read_extent, read_relative_std, read_std, read_transmit
+from .checks import check_calibration
+from .hdf5 import Hdf5File, open_hdf5
+from .layout import (
     CALIBRATION,
     DATA,
     FIT,
@@ -26,8 +28,8 @@ from platform_daemon.store.layout import (
     VARIANT,
     VARIANTS,
 )
-from platform_daemon.store.metadata import read_frame_info, read_provenance
-from platform_daemon.store.recording import Calibration, FrameInfo, Recording, SequenceInfo
+from .metadata import read_frame_info, read_provenance
+from .recording import FrameInfo, Recording, SequenceInfo
 
 ANOTHER_LAYOUT = "convert it to the layout in docs/file-format.md"
 VOLT_NAMES = ("", "v", "volt", "volts")
@@ -63,7 +65,7 @@ def open_recording(path: Path | str) -> Recording:
         )
 
 
-def read_calibration(path: Path | str) -> Calibration:
+def read_calibration(path: Path | str) -> ReceiveCalibration:
     """The calibration in a recording or in a file that holds nothing but `/calibration`.
 
     Raises RecordingError if there is none, or if it is not usable.
@@ -76,7 +78,7 @@ def read_calibration(path: Path | str) -> Calibration:
         return found
 
 
-def _data_shape(source: Source) -> tuple[int, int, int]:
+def _data_shape(source: Hdf5File) -> tuple[int, int, int]:
     found = source.shape(DATA)
     if found is None:
         raise _no_data(source)
@@ -93,7 +95,7 @@ def _data_shape(source: Source) -> tuple[int, int, int]:
     return shape[0], shape[1], shape[2]
 
 
-def _no_data(source: Source) -> RecordingError:
+def _no_data(source: Hdf5File) -> RecordingError:
     names = source.names("/")
     remedy = ANOTHER_LAYOUT
     if {"time", "signal"} <= set(names):
@@ -106,7 +108,7 @@ def _no_data(source: Source) -> RecordingError:
     return source.defect(what, DATA, "a dataset (frame, channel, sample) in volts", remedy)
 
 
-def _sequence(source: Source, samples: int) -> SequenceInfo:
+def _sequence(source: Hdf5File, samples: int) -> SequenceInfo:
     if not source.has_group(SEQUENCE):
         raise source.defect("missing", SEQUENCE, "a group with baseFrequency and decimation", ANOTHER_LAYOUT)
     base = source.number(f"{SEQUENCE}/baseFrequency", "Hz")
@@ -122,7 +124,7 @@ def _sequence(source: Source, samples: int) -> SequenceInfo:
     return SequenceInfo(float(base), decimation, *_windows(source, samples))
 
 
-def _windows(source: Source, samples: int) -> tuple[int, int, int]:
+def _windows(source: Hdf5File, samples: int) -> tuple[int, int, int]:
     named = ("numTxSamples", "numSwitchSamples", "numRxSamples")
     tx, switch, rx = (_count(source, name, "samples") for name in named)
     for name, count in zip(named, (tx, switch, rx), strict=True):
@@ -139,14 +141,14 @@ def _windows(source: Source, samples: int) -> tuple[int, int, int]:
     return tx or 0, switch or 0, rx
 
 
-def _count(source: Source, name: str, unit: str) -> int | None:
+def _count(source: Hdf5File, name: str, unit: str) -> int | None:
     value = source.number(f"{SEQUENCE}/{name}", unit)
     if value is not None and value != int(value):
         raise source.defect(f"is {value}", f"{SEQUENCE}/{name}", "an integer")
     return None if value is None else int(value)
 
 
-def _variant(source: Source) -> str | None:
+def _variant(source: Hdf5File) -> str | None:
     source.has_group(VARIANT.rpartition("/")[0])
     found = source.text(VARIANT)
     if found is not None and found.strip() not in VARIANTS:
@@ -155,7 +157,7 @@ def _variant(source: Source) -> str | None:
     return None if found is None else found.strip()
 
 
-def _calibration(source: Source, channels: int | None) -> Calibration | None:
+def _calibration(source: Hdf5File, channels: int | None) -> ReceiveCalibration | None:
     if not source.has_group(CALIBRATION):
         return None
     p = source.values(SENSITIVITY)
@@ -166,7 +168,7 @@ def _calibration(source: Source, channels: int | None) -> Calibration | None:
     f, h = source.values(FREQUENCY), source.values(FREQUENCY_RESPONSE)
     if f is not None and f.dtype.kind == "c":
         raise source.defect("is complex", FREQUENCY, "real Hz")
-    found = Calibration(
+    found = ReceiveCalibration(
         sensitivity=p.astype(np.float64),
         frequency_hz=None if f is None else f.astype(np.float64),
         frequency_response=None if h is None else h.astype(np.complex128),
@@ -183,7 +185,7 @@ def _calibration(source: Source, channels: int | None) -> Calibration | None:
     return found
 
 
-def _extra_text(source: Source, name: str) -> str | None:
+def _extra_text(source: Hdf5File, name: str) -> str | None:
     # Not in the minimal table: another writer may use the name for anything, and its file is still a recording.
     try:
         return source.text(f"{CALIBRATION}/{name}")
@@ -191,7 +193,7 @@ def _extra_text(source: Source, name: str) -> str | None:
         return None
 
 
-def _extra_gain(source: Source) -> float | None:
+def _extra_gain(source: Hdf5File) -> float | None:
     try:
         gain = source.number(f"{CALIBRATION}/lna_gain", "V/V")
     except RecordingError:

@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.calibration import TransmitCalibration
+from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
-from platform_daemon.store.checks import check_calibration
-from platform_daemon.store.hdf5 import open_hdf5
-from platform_daemon.store.layout import CONFIGURATION, DATA, FLAGS
+
+from .checks import check_calibration
+from .hdf5 import open_hdf5
+from .layout import CONFIGURATION, DATA, FLAGS
 
 
 @dataclass(frozen=True)
@@ -40,54 +41,6 @@ class SequenceInfo:
     def total(self) -> int:
         """Samples in a whole frame."""
         return self.rx_start + self.rx_samples
-
-
-@dataclass(frozen=True)
-class ReceiverEffect:
-    """What the receive chain does beyond its calibration, as an adopted model knows it; adopted/receiver.py undoes it.
-
-    Attributes:
-        id: of the effect; strength: in its unit.
-        axis: x, y or z: the one channel it acts on; None: all.
-        source, target: of crosstalk.
-        even: it acts on the even (True) or the odd (False) harmonics of `fundamental_hz` only; None: on everything.
-    """
-
-    id: str
-    strength: float
-    axis: str | None = None
-    source: str | None = None
-    target: str | None = None
-    even: bool | None = None
-    fundamental_hz: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Calibration:
-    """Receive calibration, paper eq:u(t,p,R): u = -P dm/dt.
-
-    sensitivity: (c, 3) float64, V/(A m^2/s) = T/A, columns world x, y, z, at the LNA gain `lna_gain` (V/V, None: not
-    said); frequency_hz: (k,) rising, and frequency_response: (c, k) complex128 that multiplies the sensitivity; both
-    None: flat. sensitivity_std: (c, 3) T/A; p_std: (c, 3, k) T/A, of P at each frequency, from noise alone;
-    relative_std: of all of P together, the reference's own; valid_hz, valid_c: between which frequencies and
-    temperatures it holds; temperature_c: at which it was made; transmit: the measured transmit side. None: not said.
-    receiver: what an adopted model undoes besides; never part of a file.
-    """
-
-    sensitivity: NDArray[np.float64]
-    identifier: str | None = None
-    date: str | None = None
-    lna_gain: float | None = None
-    frequency_hz: NDArray[np.float64] | None = None
-    frequency_response: NDArray[np.complex128] | None = None
-    sensitivity_std: NDArray[np.float64] | None = None
-    p_std: NDArray[np.float64] | None = None
-    relative_std: float | None = None
-    valid_hz: tuple[float, float] | None = None
-    valid_c: tuple[float, float] | None = None
-    temperature_c: float | None = None
-    transmit: TransmitCalibration | None = None
-    receiver: tuple[ReceiverEffect, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,7 +126,7 @@ class Recording:
     frames: int
     channels: int
     frame_info: tuple[FrameInfo, ...]
-    calibration: Calibration | None = None
+    calibration: ReceiveCalibration | None = None
     variant: str | None = None
     provenance: Provenance | None = None
     fits: tuple[str, ...] = ()
@@ -206,7 +159,7 @@ class Recording:
         with open_hdf5(self.path) as source:
             return source.text(CONFIGURATION) or ""
 
-    def with_calibration(self, calibration: Calibration, source: str = "calibration") -> Recording:
+    def with_calibration(self, calibration: ReceiveCalibration, source: str = "calibration") -> Recording:
         """The same recording under another calibration, which came from `source`; RecordingError if it does not fit."""
         check_calibration(calibration, self.channels, f"{source} (used for {self.path})")
         return replace(self, calibration=calibration)

@@ -10,9 +10,10 @@ from pathlib import Path
 import structlog
 
 from drivers.errors import PlatformError, RecordingError
-from platform_daemon.store.assembly import assemble, header_of
-from platform_daemon.store.reader import open_recording
-from platform_daemon.store.staging import Staging, leftovers
+
+from .assembly import assemble, header_of
+from .reader import open_recording
+from .staging import Staging, abandoned_series
 
 _log = structlog.get_logger(__name__)
 
@@ -25,7 +26,7 @@ def recover(folder: Path | str) -> list[Path]:
     the next start.
     """
     made = []
-    for staging in leftovers(Path(folder)):
+    for staging in abandoned_series(Path(folder)):
         try:
             target = recover_series(staging)
         except (PlatformError, OSError) as error:

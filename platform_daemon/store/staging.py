@@ -20,7 +20,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from drivers.errors import InputError
-from platform_daemon.store.durable import PART
+
+from .durable import PART
 
 SUFFIX = ".shots"
 _FRESH = ".shots-new-"
@@ -102,19 +103,19 @@ def busy(target: Path) -> InputError:
     return InputError("the file is in use", where=str(target), why=why, remedy="wait, or choose another name")
 
 
-def leftover(folder: Path) -> Staging | None:
+def claim_abandoned(folder: Path) -> Staging | None:
     """An existing staging folder, locked for us; None if there is none or its writer lives."""
     lock = _locked(folder) if folder.is_dir() else None
     return None if lock is None else Staging(folder, lock)
 
 
-def leftovers(folder: Path) -> Iterator[Staging]:
+def abandoned_series(folder: Path) -> Iterator[Staging]:
     """Every staging folder in `folder` whose writer is gone, locked for us one at a time."""
     for path in sorted(folder.glob(f".*{_FRESH}*")):
         if time.time() - path.stat().st_mtime > _FRESH_LIFETIME_S:
             shutil.rmtree(path, ignore_errors=True)
     for path in sorted(folder.glob(f".*{SUFFIX}")):
-        found = leftover(path)
+        found = claim_abandoned(path)
         if found is not None:
             yield found
 

@@ -16,8 +16,9 @@ import h5py
 import numpy as np
 
 from drivers.errors import RecordingError
-from platform_daemon.store.hdf5 import open_hdf5
-from platform_daemon.store.layout import LAYOUT, LAYOUT_ATTRIBUTE, SIMULATION
+
+from .hdf5 import open_hdf5
+from .layout import LAYOUT, LAYOUT_ATTRIBUTE, SIMULATION
 
 _JSON = f"{SIMULATION}/json"
 

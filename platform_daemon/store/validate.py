@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import InputError
-from platform_daemon.store.checks import check_calibration
-from platform_daemon.store.header import FitTable, SeriesHeader, ShotRecord
-from platform_daemon.store.layout import VARIANTS, VERDICTS
-from platform_daemon.store.recording import Excitation
+
+from .checks import check_calibration
+from .header import FitTable, SeriesHeader, ShotRecord
+from .layout import VARIANTS, VERDICTS
+from .recording import Excitation
 
 
 def check_header(header: SeriesHeader) -> None:

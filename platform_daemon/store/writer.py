@@ -10,9 +10,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from drivers.calibration import TransmitCalibration
-from platform_daemon.store.header import SeriesHeader, ShotRecord
-from platform_daemon.store.layout import (
+from drivers.calibration import ReceiveCalibration, TransmitCalibration
+
+from .header import SeriesHeader, ShotRecord
+from .layout import (
     CALIBRATION,
     DATA,
     ENTRY,
@@ -28,9 +29,9 @@ from platform_daemon.store.layout import (
     SEQUENCE,
     TRANSMIT,
 )
-from platform_daemon.store.recording import Calibration, Excitation, FrameInfo
-from platform_daemon.store.truth import write_truth
-from platform_daemon.store.validate import check_excitation, check_instant, padded_volts
+from .recording import Excitation, FrameInfo
+from .truth import write_truth
+from .validate import check_excitation, check_instant, padded_volts
 
 LIBVER = ("v108", "v108")
 """HDF5 1.8 format: every reader since 2008 opens it, and its metadata carry checksums, which the older one lacks."""
@@ -107,7 +108,7 @@ def write_metadata(h5: h5py.File, header: SeriesHeader, series_id: str, infos: S
     _write_entry(h5, header, series_id, infos)
 
 
-def write_calibration_group(h5: h5py.File, calibration: Calibration) -> None:
+def write_calibration_group(h5: h5py.File, calibration: ReceiveCalibration) -> None:
     """`/calibration`, in a recording or in a file of its own."""
     group(h5, CALIBRATION, "NXcollection")
     put(h5, SENSITIVITY, np.asarray(calibration.sensitivity, np.float64), units="T/A")
@@ -152,7 +153,7 @@ def write_transmit_group(h5: h5py.File, table: TransmitCalibration) -> None:
     _write_extent(h5, TRANSMIT, table)
 
 
-def _write_extent(h5: h5py.File, where: str, made: Calibration | TransmitCalibration) -> None:
+def _write_extent(h5: h5py.File, where: str, made: ReceiveCalibration | TransmitCalibration) -> None:
     """What a calibration holds for, as far as it says."""
     for name, value, units in (
         ("valid_frequency", made.valid_hz, "Hz"),

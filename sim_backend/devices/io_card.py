@@ -11,9 +11,9 @@ from drivers.errors import DeviceTimeout, InputError, SequenceRejected
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, ChunkFlags, require, was_stopped
 from drivers.timeline import SampleClock, Timeline
-from sim_backend.faults import DROPPED, FLAGS
 from sim_backend.options import IoCardTable
-from sim_backend.world import World
+from sim_backend.world.faults import DROPPED, FLAGS
+from sim_backend.world.world import World
 
 CHANNELS = 3
 TIMEOUT_S = 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivers.errors import DeviceFault, DeviceStateError, InputError
 from drivers.identity import Identity
 from sim_backend.options import LnaTable
-from sim_backend.world import World
+from sim_backend.world.world import World
 
 WHERE = "simulated LNA"
 

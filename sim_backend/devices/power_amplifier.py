@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.identity import Identity
 from drivers.power_amplifier import AmplifierStatus
-from sim_backend.world import World
+from sim_backend.world.world import World
 
 WHERE = "simulated power amplifier"
 

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.identity import Identity
-from sim_backend.coils import AXES
-from sim_backend.inserted import Dipole, field_t
 from sim_backend.options import DipoleTable, ProbeTable
-from sim_backend.receiver import sample_times
-from sim_backend.world import World
+from sim_backend.receive.inserted import Dipole, field_t
+from sim_backend.receive.receiver import sample_times
+from sim_backend.transmit.coils import AXES
+from sim_backend.world.world import World
 
 PROBE_NOISE = 15
 

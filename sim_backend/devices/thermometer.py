@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sim_backend.world import World
+from sim_backend.world.world import World
 
 
 class SimulatedThermometer:

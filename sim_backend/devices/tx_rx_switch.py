@@ -5,7 +5,7 @@ from __future__ import annotations
 from drivers.errors import DeviceFault, DeviceStateError
 from drivers.identity import Identity
 from drivers.tx_rx_switch import SwitchPosition, SwitchTiming
-from sim_backend.world import World
+from sim_backend.world.world import World
 
 WHERE = "simulated Tx/Rx switch"
 

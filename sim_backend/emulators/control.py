@@ -1,7 +1,7 @@
 """A door into the emulated world for tests: JSON lines over TCP, {"do": NAME, ...} -> {"ok": true, "result": ...}.
 
 truth, violations, outputs, clock, power_log  what only the world knows
-inject {kind, shot}                           a world fault (sim_backend/faults.py); shot absent: the next one
+inject {kind, shot}                           a world fault (sim_backend/world/faults.py); shot absent: the next one
 wire_fault {kind, device, ...}                a fault of the wire (wire_faults.py), from now on
 trip_amplifier                                latches a fault of the amplifier now
 clear_faults, repair                          forget faults to come; replace what broke as well
@@ -23,10 +23,11 @@ from drivers.errors import InputError, PlatformError
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
-from sim_backend.emulators.options import OUTPUTS
-from sim_backend.emulators.playback import high_spans, output_bursts
-from sim_backend.emulators.session import Cards
-from sim_backend.emulators.wire_faults import WireFault, WireFaults
+
+from .io_card.playback import high_spans, output_bursts
+from .io_card.session import Cards
+from .options import OUTPUTS
+from .wire_faults import WireFault, WireFaults
 
 Action = Callable[[Mapping[str, Any]], Any]
 

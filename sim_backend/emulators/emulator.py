@@ -18,22 +18,23 @@ from drivers.errors import ConfigError
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
-from sim_backend.emulators.amplifier import AmplifierScpi
-from sim_backend.emulators.board import Board
-from sim_backend.emulators.control import Control, arm
-from sim_backend.emulators.daq_server import DaqServer
-from sim_backend.emulators.listening import Listener
-from sim_backend.emulators.lna import LnaController
-from sim_backend.emulators.options import EmulatorOptions
-from sim_backend.emulators.serial_port import SerialPort
-from sim_backend.emulators.session import Cards
-from sim_backend.emulators.switch import SwitchController
-from sim_backend.emulators.usb_server import UsbServer
-from sim_backend.emulators.usbtmc import UsbIdentity, UsbTmcDevice
-from sim_backend.emulators.wire_faults import WireFaults
 from sim_backend.options import SimulatedOptions
-from sim_backend.warm_up import warm_up
-from sim_backend.world import World
+from sim_backend.world.warm_up import warm_up
+from sim_backend.world.world import World
+
+from .control import Control, arm
+from .io_card.board import Board
+from .io_card.daq_server import DaqServer
+from .io_card.session import Cards
+from .listening import Listener
+from .options import EmulatorOptions
+from .serial.lna import LnaController
+from .serial.serial_port import SerialPort
+from .serial.switch import SwitchController
+from .usb.amplifier import AmplifierScpi
+from .usb.usb_server import UsbServer
+from .usb.usbtmc import UsbIdentity, UsbTmcDevice
+from .wire_faults import WireFaults
 
 AMPLIFIER = "amplifier"
 

@@ -6,10 +6,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from sim_backend.emulators.registers import PINS
-from sim_backend.emulators.wire_faults import WireFault
 from sim_backend.options import DipoleTable
 from sim_backend.section import Finite, Positive, Section
+
+from .io_card.registers import PINS
+from .wire_faults import WireFault
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 Axis = Literal["x", "y", "z", ""]

@@ -1,4 +1,4 @@
-"""Things that go wrong between a device and its driver, on purpose.  World faults are in sim_backend/faults.py.
+"""Things that go wrong between a device and its driver, on purpose.  World faults are in sim_backend/world/faults.py.
 
 timeout        one answer never comes
 garbage        one answer is replaced by as many random bytes
@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import Field
 
 from sim_backend.section import NonNegative, Section
-from sim_backend.world import World
+from sim_backend.world.world import World
 
 Kind = Literal["timeout", "garbage", "half_reply", "disconnect", "slow_link", "one_way_link", "deaf_link"]
 Moment = Literal["any", "idle", "shot", "after_shot"]

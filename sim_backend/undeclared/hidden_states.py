@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from sim_backend.section import NonNegative
-from sim_backend.undeclared.base import Effect
+
+from .base import Effect
 
 MemoryTime = Annotated[float, Field(ge=1e-4, allow_inf_nan=False)]  # shorter ones are stiff, and mere damping
 ModeFrequency = Annotated[float, Field(gt=1, le=5e3, allow_inf_nan=False)]

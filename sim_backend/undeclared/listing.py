@@ -7,15 +7,9 @@ from typing import Annotated, TypeVar
 
 from pydantic import AfterValidator, Field
 
-from sim_backend.undeclared.base import Effect
-from sim_backend.undeclared.hidden_states import (
-    BreathingGap,
-    MemoryAmplitude,
-    MemoryBristle,
-    MemoryRelaxation,
-    SecondMode,
-)
-from sim_backend.undeclared.signals import (
+from .base import Effect
+from .hidden_states import BreathingGap, MemoryAmplitude, MemoryBristle, MemoryRelaxation, SecondMode
+from .signals import (
     ChannelDelay,
     ChannelGain,
     ClockGap,
@@ -27,7 +21,7 @@ from sim_backend.undeclared.signals import (
     SpectralLine,
     SwitchTransient,
 )
-from sim_backend.undeclared.torques import (
+from .torques import (
     AngleDependentDamping,
     BiasTorque,
     CoulombFriction,

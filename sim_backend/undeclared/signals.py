@@ -13,7 +13,8 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from sim_backend.section import Count, Finite, NonNegative
-from sim_backend.undeclared.base import Effect, Time
+
+from .base import Effect, Time
 
 Axis = Literal["x", "y", "z"]
 CHANNELS = 3

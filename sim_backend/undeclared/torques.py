@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from sim_backend.section import NonNegative
-from sim_backend.undeclared.base import Effect, Time
+
+from .base import Effect, Time
 
 
 class CoulombFriction(Effect):

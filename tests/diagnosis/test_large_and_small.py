@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis import as_json, diagnose
-from platform_daemon.diagnosis.diagnose import candidates_for
-from platform_daemon.diagnosis.hypothesis import Hypothesis
-from platform_daemon.diagnosis.lookalikes import rivals
-from platform_daemon.diagnosis.parameters import published
-from platform_daemon.diagnosis.picture import picture
-from platform_daemon.diagnosis.pool import shot_pool
-from platform_daemon.diagnosis.refit import refit
-from platform_daemon.diagnosis.start import start
-from platform_daemon.estimation import fit_ring_down
-from platform_daemon.estimation.models import THREAD, model_named
-from tests.diagnosis.simulated import shots_with
+from platform_daemon.diagnosis.diagnose import candidates_for, diagnose
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.regression.parameters import public_parameters
+from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.report import as_json
+from platform_daemon.diagnosis.selection.confounders import confounders
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.thread_pool import shot_pool
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.physics.models import THREAD, model_named
+from tests.kit.undeclared_shots import shots_with
 
 
 @pytest.fixture(scope="module")
@@ -44,12 +44,12 @@ def test_the_decimated_shots_say_what_all_samples_say():
     shots, _ = shots_with("jewel", count=2, seed=601)
     model = model_named("jewel")
     with shot_pool() as pool:
-        started, _ = start(shots, model, pool)
-        joint = refit(started, Hypothesis(model), pool)
+        started, _ = initial_fits(shots, model, pool)
+        joint = fit_jointly(started, Hypothesis(model), pool)
     assert any(grid.factor > 1 for grid in started[0].grids)
     for k, one in enumerate(started):
         alone = fit_ring_down(one.shot.record, model, float(one.time_s[-1]), noise=one.shot.noise).parameters
-        for name, value in published(joint, k).parameters.items():
+        for name, value in public_parameters(joint, k).parameters.items():
             if value.std is not None:
                 assert value.value == pytest.approx(alone[name].value, abs=0.2 * value.std), name
                 assert value.std == pytest.approx(alone[name].std, rel=0.05), name
@@ -60,13 +60,13 @@ def test_a_look_alike_is_found_though_the_declared_losses_take_up_most_of_either
     shots, _ = shots_with("jewel", [drag], seed=278)
     model = model_named("jewel")
     with shot_pool() as pool:
-        started, _ = start(shots, model, pool)
-        base = refit(started, Hypothesis(model), pool)
+        started, _ = initial_fits(shots, model, pool)
+        base = fit_jointly(started, Hypothesis(model), pool)
         known = {c.effect.id: c for c in candidates_for(base)}
         friction, truth = known["coulomb_friction"], known["quadratic_drag"]
-        taken = refit(started, Hypothesis(model, (friction,)), pool)
-        (rival,) = rivals(picture(taken, [truth], pool), friction, pool)
-        direct = refit(started, Hypothesis(model, (truth,)), pool)
+        taken = fit_jointly(started, Hypothesis(model, (friction,)), pool)
+        (rival,) = confounders(score_table(taken, [truth], pool), friction, pool)
+        direct = fit_jointly(started, Hypothesis(model, (truth,)), pool)
     assert direct.chi2 < base.chi2 - 100.0
     assert rival.refit.chi2 == pytest.approx(direct.chi2, abs=0.5)
 

@@ -7,7 +7,7 @@ import pytest
 from drivers.errors import DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.exchange import Exchange, parsed_identity
 from drivers.identity import Identity
-from tests.drivers.fake_wire import Opener
+from tests.kit.fake_wire import Opener
 
 NAME = "ACME,lamp,7,1.2"
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from drivers.timeline import Burst, Line, LineLevel, SampleClock, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, SampleClock, Timeline
 
 CLOCK = SampleClock(125e6, 2048)
 
@@ -19,10 +19,10 @@ def test_a_burst_is_zero_outside_its_samples_and_starts_with_its_phase():
 
 
 def test_a_line_is_low_wherever_nothing_raises_it():
-    timeline = Timeline(CLOCK, 100, 10, 50, lines=(LineLevel(Line.PA_GATE, 0, 100),))
-    assert timeline.is_high(Line.PA_GATE, 99)
-    assert not timeline.is_high(Line.PA_GATE, 100)
-    assert not timeline.is_high(Line.RX_CONNECT, 50)
+    timeline = Timeline(CLOCK, 100, 10, 50, lines=(LineLevel(DigitalLine.PA_GATE, 0, 100),))
+    assert timeline.is_high(DigitalLine.PA_GATE, 99)
+    assert not timeline.is_high(DigitalLine.PA_GATE, 100)
+    assert not timeline.is_high(DigitalLine.RX_CONNECT, 50)
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_a_line_is_low_wherever_nothing_raises_it():
     [
         {"bursts": (Burst(0, 0, 161, 1.0, 1.0),)},
         {"bursts": (Burst(0, 5, 5, 1.0, 1.0),)},
-        {"lines": (LineLevel(Line.PA_GATE, -1, 5),)},
+        {"lines": (LineLevel(DigitalLine.PA_GATE, -1, 5),)},
     ],
 )
 def test_parts_outside_the_frame_are_refused(parts):

@@ -3,8 +3,8 @@ import json
 import pytest
 
 from drivers.errors import DeviceFault
+from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Cancelled, Job, JobState
-from platform_daemon.engine.journal import Journal
 from tests.conftest import acquire
 
 
@@ -54,19 +54,19 @@ def test_a_cancelled_job_never_starts():
 def test_a_job_that_was_cut_off_answers_after_a_restart_as_failed_with_the_reason(tmp_path):
     job = Job("acquisition", {"resonator": "jewel"}, 3, "shots")
     job.begin()
-    Journal(tmp_path).save(job)
-    (back,) = Journal(tmp_path).load()
+    JobRecords(tmp_path).save(job)
+    (back,) = JobRecords(tmp_path).load()
     assert back.identifier == job.identifier
     assert back.state is JobState.FAILED
     assert "stopped while" in str(back.error)
-    assert [j.state for j in Journal(tmp_path).load()] == [JobState.FAILED]
+    assert [j.state for j in JobRecords(tmp_path).load()] == [JobState.FAILED]
 
 
 def test_a_broken_job_record_does_not_keep_the_others_from_loading(tmp_path):
-    Journal(tmp_path).save(Job("fit", {}, 1, "frames"))
+    JobRecords(tmp_path).save(Job("fit", {}, 1, "frames"))
     (tmp_path / "a.json").write_text("{")
     (tmp_path / "b.json").write_text(json.dumps({"kind": "fit"}))
-    assert len(Journal(tmp_path).load()) == 1
+    assert len(JobRecords(tmp_path).load()) == 1
 
 
 def test_a_finished_job_keeps_its_result_over_a_restart(engine_with, tmp_path):

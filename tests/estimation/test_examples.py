@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from platform_daemon.estimation import RingDownRecord, calibrate, estimate_noise, fit_ring_down
-
-from .generator import Truth, errors, joint_chi2
+from platform_daemon.estimation.calibration.apply import calibrate
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import estimate_noise
+from platform_daemon.estimation.record import RingDownRecord
+from tests.kit.ring_down_generator import Truth, errors, joint_chi2
 
 DATA = Path(__file__).parents[1] / "data"
 SHOTS = [(variant, frame) for variant in ("thread", "jewel") for frame in (0, 1)]

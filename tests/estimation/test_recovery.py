@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-
-from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, joint_chi2, random_truth, with_noise
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.record import RingDownRecord
+from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, joint_chi2, random_truth, with_noise
 
 JEWEL = Truth(f_nat_hz=213.05, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.9176, psi_start_rad=3.8633)
 THREAD = Truth()

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation import NoiseModel, RingDownRecord, fit_ring_down
-from platform_daemon.estimation.judging.misfit import in_words
-
-from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.goodness_of_fit.lack_of_fit import in_words
+from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.record import RingDownRecord
+from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
 JEWEL = Truth(f_nat_hz=213.0, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.9, psi_start_rad=3.86)
 

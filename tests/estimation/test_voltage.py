@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from platform_daemon.estimation import RingDownRecord, fit_ring_down
-
-from .generator import NOISE_SD, RATE_HZ, Truth, dmdt, joint_chi2, random_truth, with_noise
+from platform_daemon.estimation.fit import fit_ring_down
+from platform_daemon.estimation.record import RingDownRecord
+from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, joint_chi2, random_truth, with_noise
 
 P = np.array([[1.1e-3, 8e-6, -5e-6], [-6e-6, 1.0e-3, 9e-6], [4e-6, -7e-6, 8.8e-4], [5e-4, 5e-4, 0.0]])
 

@@ -5,11 +5,11 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from drivers.errors import SequenceRejected
-from drivers.timeline import Line
+from drivers.timeline import DigitalLine
 from platform_daemon.settings import load_sequence
 from sequences.compiler import compile_shot
 from sequences.request import SequenceRequest
-from tests.sequences.platform_side import side
+from tests.kit.transmit_side import side
 
 THREAD = load_sequence("thread")
 JEWEL = load_sequence("jewel")
@@ -54,11 +54,11 @@ def test_the_drive_makes_a_zero_phase_field_without_transient_through_the_real_l
 
 def test_gate_and_receiver_are_apart_by_the_guard_and_low_at_rest():
     timeline = compile_shot(JEWEL, side()).timeline
-    gate = [timeline.is_high(Line.PA_GATE, k) for k in range(timeline.rx_start + 10)]
-    receive = [timeline.is_high(Line.RX_CONNECT, k) for k in range(timeline.rx_start + 10)]
+    gate = [timeline.is_high(DigitalLine.PA_GATE, k) for k in range(timeline.rx_start + 10)]
+    receive = [timeline.is_high(DigitalLine.RX_CONNECT, k) for k in range(timeline.rx_start + 10)]
     assert not any(g and r for g, r in zip(gate, receive, strict=True))
     assert receive.index(True) - max(k for k, g in enumerate(gate) if g) - 1 == JEWEL.guard_samples
-    assert timeline.is_high(Line.RX_CONNECT, timeline.total_samples - 1)
+    assert timeline.is_high(DigitalLine.RX_CONNECT, timeline.total_samples - 1)
 
 
 def test_a_blank_shot_has_the_same_windows_but_neither_burst_nor_gate():
@@ -66,7 +66,7 @@ def test_a_blank_shot_has_the_same_windows_but_neither_burst_nor_gate():
     assert blank.timeline.total_samples == plan.timeline.total_samples
     assert blank.blank
     assert not blank.timeline.bursts
-    assert all(level.line is Line.RX_CONNECT for level in blank.timeline.lines)
+    assert all(level.line is DigitalLine.RX_CONNECT for level in blank.timeline.lines)
 
 
 @pytest.mark.parametrize(
@@ -118,15 +118,15 @@ def test_every_accepted_request_keeps_the_envelope_sample_by_sample(f, periods, 
     except SequenceRejected:
         return
     timeline, limits = plan.timeline, platform.limits
-    levels = {line: np.zeros(timeline.total_samples, bool) for line in Line}
+    levels = {line: np.zeros(timeline.total_samples, bool) for line in DigitalLine}
     for level in timeline.lines:
         levels[level.line][level.start_sample : level.stop_sample] = True
-    assert not np.any(levels[Line.PA_GATE] & levels[Line.RX_CONNECT])
+    assert not np.any(levels[DigitalLine.PA_GATE] & levels[DigitalLine.RX_CONNECT])
     assert plan.frequency_hz * timeline.tx_samples / timeline.clock.rate_hz == pytest.approx(periods)
     for drive in plan.drives:
         volts = timeline.output_volts(drive.channel.output, 0, timeline.total_samples)
         assert np.max(np.abs(volts)) * drive.channel.amplifier_gain <= drive.channel.amplifier_limit_v
-        assert not np.any(volts[~levels[Line.PA_GATE]])
+        assert not np.any(volts[~levels[DigitalLine.PA_GATE]])
         assert abs(drive.current_a) <= limits.max_coil_current_a
-    settled = np.argmax(levels[Line.RX_CONNECT]) + platform.switch.total_s * timeline.clock.rate_hz
+    settled = np.argmax(levels[DigitalLine.RX_CONNECT]) + platform.switch.total_s * timeline.clock.rate_hz
     assert settled <= timeline.rx_start

@@ -9,11 +9,11 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from drivers.errors import SequenceRejected
-from drivers.timeline import Line
+from drivers.timeline import DigitalLine
 from platform_daemon.settings import load_sequence
 from sequences.compiler import TransmitSide, compile_shot
 from sequences.request import SequenceRequest
-from tests.sequences.platform_side import side
+from tests.kit.transmit_side import side
 
 THREAD = load_sequence("thread")
 
@@ -47,7 +47,7 @@ def test_every_edge_lies_on_the_grid_near_where_it_was_asked_for(step, f_hz, per
     assert abs(t.tx_samples - periods * rate_hz / f_hz) <= step / 2 + 0.5
     assert abs(t.rx_samples - rx_s * rate_hz) <= step / 2 + 0.5
     assert 0 <= t.switch_samples - switch_s * rate_hz < step
-    receive = next(e for e in t.lines if e.line is Line.RX_CONNECT)
+    receive = next(e for e in t.lines if e.line is DigitalLine.RX_CONNECT)
     assert 0 <= receive.start_sample - t.tx_samples - guard < step
     assert plan.frequency_hz == pytest.approx(periods * rate_hz / t.tx_samples, rel=1e-12)
 

@@ -6,7 +6,7 @@ from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import compile_shot
 from sequences.request import SequenceRequest
 from sequences.settle import expected_inertia, remaining_amplitude, settling
-from tests.sequences.platform_side import side
+from tests.kit.transmit_side import side
 
 THREAD, JEWEL = load_specimen("thread")[0], load_specimen("jewel")[0]
 

@@ -6,8 +6,8 @@ import pytest
 from drivers.errors import ConfigError, DeviceFault
 from drivers.registry import PlatformSection, build_platform, load_backend
 from sim_backend.backend import SimulatedBackend
-from sim_backend.calibration import calibration_frequencies_hz
-from tests.sim_backend.bench import Bench, options, table
+from sim_backend.receive.calibration import calibration_frequencies_hz
+from tests.kit.simulated_bench import Bench, options, table
 
 
 def test_shipped_platform_builds_through_the_registry():
@@ -84,7 +84,7 @@ def test_calibration_frequencies_reach_the_highest_and_resolve_the_rotor_lines()
 
 def test_linear_interpolation_of_the_calibrated_response_is_good_to_2e_7_below_two_kilohertz():
     bench = Bench(None, receive__chain="non_ideal")
-    from sim_backend.chain import frequency_response
+    from sim_backend.receive.chain import frequency_response
 
     f = np.linspace(100, 2000, 5000)
     exact = frequency_response(bench.backend.options.receive.in_place(), f)

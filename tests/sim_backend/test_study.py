@@ -4,7 +4,7 @@ import pytest
 from drivers.errors import ConfigError
 from sim_backend.backend import SimulatedBackend
 from sim_backend.study import play
-from tests.sim_backend.bench import SWITCH, TX, Bench, options, specimen
+from tests.kit.simulated_bench import SWITCH, TX, Bench, options, specimen
 
 
 def test_a_studys_first_shot_is_that_of_the_devices():

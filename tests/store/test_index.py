@@ -6,8 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.store import SeriesWriter, UnknownRecording, list_recordings, open_recording, resolve
-from tests.store.files import START, header, shot, write_minimal, write_series
+from platform_daemon.store.errors import UnknownRecording
+from platform_daemon.store.index import list_recordings, resolve
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.series_writer import SeriesWriter
+from tests.kit.recording_files import START, header, shot, write_minimal, write_series
 
 
 def test_recordings_are_listed_and_broken_files_reported(tmp_path: Path) -> None:

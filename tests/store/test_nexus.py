@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 from nexusformat.nexus import nxload
 
-from platform_daemon.store import SeriesWriter
-from tests.store.files import SEQUENCE, fit_table, header, shot, volts, write_series
-from tests.store.nexus_rules import violations
+from platform_daemon.store.series_writer import SeriesWriter
+from tests.kit.nexus_rules import violations
+from tests.kit.recording_files import SEQUENCE, fit_table, header, shot, volts, write_series
 
 
 def test_a_series_obeys_the_rules(tmp_path: Path) -> None:

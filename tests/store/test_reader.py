@@ -13,8 +13,11 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.store import describe, open_recording, read_calibration, read_fits, read_truth
-from tests.store.files import MINIMAL, P, calibration, volts, write_minimal, write_series
+from platform_daemon.store.describe import describe
+from platform_daemon.store.fit_tables import read_fits
+from platform_daemon.store.reader import open_recording, read_calibration
+from platform_daemon.store.truth import read_truth
+from tests.kit.recording_files import MINIMAL, P, calibration, volts, write_minimal, write_series
 
 DATA = MINIMAL["/data"]
 RESPONSE = np.ones((3, 2), complex)

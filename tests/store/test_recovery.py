@@ -14,8 +14,12 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.store import SeriesWriter, StorageError, open_recording, read_truth, recover
-from tests.store.files import header, shot, volts, write_series
+from platform_daemon.store.errors import StorageError
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recovery import recover
+from platform_daemon.store.series_writer import SeriesWriter
+from platform_daemon.store.truth import read_truth
+from tests.kit.recording_files import header, shot, volts, write_series
 
 KILLS = 16
 SHOTS = 4

@@ -18,15 +18,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from drivers.errors import RecordingError
-from platform_daemon.store import (
-    SequenceInfo,
-    SeriesWriter,
-    ShotRecord,
-    describe,
-    open_recording,
-    read_truth,
-)
-from tests.store.files import START, fit_table, header, shot, write_minimal, write_series
+from platform_daemon.store.describe import describe
+from platform_daemon.store.header import ShotRecord
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recording import SequenceInfo
+from platform_daemon.store.series_writer import SeriesWriter
+from platform_daemon.store.truth import read_truth
+from tests.kit.recording_files import START, fit_table, header, shot, write_minimal, write_series
 
 FINITE = st.floats(-10, 10, width=32)
 TEXT = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=20)

@@ -7,10 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
-from ..look import Look
-from .base import Candidate, Detail, Effect
+from ..shots.linearisation import Linearisation
+from .effect import Candidate, Detail, Effect
 from .receiver import AXES
 
 MAINS = Effect(
@@ -101,7 +101,7 @@ def _spread(rows: Array, channel: int | None, channels: int) -> Array:
     return out
 
 
-def _passed(look: Look, frequency_hz: float) -> Array:
+def _passed(look: Linearisation, frequency_hz: float) -> Array:
     """What the filters of the grids let through at a frequency, at every instant (m,)."""
     rate, parts = look.started.shot.rate_hz, []
     for g in look.started.grids:
@@ -111,7 +111,7 @@ def _passed(look: Look, frequency_hz: float) -> Array:
     return np.concatenate(parts)
 
 
-def _waves(frequencies_hz: tuple[float, ...], tau_s: float, channel: int | None, look: Look) -> Array:
+def _waves(frequencies_hz: tuple[float, ...], tau_s: float, channel: int | None, look: Linearisation) -> Array:
     rows = []
     fall = np.exp(-look.time_s / tau_s)
     for f in frequencies_hz:
@@ -121,6 +121,6 @@ def _waves(frequencies_hz: tuple[float, ...], tau_s: float, channel: int | None,
     return _spread(np.stack(rows), channel, look.residual.shape[0])
 
 
-def _offsets(tau_s: float, channel: int | None, look: Look) -> Array:
+def _offsets(tau_s: float, channel: int | None, look: Linearisation) -> Array:
     fall = np.exp(-look.time_s / tau_s)
     return _spread(fall[None], channel, look.residual.shape[0])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .base import Candidate, Detail, Effect
+from .effect import Candidate, Detail, Effect
 
 GAP = Effect(
     "clock_gap", "samples", 1, (), "the phase steps at one sample", "samples that the card or its link has lost",

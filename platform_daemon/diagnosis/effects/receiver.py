@@ -12,10 +12,10 @@ from functools import partial
 
 import numpy as np
 
-from platform_daemon.estimation.numerics.arrays import Array
+from platform_daemon.estimation import Array
 
-from ..look import Look
-from .base import Candidate, Change, Detail, Effect, Public, as_it_is
+from ..shots.linearisation import Linearisation
+from .effect import Candidate, Change, Detail, Effect, Public, as_it_is
 
 AXES = "xyz"
 _SMALL = 1e-12  # a strength whose square is nothing
@@ -81,7 +81,7 @@ def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candi
 
 
 def _single(
-    effect: Effect, channel: int, change: Callable[[int, Look, float], Array], axis: str | None = ""
+    effect: Effect, channel: int, change: Callable[[int, Linearisation, float], Array], axis: str | None = ""
 ) -> Candidate:
     """An effect of one channel."""
     return _candidate(effect, Detail(axis=AXES[channel] if axis == "" else axis), partial(change, channel))
@@ -92,36 +92,36 @@ def _candidate(effect: Effect, detail: Detail, change: Change, public: Public = 
     return Candidate(effect, detail, columns=partial(_column, change), change=change, public=public, largest=largest)
 
 
-def _column(change: Change, look: Look) -> Array:
+def _column(change: Change, look: Linearisation) -> Array:
     """The first-order change per unit of strength, (1, channels, m)."""
     return change(look, _SMALL)[None] / _SMALL
 
 
-def _in(look: Look, changes: Array) -> Array:
+def _in(look: Linearisation, changes: Array) -> Array:
     """Changes (channels, m) at the digitiser as changes of the record's channels."""
     return np.asarray(look.started.shot.from_volts @ changes)
 
 
-def _on(look: Look, channel: int, row: Array) -> Array:
+def _on(look: Linearisation, channel: int, row: Array) -> Array:
     """A change of one channel of the digitiser."""
     changes = np.zeros_like(look.volts)
     changes[channel] = row
     return _in(look, changes)
 
 
-def _gain(channel: int, look: Look, strength: float) -> Array:
+def _gain(channel: int, look: Linearisation, strength: float) -> Array:
     return _on(look, channel, strength * look.volts[channel])
 
 
-def _delay(channel: int, look: Look, strength: float) -> Array:
+def _delay(channel: int, look: Linearisation, strength: float) -> Array:
     return _on(look, channel, _series(look, _SHIFT, strength)[channel])
 
 
-def _low_pass(channel: int, look: Look, strength: float) -> Array:
+def _low_pass(channel: int, look: Linearisation, strength: float) -> Array:
     return _on(look, channel, _series(look, _POLE, strength)[channel])
 
 
-def _low_pass_all(look: Look, strength: float) -> Array:
+def _low_pass_all(look: Linearisation, strength: float) -> Array:
     """A delay common to all channels is a phase of the motion: what is seen is the rest, of second order.
 
     The strength is tau^2 with the sign of tau.
@@ -130,7 +130,7 @@ def _low_pass_all(look: Look, strength: float) -> Array:
     return _in(look, _series(look, _POLE_WITHOUT_DELAY, tau))
 
 
-def _series(look: Look, coefficients: Sequence[float], tau: float) -> Array:
+def _series(look: Linearisation, coefficients: Sequence[float], tau: float) -> Array:
     """Change of the channels at the digitiser by sum over n of c_n (tau d/dt)^n, n = 1, 2 ...; (channels, m).
 
     Where friction changes sign the motion has a kink, whose high derivatives grow: the sum ends at its smallest term.
@@ -155,19 +155,19 @@ def _root(strength: float, sd: float, _: float) -> tuple[float, float]:
     return math.copysign(tau, strength), sd / max(2.0 * tau, math.sqrt(sd))
 
 
-def _compression(channel: int, look: Look, strength: float) -> Array:
+def _compression(channel: int, look: Linearisation, strength: float) -> Array:
     return _on(look, channel, -strength * look.volts[channel] ** 3)
 
 
-def _compression_all(look: Look, strength: float) -> Array:
+def _compression_all(look: Linearisation, strength: float) -> Array:
     return _in(look, -strength * look.volts**3)
 
 
-def _mix(source: int, target: int, look: Look, strength: float) -> Array:
+def _mix(source: int, target: int, look: Linearisation, strength: float) -> Array:
     return _on(look, target, strength * look.volts[source])
 
 
-def _band_gain(channel: int | None, even: bool, look: Look, strength: float) -> Array:
+def _band_gain(channel: int | None, even: bool, look: Linearisation, strength: float) -> Array:
     """Of the odd or the even harmonics only, as a pole that lies between them makes it."""
     part = look.started.shot.to_volts @ (look.even if even else look.odd)
     return _in(look, strength * part) if channel is None else _on(look, channel, strength * part[channel])

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from platform_daemon.estimation.models import RingDownModel
-from platform_daemon.estimation.terms import TERMS, TorqueTerm
+from platform_daemon.estimation import TERMS, RingDownModel, TorqueTerm
 
-from .base import Candidate, Effect
+from .effect import Candidate, Effect
 
 _LONGER, _AMPLITUDE, _TURN, _BIAS = "longer_window", "second_amplitude", "turn_90_deg", "bias_field"
 _KANJ = "Kanj et al. 2022, losses of magneto-mechanical resonators"

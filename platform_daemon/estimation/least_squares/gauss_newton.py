@@ -12,21 +12,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..models import RingDownModel
-from ..motion.trajectory import Dynamics
+from ..moments.workspace import Moments
 from ..numerics.arrays import Array, grown
-from ..numerics.linear import solve_scaled
-from ..passes.workspace import Moments
-from ..terms import OF_OTHER_SIGN_IN_MIRROR
-from .assemble import assemble
-from .observation import Observation
+from ..numerics.linear_systems import solve_scaled
+from ..physics.models import RingDownModel
+from ..physics.torques import OF_OTHER_SIGN_IN_MIRROR
+from ..physics.trajectory.direct import MotionParameters
+from .normal_equations import assemble
+from .observation_model import Observation
 
 
 @dataclass(frozen=True)
 class FitState:
     """Everything that is fitted: the motion, how it is seen, and a constant offset per channel."""
 
-    dynamics: Dynamics
+    dynamics: MotionParameters
     observation: Observation
     offsets: Array
 
@@ -46,7 +46,7 @@ class FitState:
         m = k + self.observation.size
         by_theta, by_w, by_amplitude, *by_values = step[:k].tolist()
         values = tuple(q + dq for q, dq in zip(d.values, by_values, strict=True))
-        dynamics = Dynamics(d.w + by_w, d.theta + by_theta, grown(d.amplitude, by_amplitude), values)
+        dynamics = MotionParameters(d.w + by_w, d.theta + by_theta, grown(d.amplitude, by_amplitude), values)
         return FitState(dynamics, self.observation.moved(step[k:m]), self.offsets + step[m:])
 
     def mirrored(self, model: RingDownModel) -> FitState:
@@ -75,7 +75,7 @@ def with_best_gains(state: FitState, moments: Moments) -> FitState:
 
 
 @dataclass(frozen=True)
-class Normal:
+class NormalEquations:
     """Quadratic model of chi^2 around a state: chi2 - 2 gradient.step + step.matrix.step.
 
     samples: per channel, that took part. data_chi2: chi^2 of the data alone, the scale of rounding.
@@ -90,14 +90,18 @@ class Normal:
     data_chi2: float = 0.0
 
 
-def normal_equations(model: RingDownModel, state: FitState, moments: Moments, weights: Array) -> Normal:
+def normal_equations(model: RingDownModel, state: FitState, moments: Moments, weights: Array) -> NormalEquations:
     """Weighted least squares of a window from its moments; weights (channels,): inverse variances of the noise."""
     gradient, matrix, squares = assembled(model, state, moments, weights)
     chi2 = weights * squares
-    return Normal(sum(chi2.tolist()), chi2, squares, gradient, matrix, moments.samples, float(weights @ moments.energy))
+    return NormalEquations(
+        sum(chi2.tolist()), chi2, squares, gradient, matrix, moments.samples, float(weights @ moments.energy)
+    )
 
 
-def after_step(normal: Normal, model: RingDownModel, state: FitState, moments: Moments, step: Array) -> Normal:
+def after_step(
+    normal: NormalEquations, model: RingDownModel, state: FitState, moments: Moments, step: Array
+) -> NormalEquations:
     """The normal equations with the residual that a small step leaves, by the linear model itself."""
     squares = assembled(model, state, moments, np.ones(normal.squares_by_channel.size), step)[2]
     by_channel = normal.chi2_by_channel * (squares / np.maximum(normal.squares_by_channel, 1e-300))
@@ -121,7 +125,7 @@ def linearised(model: RingDownModel, state: FitState) -> tuple[Array, Array, Arr
     return d.chain(model), *obs.linear(d.w), state.offsets
 
 
-def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:
+def solve_step(normal: NormalEquations, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:
     """Step of the free parameters (others 0) and the fall of chi^2 it predicts; columns are scaled to unit norm.
 
     Raises:
@@ -134,7 +138,7 @@ def solve_step(normal: Normal, free: np.ndarray, damping: float = 0.0) -> tuple[
     return step, predicted
 
 
-def covariance(normal: Normal, free: np.ndarray) -> tuple[Array, float]:
+def covariance(normal: NormalEquations, free: np.ndarray) -> tuple[Array, float]:
     """Covariance of the free parameters (k, k) and the condition number of the scaled normal matrix."""
     matrix = normal.matrix[free][:, free]
     scale = 1.0 / np.sqrt(matrix.diagonal())
@@ -143,7 +147,7 @@ def covariance(normal: Normal, free: np.ndarray) -> tuple[Array, float]:
     return (vectors / values) @ vectors.T * scales, float(values[-1] / abs(values[0]))
 
 
-def variance_of(direction: Array, normal: Normal, free: np.ndarray) -> float:
+def variance_of(direction: Array, normal: NormalEquations, free: np.ndarray) -> float:
     """Variance of a linear combination (size,) of the parameters; not finite if the equations are singular."""
     step = np.empty(free.size)
     fall = float(solve_scaled(normal.matrix, direction, free, 0.0, step))

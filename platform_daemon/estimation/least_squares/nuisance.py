@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial import legendre
 
-from ..models import RingDownModel
-from ..motion.trajectory import Trajectory
+from ..moments.workspace import Moments
 from ..noise.model import NoiseModel
 from ..numerics.arrays import Array
-from ..passes.workspace import Moments
+from ..physics.models import RingDownModel
+from ..physics.trajectory.direct import Trajectory
 from ..record import RingDownRecord
 from .gauss_newton import FitState, solve_step
-from .growing import Fitted, Problem
-from .publish import by_convention
-from .weighting import harmonic_sd, weighted_normal
+from .noise_weighting import harmonic_sd, weighted_normal
+from .progressive import FitProblem, Minimum
+from .public_parameters import by_convention
 
 _CHUNK = 1 << 10  # small enough for one thread to be the fastest
 _STEPS = 3
@@ -55,7 +55,7 @@ class Nuisance:
 
 
 @dataclass(frozen=True)
-class Crossed:
+class NuisanceMoments:
     """Scalar products of the nuisance columns Z.
 
     with_basis (z, b), with_data (z, channels), with_themselves (z, z).
@@ -83,7 +83,9 @@ class Crossed:
         return np.asarray(np.linalg.solve(self.with_themselves, self.with_data - self.with_basis @ values.T))
 
 
-def crossed(record: RingDownRecord, model: RingDownModel, state: FitState, nuisance: Nuisance) -> Crossed:
+def nuisance_moments(
+    record: RingDownRecord, model: RingDownModel, state: FitState, nuisance: Nuisance
+) -> NuisanceMoments:
     """Pass over the samples with the directly integrated motion, a stretch at a time.
 
     Raises:
@@ -98,7 +100,7 @@ def crossed(record: RingDownRecord, model: RingDownModel, state: FitState, nuisa
         rows = np.concatenate([basis, record.samples[:, begin:end], columns])
         total = total + columns @ rows.T
     b = total.shape[1] - record.channels - nuisance.size
-    return Crossed(total[:, :b], total[:, b : b + record.channels], total[:, b + record.channels :])
+    return NuisanceMoments(total[:, :b], total[:, b : b + record.channels], total[:, b + record.channels :])
 
 
 def cleaned(record: RingDownRecord, nuisance: Nuisance, amplitudes: Array) -> RingDownRecord:
@@ -126,7 +128,7 @@ def notes_of(nuisance: Nuisance, amplitudes: Array) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Beside:
+class NuisanceFit:
     """A fit joint with nuisance columns.
 
     Attributes:
@@ -136,15 +138,15 @@ class Beside:
         notes: what was removed.
     """
 
-    problem: Problem
-    fitted: Fitted
+    problem: FitProblem
+    fitted: Minimum
     noise: NoiseModel
     notes: tuple[str, ...]
 
 
-def fit_beside(
-    problem: Problem, best: Fitted, nuisance: Nuisance, noise: NoiseModel, noise_sd: Array, frequency_hz: float
-) -> Beside:
+def fit_with_nuisance(
+    problem: FitProblem, best: Minimum, nuisance: Nuisance, noise: NoiseModel, noise_sd: Array, frequency_hz: float
+) -> NuisanceFit:
     """The joint minimum, from the minimum without the columns; noise: without their lines, noise_sd as the fit uses it.
 
     Raises:
@@ -155,7 +157,7 @@ def fit_beside(
     state = by_convention(best.state, problem.model)
     for _ in range(_STEPS):
         at = problem.evaluate(state, nuisance.last)
-        cross = crossed(problem.record, problem.model, at.state, nuisance)
+        cross = nuisance_moments(problem.record, problem.model, at.state, nuisance)
         normal = weighted_normal(problem.model, at.state, cross.without(at.moments), sd, at.normal)
         normal = problem.knowledge.added(normal, at.state)
         step, _ = solve_step(normal, problem.free)
@@ -165,4 +167,4 @@ def fit_beside(
     at = problem.evaluate(state, nuisance.last)
     joint = replace(problem.after(at, np.zeros(state.size)), gradient=normal.gradient, matrix=normal.matrix)
     fitted = replace(best, state=at.state, tabulated=at.state, normal=joint, moments=at.moments, left=0.0)
-    return Beside(problem, fitted, noise, notes_of(nuisance, amplitudes))
+    return NuisanceFit(problem, fitted, noise, notes_of(nuisance, amplitudes))

@@ -14,7 +14,7 @@ from scipy.special import gammaincinv
 
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
-from ..signal.oscillation import find_oscillation
+from ..screening.oscillation import find_oscillation
 from .welch import SegmentSpectra, segment_spectra
 
 _SIGNIFICANT = 60.0

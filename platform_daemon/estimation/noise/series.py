@@ -15,7 +15,7 @@ import numpy as np
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
 from .model import NoiseModel, bridge, estimate_noise, sd_of
-from .steady import find_tones
+from .tones_and_drift import find_tones
 
 _ENOUGH_SHOTS = 12
 _TONE_RATE_HZ = 8000.0  # tones above half of it are far from any harmonic that matters

@@ -18,7 +18,7 @@ EXACT, COARSE = 10.5, 5.5  # digits of a motion
 
 
 @dataclass(frozen=True)
-class Grid:
+class ChebyshevGrid:
     """A grid of m nodes of the first kind, for functions on a half swing, mapped to the unit interval.
 
     Attributes:
@@ -40,7 +40,7 @@ class Grid:
 
 
 @cache
-def grid(m: int) -> Grid:
+def grid(m: int) -> ChebyshevGrid:
     """The grid with m nodes."""
     nodes = np.cos(np.pi * (2 * np.arange(m) + 1) / (2 * m))
     to_nodes = 2.0 / m * chebyshev.chebvander(nodes, m - 1)
@@ -49,7 +49,7 @@ def grid(m: int) -> Grid:
     # d s = dx / 2 on the unit interval.
     once = chebyshev.chebint(to_nodes.T, 1, lbnd=-1.0, scl=0.5)
     twice = chebyshev.chebint(once, 1, lbnd=-1.0, scl=0.5)
-    return Grid(
+    return ChebyshevGrid(
         nodes,
         np.ascontiguousarray(to_nodes.T),
         np.ascontiguousarray(chebyshev.chebval(places, once).T),

@@ -28,7 +28,7 @@ def _sources_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(_ROOM.rglob("*.py")):
         text = path.read_bytes()
-        if _MARK.search(text) or path.name in ("jit.py", "tableau.py"):
+        if _MARK.search(text) or path.name in ("jit.py", "dormand_prince.py"):
             digest.update(str(path.relative_to(_ROOM)).encode() + text)
     return digest.hexdigest()
 
@@ -98,9 +98,3 @@ def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     if cache_file is not None and hasattr(cache_file, "_source_stamp"):
         cache_file._source_stamp = _sources_digest()
     return dispatcher
-
-
-def is_cached(dispatcher: Any) -> bool:
-    """True if compiled code of a kernel is on disk, made from the sources as they are."""
-    cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
-    return cache_file is not None and bool(cache_file._load_index())

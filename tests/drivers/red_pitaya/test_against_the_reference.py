@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.contract.io_card import collect
-from drivers.contract.timelines import short_shot
+from drivers.conformance.io_card import collect
+from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceProtocolError, SequenceRejected
 from drivers.io_card import CardState
 from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.options import card_table
-from drivers.timeline import Line
-from tests.drivers.red_pitaya.reference_server import ReferenceServer, code
+from drivers.timeline import DigitalLine
+from tests.kit.reference_daq_server import ReferenceServer, code
 
 
 @pytest.fixture
@@ -67,8 +67,8 @@ def test_what_is_played_is_the_timeline_and_the_next_shot_is_armed_anew(opened):
     for shot in server.played[:3]:
         step, values, enable = shot["step"], shot["values"], shot["enable"]
         samples = np.arange(len(values) * step)
-        on = [timeline.is_high(Line.PA_GATE, k) for k in samples]
-        receive = [timeline.is_high(Line.RX_CONNECT, k) for k in samples]
+        on = [timeline.is_high(DigitalLine.PA_GATE, k) for k in samples]
+        receive = [timeline.is_high(DigitalLine.RX_CONNECT, k) for k in samples]
         assert np.array_equal(np.repeat(values[:, 2], step) > 0.9, on)
         assert np.array_equal(np.repeat(values[:, 3], step) > 0.9, receive)
         assert np.array_equal(np.repeat(enable[:, 0], step), on)  # the burst is as long as the gate

@@ -11,7 +11,7 @@ import pytest
 from drivers.errors import DeviceLost, DeviceNotFound, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya import connection as module
 from drivers.red_pitaya.connection import Connection
-from tests.drivers.red_pitaya.fake_server import FakeServer, answering, lines, listener
+from tests.kit.scripted_daq_server import FakeServer, answering, lines, listener
 
 IDENTITY = b"CUSTOM,REDPITAYA,0,0.1\r\n"
 

@@ -8,7 +8,7 @@ from drivers.errors import ConfigError, DeviceDenied, DeviceNotFound
 from drivers.red_pitaya.backend import RedPitayaBackend
 from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import card_table
-from tests.drivers.red_pitaya.fake_server import listener
+from tests.kit.scripted_daq_server import listener
 
 BOARD = {"host": "127.0.0.1"}
 

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from drivers.errors import SequenceRejected
 from drivers.red_pitaya.layout import BoardLayout, Layout, LinePin
 from drivers.red_pitaya.sequence import HIGH_V, BoardProgram, compile_timeline
-from drivers.timeline import Burst, Line, LineLevel, SampleClock, Timeline
+from drivers.timeline import Burst, DigitalLine, LineLevel, SampleClock, Timeline
 
 CLOCK = SampleClock(125e6, 2048)
 LAYOUT = Layout(
     boards=(BoardLayout((0, 1), (0, 1)), BoardLayout((0,), (0,))),
-    lines={Line.PA_GATE: LinePin(0, "AO0"), Line.RX_CONNECT: LinePin(0, "AO1")},
+    lines={DigitalLine.PA_GATE: LinePin(0, "AO0"), DigitalLine.RX_CONNECT: LinePin(0, "AO1")},
     clock=CLOCK,
     step_samples=16,
     pin_delay_s=0.03,
@@ -25,7 +25,9 @@ LAYOUT = Layout(
 
 
 def shot(*bursts: Burst, tx: int = 2880, lines: bool = True) -> Timeline:
-    levels = (LineLevel(Line.PA_GATE, 0, tx), LineLevel(Line.RX_CONNECT, tx + 64, tx + 4096)) if lines else ()
+    levels = (
+        (LineLevel(DigitalLine.PA_GATE, 0, tx), LineLevel(DigitalLine.RX_CONNECT, tx + 64, tx + 4096)) if lines else ()
+    )
     return Timeline(CLOCK, tx, 96, 4000, bursts, levels)
 
 
@@ -62,7 +64,7 @@ def test_lines_go_high_and_low_at_their_samples_and_only_there():
     timeline = shot(Burst(0, 0, 2880, 211.9, 0.2))
     program = compile_timeline(timeline, LAYOUT)[0]
     levels = np.repeat(program.levels_v, program.step_samples, axis=0)
-    for channel, line in ((2, Line.PA_GATE), (3, Line.RX_CONNECT)):
+    for channel, line in ((2, DigitalLine.PA_GATE), (3, DigitalLine.RX_CONNECT)):
         high = [timeline.is_high(line, k) for k in range(timeline.total_samples)]
         assert np.array_equal(levels[: len(high), channel] == np.float32(HIGH_V), high)
         assert not levels[len(high) :, channel].any()
@@ -115,10 +117,10 @@ def test_what_cannot_be_played_exactly_is_refused_and_named(timeline, complaint)
 
 
 def test_lines_on_dio_pins_need_time_between_gate_and_receiver():
-    pins = {Line.PA_GATE: LinePin(0, "DIO7_P"), Line.RX_CONNECT: LinePin(0, "DIO6_P")}
+    pins = {DigitalLine.PA_GATE: LinePin(0, "DIO7_P"), DigitalLine.RX_CONNECT: LinePin(0, "DIO6_P")}
     on_pins = replace(LAYOUT, lines=pins)
     with pytest.raises(SequenceRejected, match="DIO pins"):
         compile_timeline(shot(Burst(0, 0, 2880, 212.0, 0.2)), on_pins)
-    apart = (LineLevel(Line.PA_GATE, 0, 2880), LineLevel(Line.RX_CONNECT, 5000, 8000))
+    apart = (LineLevel(DigitalLine.PA_GATE, 0, 2880), LineLevel(DigitalLine.RX_CONNECT, 5000, 8000))
     far = Timeline(CLOCK, 2880, 4000, 2000, (Burst(0, 0, 2880, 212.0, 0.2),), apart)
     assert compile_timeline(far, on_pins)[0].levels_v.shape[1] == 2

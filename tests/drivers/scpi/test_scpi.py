@@ -8,7 +8,7 @@ import threading
 import pytest
 import usb.core
 
-from drivers.contract import AmplifierContract, LnaContract
+from drivers.conformance import AmplifierContract, LnaContract
 from drivers.errors import (
     ConfigError,
     DeviceDenied,
@@ -23,7 +23,7 @@ from drivers.scpi import usb_wire
 from drivers.scpi.amplifier import ScpiAmplifier
 from drivers.scpi.backend import ScpiBackend
 from drivers.scpi.options import AmplifierCommands, Words
-from tests.drivers.fake_wire import Opener
+from tests.kit.fake_wire import Opener
 
 
 class Standard:

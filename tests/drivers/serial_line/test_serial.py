@@ -10,7 +10,7 @@ import tty
 import pytest
 import serial
 
-from drivers.contract import LnaContract
+from drivers.conformance import LnaContract
 from drivers.errors import (
     DeviceDenied,
     DeviceFault,

@@ -4,7 +4,7 @@ from typing import Any
 import pytest
 
 from sim_backend.emulators.emulator import LabEmulator
-from tests.sim_backend.emulators.client import Client, connect, lab
+from tests.kit.emulator_client import Client, connect, lab
 
 
 @pytest.fixture

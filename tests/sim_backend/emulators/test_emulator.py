@@ -6,7 +6,7 @@ import pytest
 
 from drivers.errors import ConfigError
 from sim_backend.emulators.emulator import LabEmulator
-from tests.sim_backend.emulators.client import LAB, control, lab
+from tests.kit.emulator_client import LAB, control, lab
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,30 @@
+"""Fits of many recordings: split into parts, sent to an executor, put together again, kept as they finish.
+
+run        the loop: files -> parts -> executor -> finished files, one after the other
+part       what a worker does: open, fit its frames
+pool       executors on this machine: a process per core, or none
+cluster    an executor on a Dask cluster (optional extra)
+ledger     finished files on disk, one line each, so that an interrupted batch can go on
+"""
+
+from __future__ import annotations
+
+from .executors import WorkerPool, cores, in_this_process, processes
+from .ledger import Ledger
+from .part import FitSettings, InputFile
+from .run import Advanced, Event, Failed, Finished, fit_files
+
+__all__ = [
+    "Advanced",
+    "Event",
+    "Failed",
+    "Finished",
+    "FitSettings",
+    "InputFile",
+    "Ledger",
+    "WorkerPool",
+    "cores",
+    "fit_files",
+    "in_this_process",
+    "processes",
+]

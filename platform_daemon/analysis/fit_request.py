@@ -1,0 +1,158 @@
+"""What is asked of a fit: which model, which window, what is held; checked before any work begins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from drivers.errors import InputError, RecordingError
+from platform_daemon.estimation import MODELS, PARAMETER_NAMES, TERMS, RingDownModel, model_named
+from platform_daemon.store import Recording
+
+from .model_registry.adopted_model import AdoptedModel
+from .model_registry.resolve import ModelChoice, label_of, model_of, with_receiver_correction
+
+Window = Literal["n50", "d30"] | float
+NAME_THE_VARIANT = "name the variant, thread or jewel (--variant, or `variant` of a request)"
+NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
+COEFFICIENTS = frozenset(c.name for term in TERMS.values() for c in term.coefficients)
+FITTED_NAMES = (
+    *PARAMETER_NAMES,
+    *(c.name for term in TERMS.values() for c in term.coefficients if c.name not in PARAMETER_NAMES),
+)
+
+
+class FitRefused(InputError):
+    """A fit that everything else rests on was refused."""
+
+    title = "Fit refused"
+
+
+@dataclass(frozen=True)
+class FitRequest:
+    """How to fit.
+
+    Attributes:
+        variant: a declared model, with further torque terms after "+" if there are any; or an adopted one.
+        window: "n50", "d30" or seconds.
+        fixed: parameters held, by name.
+        hints: losses held only in frames whose window cannot tell them apart.
+    """
+
+    variant: ModelChoice
+    window: Window = "d30"
+    fixed: Mapping[str, float] | None = None
+    hints: Mapping[str, float] | None = None
+
+    @property
+    def model(self) -> RingDownModel:
+        """What is fitted."""
+        return model_of(self.variant)
+
+    @property
+    def label(self) -> str:
+        """What results are marked with: the declared name, or NAME@VERSION."""
+        return label_of(self.variant)
+
+
+def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
+    """Raises InputError for a parameter that cannot be held or hinted at, or not at that value."""
+    model = ask.model
+    allowed = ["f_nat_hz", *(c.name for c in model.coefficients), *(["m_r_am2"] if calibrated else [])]
+    for name, value in (ask.fixed or {}).items():
+        if name not in allowed:
+            why = f"a {ask.label} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
+            raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
+        _check_value(model, name, value, "fixed")
+    for name, value in (ask.hints or {}).items():
+        if name not in model.losses:
+            why = f"the losses of a {ask.label} are {', '.join(model.losses)}"
+            raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")
+        _check_value(model, name, value, "hints")
+
+
+def _check_value(model: RingDownModel, name: str, value: float, where: str) -> None:
+    """Raises InputError for a value that no resonator can have."""
+    signed = name in {c.name for c in model.coefficients} - set(model.losses)
+    possible = signed or value > 0 or (value == 0 and name in model.losses)
+    limits = model.parameters[name]
+    if not (math.isfinite(value) and possible and limits.lower <= value <= limits.upper):
+        remedy = "give a finite value" if signed else "give a finite positive value"
+        raise InputError(f"{name} = {value} makes no sense", where=where, remedy=remedy)
+
+
+def parse_window(text: str) -> Window:
+    """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
+    if text in NAMED_WINDOWS:
+        return NAMED_WINDOWS[text]
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise InputError(f"no window {text!r}", where="window", remedy="give n50, d30, or a positive number of seconds")
+    return seconds
+
+
+def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
+    """`NAME=VALUE` texts as parameters by name; None if there are none.  Raises InputError that names the option."""
+    values: dict[str, float] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if name not in FITTED_NAMES:
+            remedy = f"one of: {', '.join(FITTED_NAMES)}"
+            raise InputError(f"no parameter is called {name!r}", where=option, remedy=remedy)
+        try:
+            values[name] = float(value)
+        except ValueError:
+            raise InputError(f"{text!r} holds no number", where=option, remedy="write NAME=VALUE") from None
+    return values or None
+
+
+def choose_variant(
+    recording: Recording, variant: ModelChoice | None, terms: Sequence[str] = ()
+) -> tuple[Recording, ModelChoice]:
+    """The caller's variant, else the file's, with further torque terms; the recording as that model wants it.
+
+    Raises InputError if there is none.
+    """
+    if isinstance(variant, AdoptedModel):
+        if terms:
+            remedy = "diagnose on the base of it and adopt what is found, or leave the terms out"
+            raise InputError("an adopted model takes no further terms", where=variant.label, remedy=remedy)
+        return with_receiver_correction(recording, variant), variant
+    chosen = variant or recording.variant
+    if chosen is None:
+        raise RecordingError(
+            "the file does not say which resonator it holds",
+            where=f"{recording.path}: /resonator/variant",
+            remedy=NAME_THE_VARIANT,
+        )
+    return recording, checked_variant(chosen, terms)
+
+
+def checked_variant(variant: str, terms: Sequence[str] = ()) -> str:
+    """The name of a declared model with further torque terms.  Raises InputError, with the names there are."""
+    name = "+".join((variant, *terms))
+    try:
+        return model_named(name).name
+    except ValueError as error:
+        remedy = f"variants: {', '.join(MODELS)}; further terms: {', '.join(TERMS)}"
+        raise InputError(f"no variant {name!r}", where="variant", why=str(error), remedy=remedy) from None
+
+
+def names_in_order(names: set[str]) -> list[str]:
+    """Parameters in the order in which they are told."""
+    return [name for name in FITTED_NAMES if name in names]
+
+
+def why_refused(frames: Iterable[Mapping[str, Any]]) -> str | None:
+    """Why a report has no good frame, each reason once; None if it has one."""
+    reasons: dict[str, list[int]] = {}
+    for frame in frames:
+        if frame["verdict"] == "good":
+            return None
+        reasons.setdefault(frame["reason"], []).append(frame["frame"])
+    return "; ".join(f"frame {', '.join(map(str, k))}: {reason}" for reason, k in reasons.items())

@@ -1,0 +1,187 @@
+"""From a diagnosis to the model that is to be adopted, or the reason why it is not."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.calibration import ReceiverEffect
+from drivers.errors import InputError
+from drivers.validation import validated
+from platform_daemon.estimation import CORRECTABLE, TERMS
+
+from .adopted_model import AdoptedModel, AdoptedTerm
+from .evidence import provenance
+from .library import Library, check_name
+from .resolve import resolve
+
+_ADOPTABLE = ("explained", "partly_explained")
+_NOT_A_MODEL = {
+    "mains_interference": "keep mains loops away from the coils; fits take hum out of each record by themselves",
+    "spectral_line": "find and remove its source; its phase is another one in every shot",
+    "side_mode": "excite along another axis or with a lower field, or shorten the window",
+    "switch_transient": "lengthen the switch window, or start the fit later",
+    "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
+}
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class AdoptionRefused(InputError):
+    """The diagnosis does not carry the model that was asked for."""
+
+    title = "Adoption refused"
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+
+class _Strength(_Part):
+    value: Number
+    std: Number | None = None
+    unit: str = ""
+
+
+class _Effect(_Part):
+    id: str
+    strength: _Strength
+    detail: dict[str, Any] = Field(default_factory=dict)
+
+
+class _Value(_Part):
+    value: Number
+
+
+class _Diagnosis(_Part):
+    verdict: str
+    model: str
+    effects: list[_Effect]
+    parameters_after: dict[str, _Value]
+
+
+def model_from_diagnosis(
+    diagnosis: Mapping[str, Any],
+    name: str,
+    by: str,
+    library: Library,
+    *,
+    recordings: Sequence[Mapping[str, Any]],
+    effects: Collection[str] = (),
+    free: Collection[str] = (),
+    force: str = "",
+) -> AdoptedModel:
+    """The model that a diagnosis in its JSON form carries, to be added to the library.
+
+    Args:
+        recordings: digests of the data that were diagnosed.
+        effects: ids to adopt; empty: all.
+        free: ids of torque effects whose strength fits estimate anew.
+        force: why a diagnosis is adopted that did not explain its data.
+
+    Raises:
+        AdoptionRefused: with reason and remedy. InputError: it is no diagnosis, or the name is no good.
+    """
+    check_name(name)
+    found = validated(_Diagnosis, dict(diagnosis), "diagnosis")
+    chosen = _chosen(found, effects, free, force)
+    base = resolve(found.model, library)
+    before = base if isinstance(base, AdoptedModel) else None
+    values = {n: v.value for n, v in found.parameters_after.items()}
+    return AdoptedModel(
+        name=name,
+        version=0,
+        base=found.model if before is None else before.base,
+        terms=(*(before.terms if before else ()), *(_term(e, values, free) for e in chosen if e.id in TERMS)),
+        receiver=(*(before.receiver if before else ()), *(_receiver(e, values) for e in chosen if e.id in CORRECTABLE)),
+        evidence={
+            **provenance(by),
+            "started_from": found.model,
+            "forced": force or None,
+            "recordings": [dict(r) for r in recordings],
+            "diagnosis": dict(diagnosis),
+        },
+    )
+
+
+def _chosen(found: _Diagnosis, wanted: Collection[str], free: Collection[str], force: str) -> list[_Effect]:
+    """The effects to adopt.  Raises AdoptionRefused."""
+    named = [e.id for e in found.effects]
+    if not named:
+        why = f"its verdict is {found.verdict}: no effect has a name"
+        raise AdoptionRefused("there is nothing to adopt", where="effects", why=why, remedy=_MEASURE_MORE)
+    if found.verdict not in _ADOPTABLE and not force:
+        remedy = f"{_MEASURE_MORE}, or force it with a reason, which is kept as evidence"
+        raise AdoptionRefused(
+            "the diagnosis does not explain its data", where="verdict", why=found.verdict, remedy=remedy
+        )
+    missing = [i for i in (*wanted, *free) if i not in named]
+    if missing:
+        remedy = f"it names {', '.join(named)}"
+        raise AdoptionRefused(f"the diagnosis does not name {missing[0]}", where="effects", remedy=remedy)
+    chosen = [e for e in found.effects if not wanted or e.id in wanted]
+    for e in chosen:
+        if e.id not in TERMS and e.id not in CORRECTABLE:
+            _refuse(e, [i for i in named if i in TERMS or i in CORRECTABLE])
+    bound = [i for i in free if i not in TERMS]
+    if bound:
+        why = "a fit absorbs it in m_r, R or f_nat: only held strengths of receiver effects mean anything"
+        raise AdoptionRefused(f"{bound[0]} cannot be free", where="free", why=why, remedy="leave it held")
+    return chosen
+
+
+_MEASURE_MORE = "measure what the diagnosis proposes next, and diagnose again"
+
+
+def _refuse(effect: _Effect, others: list[str]) -> None:
+    why = "it adds to the data and belongs to one measurement, not to the resonator or the receiver"
+    remedy = _NOT_A_MODEL.get(effect.id, "treat its cause")
+    if others:
+        remedy += f"; or adopt the others by name: {', '.join(dict.fromkeys(others))}"
+    raise AdoptionRefused(f"{effect.id} cannot be adopted", where="effects", why=why, remedy=remedy)
+
+
+def _term(effect: _Effect, values: Mapping[str, float], free: Collection[str]) -> AdoptedTerm:
+    """A torque effect with its strength in the unit of the term's coefficient."""
+    first, *hidden = TERMS[effect.id].coefficients
+    scale = _scale(effect.id, values)
+    std = effect.strength.std
+    held = {first.name: effect.strength.value * scale, **{c.name: _number(effect, c.name) for c in hidden}}
+    errors = {first.name: None if std is None else std * abs(scale), **{c.name: None for c in hidden}}
+    return AdoptedTerm(effect.id, held, errors, effect.id in free)
+
+
+def _scale(effect: str, values: Mapping[str, float]) -> float:
+    """Coefficient per published strength: a drift is published in Hz/s, Stribeck friction as a share."""
+    if effect == "frequency_drift":
+        return 1.0 / _parameter(values, "f_nat_hz")
+    return _parameter(values, "tf_over_i_rad_per_s2") if effect == "stribeck_friction" else 1.0
+
+
+def _receiver(effect: _Effect, values: Mapping[str, float]) -> ReceiverEffect:
+    detail = effect.detail
+    frequency_hz, even, fundamental_hz = detail.get("frequency_hz"), None, None
+    if frequency_hz is not None:
+        fundamental_hz = _parameter(values, "f_nat_hz")
+        even = round(frequency_hz / fundamental_hz) % 2 == 0
+    places = {"axis": detail.get("axis"), "source": detail.get("from"), "target": detail.get("to")}
+    for key, value in places.items():
+        if value not in (None, "x", "y", "z") or (effect.id == "crosstalk" and key != "axis" and value is None):
+            raise InputError(
+                f"{value!r} is no channel", where=f"diagnosis: {effect.id}: {key}", remedy="give x, y or z"
+            )
+    return ReceiverEffect(effect.id, effect.strength.value, even=even, fundamental_hz=fundamental_hz, **places)
+
+
+def _parameter(values: Mapping[str, float], name: str) -> float:
+    if not values.get(name):
+        raise InputError("is missing", where=f"diagnosis: parameters_after: {name}", remedy="diagnose again")
+    return values[name]
+
+
+def _number(effect: _Effect, name: str) -> float:
+    value = effect.detail.get(name)
+    if not isinstance(value, int | float):
+        raise InputError("is missing", where=f"diagnosis: {effect.id}: detail.{name}", remedy="diagnose again")
+    return float(value)

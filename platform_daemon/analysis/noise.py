@@ -1,0 +1,80 @@
+"""The noise of a recording: one model for all its frames, found once."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.calibration import ReceiveCalibration
+from drivers.errors import PlatformError
+from platform_daemon.estimation import SeriesNoise, saturation
+from platform_daemon.store import Recording
+
+from .calibrated import ring_down
+
+_FRAMES = 12  # as many as a series learns from
+
+
+def recording_noise(recording: Recording) -> SeriesNoise:
+    """Noise of a recording's frames, of the blank ones if it has any; the same whoever asks, whichever frame is next.
+
+    Kept per process while the file and its calibration stay what they are.
+    """
+    return _found(_Asked(recording))
+
+
+class _Asked:
+    """A recording, equal to others of the same file and calibration."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        used = recording.calibration
+        arrays = () if used is None else (used.sensitivity, used.frequency_hz, used.frequency_response)
+        stat = Path(recording.path).stat()
+        content = tuple(None if a is None else np.asarray(a).tobytes() for a in arrays)
+        undone = () if used is None else used.receiver
+        self._key = (recording.path, stat.st_mtime_ns, stat.st_size, content, undone)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Asked) and self._key == other._key
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+
+@lru_cache(4)
+def _found(asked: _Asked) -> SeriesNoise:
+    recording, noise = asked.recording, SeriesNoise()
+    for k in _frames_to_learn_from(recording):
+        rate_hz, blank = recording.sequence.rate_hz, recording.frame_info[k].blank
+        # A frame that cannot be read or calibrated says so when it is fitted.
+        with suppress(PlatformError):
+            learn_noise(noise, recording.rx_volts(k), rate_hz, recording.calibration, blank=blank)
+    return noise
+
+
+def learn_noise(
+    noise: SeriesNoise,
+    rx_volts: NDArray[np.float64],
+    rate_hz: float,
+    calibration: ReceiveCalibration | None,
+    *,
+    blank: bool,
+) -> None:
+    """Let a series' noise learn from one RX window, (c, n) V, unless it is clipped.  Raises RecordingError."""
+    if saturation(rx_volts) is None:
+        record, _ = ring_down(rx_volts, rate_hz, calibration)
+        noise.learn(record, blank=blank)
+
+
+def _frames_to_learn_from(recording: Recording) -> list[int]:
+    """Blank frames, else some that are spread over the series."""
+    good = [k for k, info in enumerate(recording.frame_info) if info.verdict == "good"]
+    blank = [k for k in good if recording.frame_info[k].blank]
+    chosen = blank or good
+    places = np.linspace(0, len(chosen) - 1, min(_FRAMES, len(chosen))).round().astype(int)
+    return [chosen[p] for p in places]

@@ -1,0 +1,1 @@
+"""What follows from the fits of a series: orientation and its spread, Allan deviation, the summary of a file."""

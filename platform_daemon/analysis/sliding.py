@@ -1,0 +1,130 @@
+"""Sliding-window fits of a stored frame: the report in JSON form, and what to draw of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from typing import Any
+
+from drivers.errors import InputError
+from platform_daemon.estimation import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
+from platform_daemon.store import AngleSeries, Recording
+
+from .calibrated import ring_down
+from .fit_request import FitRefused, choose_variant
+from .measurement import angle_record, angle_variant
+from .model_registry.resolve import ModelChoice, model_of
+from .noise import recording_noise
+
+
+def slide_frame(
+    recording: Recording,
+    frame: int,
+    variant: ModelChoice | None,
+    window_s: float | None,
+    step_s: float | None,
+    lambda_mode: LambdaMode = "auto",
+    *,
+    terms: Sequence[str] = (),
+    options: tuple[str, str] = ("window_s", "step_s"),
+) -> SlidingFit:
+    """Fit a frame window by window; options: what the caller calls the two lengths.
+
+    Raises InputError for lengths that do not fit, FitRefused if they cannot be chosen, and what reading it raises.
+    """
+    recording, chosen = choose_variant(recording, variant, terms)
+    record, _ = ring_down(recording.rx_volts(frame), recording.sequence.rate_hz, recording.calibration)
+    noise = recording_noise(recording).for_shot(record).model
+    with _said_of(f"frame {frame}", options):
+        return fit_sliding(record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise)
+
+
+def slide_angles(
+    series: AngleSeries,
+    variant: ModelChoice | None,
+    window_s: float | None,
+    step_s: float | None,
+    lambda_mode: LambdaMode = "auto",
+    *,
+    terms: Sequence[str] = (),
+    options: tuple[str, str] = ("window_s", "step_s"),
+) -> SlidingFit:
+    """The same of an angle file."""
+    model = model_of(angle_variant(series, variant, terms))
+    with _said_of(str(series.path), options):
+        return fit_sliding(angle_record(series), model, window_s, step_s, lambda_mode=lambda_mode)
+
+
+@contextmanager
+def _said_of(where: str, options: tuple[str, str]) -> Iterator[None]:
+    """Lengths that do not fit, or cannot be chosen, as errors of the caller."""
+    try:
+        yield
+    except ReferenceRefusedError as refused:
+        remedy = f"give the length of the windows with {options[0]}, in seconds"
+        raise FitRefused("no windows", where=where, why=str(refused), remedy=remedy) from None
+    except ValueError as error:
+        remedy = f"give other lengths with {' and '.join(options)}, in seconds"
+        raise InputError("no windows", where=where, why=str(error), remedy=remedy) from None
+
+
+def sliding_report(found: SlidingFit) -> dict[str, Any]:
+    """JSON form: every window with its estimates or the reason of its refusal, and how flat each constant is."""
+    flat = {name: found.flatness(name) for name in found.constants}
+    return {
+        "window_s": found.window_s,
+        "step_s": found.step_s,
+        "windows": [_window(w) for w in found.windows],
+        "flatness": {name: asdict(f) for name, f in flat.items() if f is not None},
+    }
+
+
+def _window(window: WindowFit) -> dict[str, Any]:
+    fit = window.fit
+    return {
+        "start_s": window.start_s,
+        "end_s": window.end_s,
+        "centre_s": window.centre_s,
+        "verdict": fit.verdict,
+        "reason": fit.reason,
+        "lambda_fixed": window.lambda_fixed,
+        "parameters": {n: {"value": e.value, "std": e.std} for n, e in fit.parameters.items()},
+        "chi2_per_dof": fit.chi2_per_dof,
+        "warnings": list(fit.warnings),
+    }
+
+
+def flatness_lines(found: SlidingFit) -> list[str]:
+    """For the terminal: one line per constant, then why windows are missing."""
+    lines = []
+    for name in found.constants:
+        flat = found.flatness(name)
+        if flat is not None:
+            slope = flat.slope_per_s / flat.slope_sd
+            lines.append(
+                f"{name:22} {flat.mean:.8g} +- {flat.mean_sd:.2g}   chi2/dof {flat.chi2_per_dof:.2f} "
+                f"(so much by chance: {flat.probability:.2g})   slope {slope:+.1f} sd"
+            )
+    held = sum(w.lambda_fixed for w in found.windows)
+    if held:
+        lines.append(f"lambda held at the D30 value in {held} of {len(found.windows)} windows")
+    for reason in dict.fromkeys(_short(w) for w in found.windows if w.fit.verdict != "good"):
+        at = [w.centre_s for w in found.windows if w.fit.verdict != "good" and _short(w) == reason]
+        lines.append(f"refused at {', '.join(f'{t:.3f}' for t in at)} s: {reason}")
+    return lines
+
+
+def _short(window: WindowFit) -> str:
+    return (window.fit.reason or "").partition(":")[0]
+
+
+def amplitude_course(found: SlidingFit) -> tuple[list[float], list[float], list[float]]:
+    """(start in s, phi_max in degrees, its standard deviation) of the good windows."""
+    rows = [(w.start_s, w.fit.parameters["phi_max_rad"]) for w in found.windows if w.fit.verdict == "good"]
+    return (
+        [t for t, _ in rows],
+        [math.degrees(e.value) for _, e in rows],
+        [math.degrees(e.std) if e.std is not None else 0.0 for _, e in rows],
+    )

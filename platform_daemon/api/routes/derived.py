@@ -1,0 +1,147 @@
+"""What follows from fits and plans: derived quantities, sliding windows, harmonics, predicted precision."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query
+
+from drivers.errors import InputError
+from platform_daemon.analysis import (
+    PAPER_DEFLECTION_DEG,
+    FitRefused,
+    checked_variant,
+    frame_envelopes,
+    frame_harmonics,
+    frame_quantities,
+    frame_times_s,
+    model_of,
+    planned_precision,
+    resolve,
+    series_quantities,
+    slide_frame,
+    sliding_report,
+    why_refused,
+)
+from platform_daemon.engine import UnknownId
+from platform_daemon.estimation import RingDownModel
+from platform_daemon.settings import load_specimen
+from platform_daemon.store import is_time_series
+from platform_daemon.store import resolve as path_of
+
+from ..context import Context, Shared
+from ..models import PredictBody, ProblemModel
+from .recordings import opened
+
+router = APIRouter(tags=["derived"])
+ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
+Length = Annotated[float | None, Query(gt=0, le=1e6)]
+
+
+@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=ERRORS)
+def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
+    """Quality factors of every good frame, orientation errors (mean, best) and the Allan deviation of f_nat.
+
+    Keys as `platform-daemon fit --derived` writes them.
+    """
+    report, recording = _report(identifier, context)
+    model = _model(report, context)
+    frames = [{"frame": f["frame"], **frame_quantities(model, f)} for f in report["frames"]]
+    return {"frames": frames, **series_quantities(report, _times_s(recording, context))}
+
+
+@router.get("/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=ERRORS)
+def get_envelopes(
+    identifier: str, frame: int, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
+) -> dict[str, Any]:
+    """Envelopes of v and u, amplitude A(t) and f(t) - f_nat over the fitted window."""
+    report, _ = _report(identifier, context)
+    chosen = next((f for f in report["frames"] if f["frame"] == frame), None)
+    where = f"{identifier}: frame {frame}"
+    if chosen is None or chosen["verdict"] != "good":
+        why = "it does not exist" if chosen is None else chosen["reason"]
+        raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
+    try:
+        return {"frame": frame, **frame_envelopes(_model(report, context), chosen, points)}
+    except ValueError as error:
+        raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
+
+
+def _times_s(recording: str, context: Context) -> list[float | None]:
+    """Of every frame of a recording; an angle file is one frame."""
+    angles = is_time_series(path_of(context.recordings, recording))
+    return [0.0] if angles else frame_times_s(opened(recording, context))
+
+
+def _model(report: dict[str, Any], context: Context) -> RingDownModel:
+    """The model that a stored fit used.  Raises InputError if it was adopted elsewhere."""
+    variant = resolve(report["variant"], context.models)
+    assert variant is not None
+    return model_of(variant)
+
+
+def _report(identifier: str, context: Context) -> tuple[dict[str, Any], str]:
+    """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
+    job = context.engine.job("fit", identifier)
+    if "frames" not in job.result:
+        why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
+        remedy = "remove the cause and fit anew" if job.state.final else "wait until its state is done"
+        raise InputError("the fit has no result", where=identifier, why=why, remedy=remedy)
+    refused = why_refused(job.result["frames"])
+    if refused is not None:
+        remedy = "see the reasons; another window, variant or calibration may do"
+        raise FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
+    return job.result, job.request["recording"]
+
+
+@router.get("/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=ERRORS)
+def get_sliding(
+    identifier: str,
+    frame: int,
+    context: Shared,
+    window_s: Length = None,
+    step_s: Length = None,
+    damping: Annotated[Literal["auto", "free", "fixed"], Query(alias="lambda")] = "auto",
+    variant: Annotated[str | None, Query(max_length=100)] = None,
+    term: Annotated[list[str] | None, Query(max_length=8)] = None,
+) -> dict[str, Any]:
+    """Fits along one ring-down, window by window; with a complete model the constants are flat.
+
+    Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
+    (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
+    """
+    found = slide_frame(opened(identifier, context), frame, variant, window_s, step_s, damping, terms=term or ())
+    return {"recording": identifier, "frame": frame, **sliding_report(found)}
+
+
+@router.get("/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=ERRORS)
+def get_harmonics(identifier: str, frame: int, context: Shared) -> dict[str, Any]:
+    """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
+    return {"recording": identifier, "frame": frame, **frame_harmonics(opened(identifier, context), frame)}
+
+
+@router.get("/live/harmonics", summary="Harmonics of the last shot", responses={404: {"model": ProblemModel}})
+def get_live_harmonics(context: Shared) -> dict[str, Any]:
+    """The same of the last excited shot, milliseconds after it, while its series still runs."""
+    latest = context.engine.live.latest
+    if latest is None:
+        raise UnknownId("no shot has been seen since the daemon started", remedy="start an acquisition")
+    return latest
+
+
+@router.post("/predict", summary="What a planned measurement can tell", responses={422: {"model": ProblemModel}})
+def post_predict(body: PredictBody) -> dict[str, Any]:
+    """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
+    specimen = load_specimen(body.resonator)[0]
+    deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
+    return planned_precision(
+        specimen,
+        body.windows,
+        phi_max_rad=deflection,
+        noise_am2_per_s=body.noise_am2_per_s,
+        sampling_rate_hz=body.sampling_rate_hz,
+        fixed=tuple(body.fixed),
+        variant=checked_variant(body.variant or specimen.variant, body.terms),
+        expected=body.expected,
+    )

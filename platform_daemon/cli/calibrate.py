@@ -1,0 +1,146 @@
+"""`platform-daemon calibrate receive | transmit`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from drivers.validation import validated
+from platform_daemon.reports import number
+
+from .interrupts import heed_one_interrupt
+from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption, progress_bar
+from .output import must_not_exist, write_json
+
+calibrate_app = typer.Typer(help="Calibrate the platform; every run writes a new version of its file.")
+
+FolderOption = Annotated[Path, typer.Option("--out", help="Folder of the calibration files.")]
+NameOption = Annotated[str | None, typer.Option(help="Name of the file, without version and date; default: the kind.")]
+FrequencyOption = Annotated[
+    list[float] | None, typer.Option("--frequency-hz", help="May be repeated; default: 100 Hz to 8 kHz.")
+]
+RepetitionsOption = Annotated[int, typer.Option(min=1, help="Shots per direction and frequency.")]
+SpanOption = Annotated[float, typer.Option(help="Holds so many deg C around the temperature it was made at.")]
+
+
+@calibrate_app.command()
+def receive(
+    out: FolderOption = Path("data/calibrations"),
+    name: NameOption = None,
+    frequency_hz: FrequencyOption = None,
+    repetitions: RepetitionsOption = 2,
+    listen_s: Annotated[float, typer.Option(help="Length of a shot, s.")] = 0.4,
+    temperature_span_c: SpanOption = 5.0,
+    platform: PlatformOption = "simulated",
+    overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Measure P, complex, per channel and frequency, with a reference dipole along x, y and z."""
+    asked = {"kind": "receive", "name": name, "repetitions": repetitions, "temperature_span_c": temperature_span_c}
+    asked |= {"listen_s": listen_s}
+    _calibrate(asked, frequency_hz, out, (platform, overrides, endpoints), json_file, force)
+
+
+@calibrate_app.command()
+def transmit(
+    out: FolderOption = Path("data/calibrations"),
+    name: NameOption = None,
+    frequency_hz: FrequencyOption = None,
+    repetitions: RepetitionsOption = 2,
+    amplifier_v: Annotated[float, typer.Option(help="Amplitude on each coil, V.")] = 1.0,
+    temperature_span_c: SpanOption = 5.0,
+    platform: PlatformOption = "simulated",
+    overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Measure the field per volt of every coil with a field probe at the resonator's place."""
+    asked = {"kind": "transmit", "name": name, "repetitions": repetitions, "temperature_span_c": temperature_span_c}
+    asked |= {"amplifier_v": amplifier_v}
+    _calibrate(asked, frequency_hz, out, (platform, overrides, endpoints), json_file, force)
+
+
+def _calibrate(
+    asked: dict[str, Any],
+    frequency_hz: list[float] | None,
+    out: Path,
+    where: tuple[str, list[str] | None, Path | None],
+    json_file: Path | None,
+    force: bool,
+) -> None:
+    """Run a calibration to its end and show it.  Raises the job's error."""
+    from platform_daemon.app import start_engine
+    from platform_daemon.engine import CalibrationRequest
+    from platform_daemon.settings import load_platform
+
+    if frequency_hz:
+        asked["frequencies_hz"] = tuple(frequency_hz)
+    request = validated(CalibrationRequest, asked, "calibrate")
+    must_not_exist(json_file, force)
+    heed_one_interrupt()
+    engine = start_engine(load_platform(where[0], where[1] or (), where[2]))
+    try:
+        job = engine.calibrate(request, out)
+        _watch(job)
+    finally:
+        engine.close()
+    if job.error is not None:
+        raise job.error
+    for warning in job.warnings:
+        typer.echo(f"warning: {warning}", err=True)
+    write_json(json_file, {**job.result, "warnings": list(job.warnings)})
+    _show(job.result, out)
+
+
+def _watch(job: Any) -> None:
+    """A progress bar until the job has ended; the operator's part is asked for above it."""
+    with progress_bar() as bar:
+        task = bar.add_task("waiting", total=job.total, unit=job.unit)
+        while not job.ended.wait(timeout=0.1):
+            now = job.progress()
+            bar.update(task, completed=now.done, description=now.phase)
+            if job.question is not None and not job.proceed.is_set():
+                bar.stop()
+                typer.prompt(f"{job.question}, then press Enter", default="", show_default=False, err=True)
+                job.proceed.set()
+                bar.start()
+
+
+def _show(result: dict[str, Any], out: Path) -> None:
+    """The table, how far it holds, and how to use it."""
+    receive_side = result["kind"] == "receive"
+    Console(width=120).print(_receive_table(result) if receive_side else _transmit_table(result))
+    low, high = result["valid_hz"]
+    celsius = result["temperature_c"]
+    at = "" if celsius is None or math.isnan(celsius) else f", made at {celsius:.2f} °C"
+    table = "calibration" if receive_side else "transmit_calibration"
+    print(f'holds from {low:g} to {high:g} Hz{at}; to use it: [{table}] file = "{out / result["file"]}"')
+
+
+def _receive_table(result: dict[str, Any]) -> Table:
+    table = Table(title=f"{result['calibration']}: sensitivity / mV A⁻¹ m⁻² s", title_justify="left")
+    for heading in ("channel", "x", "y", "z"):
+        table.add_column(heading, justify="right")
+    rows = zip(result["sensitivity_t_per_a"], result["sensitivity_std_t_per_a"], strict=True)
+    for channel, (values, stds) in enumerate(rows):
+        table.add_row(str(channel), *(number(v, s, 1e3) for v, s in zip(values, stds, strict=True)))
+    return table
+
+
+def _transmit_table(result: dict[str, Any]) -> Table:
+    table = Table(title=result["calibration"], title_justify="left")
+    for heading in ("coil", "field / mT A⁻¹ (x, y, z)", "L / mH", "χ²/dof"):
+        table.add_column(heading, justify="right")
+    for axis, field, henry, chi2 in zip(
+        *(result[key] for key in ("coils", "field_t_per_a", "inductance_h", "chi2_per_dof")), strict=True
+    ):
+        table.add_row(axis, ", ".join(f"{1e3 * b:.5f}" for b in field), f"{1e3 * henry:.4f}", f"{chi2:.2f}")
+    return table

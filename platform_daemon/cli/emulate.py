@@ -1,0 +1,65 @@
+"""`platform-daemon emulate`: the lab's devices behind their real wires, for tests and for trying drivers."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from drivers.errors import ConfigError
+from drivers.registry import load_emulator
+from platform_daemon.engine import reduce_latency
+from platform_daemon.settings import locate, read_toml
+
+from .interrupts import heed_one_interrupt
+
+
+def emulate(
+    config: Annotated[str, typer.Option(help="Emulator file, or the name of a shipped one.")] = "lab",
+    json_file: Annotated[
+        Path | None, typer.Option("--json", help="File that lists the endpoints; it appears when all listen.")
+    ] = None,
+    name: Annotated[str, typer.Option("--emulator", help="Which installed emulator.")] = "lab",
+) -> None:
+    """Emulate I/O cards, serial devices and the USB amplifier until SIGTERM or Ctrl-C."""
+    path = locate("emulators", config)
+    tables, _ = read_toml(path)
+    heed_one_interrupt()
+    try:
+        emulator = load_emulator(name, tables, path.parent)
+    except ConfigError as error:
+        where = f"{path}: {error.where}" if error.where else str(path)
+        raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
+    written = None
+    try:
+        reduce_latency()
+        written = _announce(emulator.endpoints(), json_file)
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        emulator.close()
+        _withdraw(json_file, written)
+
+
+def _announce(endpoints: dict[str, Any], target: Path | None) -> str:
+    """Show where everything listens; the file appears whole or not at all."""
+    text = json.dumps(endpoints, indent=2) + "\n"
+    print(text, end="", flush=True)
+    if target is not None:
+        part = target.with_name(f".{target.name}.{os.getpid()}")
+        part.write_text(text, encoding="utf-8")
+        part.replace(target)
+    return text
+
+
+def _withdraw(target: Path | None, written: str | None) -> None:
+    """Remove the file, if it is still the one that was written here."""
+    with suppress(OSError):
+        if target is not None and written is not None and target.read_text(encoding="utf-8") == written:
+            target.unlink()

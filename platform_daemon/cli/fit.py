@@ -1,0 +1,213 @@
+"""`platform-daemon fit`: one or many recordings, on all cores or on a cluster."""
+
+from __future__ import annotations
+
+import sys
+import time
+from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drivers.errors import InputError, PlatformError
+from platform_daemon import analysis
+from platform_daemon.reports import fit_line, fit_table_text
+
+from .interrupts import end_at_once, heed_one_interrupt
+from .options import (
+    CalibrationOption,
+    ForceOption,
+    FramesOption,
+    JsonOption,
+    ModelsOption,
+    TermOption,
+    VariantOption,
+    WindowOption,
+    progress_bar,
+    variant_named,
+)
+from .output import must_not_exist, write_json
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import FitSettings, Ledger, WorkerPool
+
+_FEW_FRAMES = 16  # are fitted before other processes have started
+
+
+def fit(
+    files: Annotated[list[Path], typer.Argument(help="Recordings.")],
+    variant: VariantOption = None,
+    term: TermOption = None,
+    models: ModelsOption = None,
+    window: WindowOption = "d30",
+    calibration: CalibrationOption = None,
+    frames: FramesOption = None,
+    fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
+    hint: Annotated[
+        list[str] | None, typer.Option("--hint", help="Hold the loss NAME=VALUE where the window cannot tell it.")
+    ] = None,
+    derived: Annotated[bool, typer.Option("--derived", help="Q, equivalent Q, orientation errors, Allan.")] = False,
+    json_file: JsonOption = None,
+    jsonl: Annotated[Path | None, typer.Option("--jsonl", help="Append each finished file as a line.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Leave out files that --jsonl holds already.")] = False,
+    processes: Annotated[int | None, typer.Option(min=1, help="Processes; default: one per core.")] = None,
+    dask: Annotated[str | None, typer.Option("--dask", metavar="ADDRESS", help="Fit on this Dask cluster.")] = None,
+    force: ForceOption = False,
+) -> None:
+    """Fit the frames of one or more recordings."""
+    from platform_daemon.analysis import FitSettings, parse_frames, parse_values, parse_window
+    from platform_daemon.store import read_calibration
+
+    other = None if calibration is None else (read_calibration(calibration), str(calibration))
+    fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
+    settings = FitSettings(
+        variant_named(variant, models), parse_window(window), fixed, other, derived, hints, tuple(term or ()),
+        None if frames is None else parse_frames(frames),
+    )  # fmt: skip
+    must_not_exist(json_file, force)
+    _check_ledger(jsonl, resume, force)
+    heed_one_interrupt()
+    with ExitStack() as stack:
+        results = _Results(files, _ledger(stack, jsonl, settings, resume))
+        try:
+            if results.todo:
+                workers = stack.enter_context(_workers(results.todo, settings, processes, dask))
+                _fit_all(results, settings, workers)
+        except KeyboardInterrupt:
+            write_json(json_file, results.content())
+            print(
+                f"interrupted; {len(results.files) - len(results.todo)} of {len(results.files)} files are finished",
+                file=sys.stderr,
+            )
+            end_at_once()
+    _end(results, json_file)
+
+
+def _check_ledger(jsonl: Path | None, resume: bool, force: bool) -> None:
+    """Raises InputError if --jsonl and --resume do not go together with what there is."""
+    if resume and jsonl is None:
+        raise InputError("nothing to go on from", where="--resume", remedy="name the file of the last run with --jsonl")
+    must_not_exist(jsonl, force or resume)
+
+
+def _ledger(stack: ExitStack, jsonl: Path | None, settings: FitSettings, resume: bool) -> Ledger | None:
+    from platform_daemon.analysis import Ledger
+
+    return None if jsonl is None else stack.enter_context(Ledger(jsonl, settings, resume=resume))
+
+
+def _workers(
+    files: list[Path], settings: FitSettings, processes: int | None, dask: str | None
+) -> AbstractContextManager[WorkerPool]:
+    """Where to fit: the cluster, this process for few frames, else a process per core."""
+    if dask is not None:
+        return analysis.dask_cluster(dask, files[0])
+    count = processes or analysis.cores()
+    if count == 1 or not _many_frames(files, settings):
+        return analysis.in_this_process()
+    return analysis.processes(count)
+
+
+def _many_frames(files: list[Path], settings: FitSettings) -> bool:
+    from platform_daemon.analysis import InputFile, count_frames
+
+    frames = 0
+    for path in files[:_FEW_FRAMES]:
+        try:
+            frames += count_frames(InputFile(path), settings)
+        except PlatformError:  # said when its turn comes
+            continue
+        if frames > _FEW_FRAMES:
+            return True
+    return len(files) > _FEW_FRAMES
+
+
+class _Results:
+    """What has come out so far; told as it comes."""
+
+    def __init__(self, files: list[Path], ledger: Ledger | None) -> None:
+        self.files = list(dict.fromkeys(files))
+        self._ledger = ledger
+        self._ended: dict[Path, dict[str, Any] | PlatformError] = {}
+        for path in self.files:
+            report = None if ledger is None else ledger.finished(path)
+            if report is not None:
+                self._ended[path] = report
+                self._say(path, "finished before")
+
+    @property
+    def todo(self) -> list[Path]:
+        """Files that have not ended."""
+        return [path for path in self.files if path not in self._ended]
+
+    @property
+    def errors(self) -> list[PlatformError]:
+        """Of the files that could not be fitted."""
+        return [e for e in self._ended.values() if isinstance(e, PlatformError)]
+
+    @property
+    def any_good(self) -> bool:
+        """Is there a good frame?"""
+        reports = [r for r in self._ended.values() if not isinstance(r, PlatformError)]
+        return any(frame["verdict"] == "good" for report in reports for frame in report["frames"])
+
+    def add(self, path: Path, outcome: dict[str, Any] | PlatformError, left: str) -> None:
+        """A file has ended: keep it, tell it."""
+        self._ended[path] = outcome
+        if self._ledger is not None:
+            failed = isinstance(outcome, PlatformError)
+            self._ledger.add(path, _error_entry(outcome) if failed else {"report": outcome})  # type: ignore[arg-type]
+        self._say(path, left)
+
+    def _say(self, path: Path, left: str) -> None:
+        outcome = self._ended[path]
+        if len(self.files) == 1:  # its error ends the program
+            if not isinstance(outcome, PlatformError):
+                print(fit_table_text(outcome), flush=True)
+            return
+        place = f"[{len(self._ended)}/{len(self.files)}] {path}"
+        if isinstance(outcome, PlatformError):
+            print(f"{place}: error: {outcome}", file=sys.stderr, flush=True)
+        else:
+            print(f"{place}: {fit_line(outcome)} ({left})", flush=True)
+
+    def content(self) -> Any:
+        """For --json: the fixed form of the one file, or all of them."""
+        ended = [(path, self._ended[path]) for path in self.files if path in self._ended]
+        entries = [{"file": str(p), **_error_entry(r)} if isinstance(r, PlatformError) else r for p, r in ended]
+        return entries[0] if len(self.files) == 1 and entries else {"files": entries}
+
+
+def _error_entry(error: PlatformError) -> dict[str, Any]:
+    return {"error": {"title": error.title, "detail": str(error)}}
+
+
+def _fit_all(results: _Results, settings: FitSettings, workers: WorkerPool) -> None:
+    """Fit what is left to do, with a bar that counts files and shows the time left."""
+    from platform_daemon.analysis import Advanced, Finished, fit_files
+
+    todo, began = results.todo, time.monotonic()
+    shares = dict.fromkeys(todo, 0.0)
+    with progress_bar() as bar:
+        task = bar.add_task("fit", total=len(todo), unit="files")
+        for event in fit_files(todo, settings, workers):
+            shares[event.path] = event.share if isinstance(event, Advanced) else 1.0
+            done = sum(shares.values())
+            bar.update(task, completed=done)
+            if not isinstance(event, Advanced):
+                left = f"{(time.monotonic() - began) * (len(todo) - done) / done:.0f} s left"
+                results.add(event.path, event.report if isinstance(event, Finished) else event.error, left)
+
+
+def _end(results: _Results, json_file: Path | None) -> None:
+    """Write the results; the exit code says whether something is amiss."""
+    errors = results.errors
+    if len(results.files) == 1 and errors:
+        raise errors[0]
+    write_json(json_file, results.content())
+    if errors:
+        raise typer.Exit(2 if all(isinstance(e, InputError) for e in errors) else 1)
+    if not results.any_good:
+        print("every frame was refused", file=sys.stderr)
+        raise typer.Exit(3)

@@ -1,0 +1,104 @@
+"""`platform-daemon adopt | models`: models that a diagnosis has made better."""
+
+from __future__ import annotations
+
+import getpass
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drivers.errors import InputError
+
+from .options import ForceOption, JsonOption, ModelsOption, library
+from .output import must_not_exist, write_json
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import AdoptedModel
+
+models_app = typer.Typer(help="Adopted models: list, show, retire.", invoke_without_command=True)
+
+
+def adopt(
+    diagnosis: Annotated[Path, typer.Argument(help="JSON that diagnose --json wrote.")],
+    name: Annotated[str, typer.Option(help="Name of the model; a name that exists gets a new version.")],
+    by: Annotated[str, typer.Option(help="Who adopts it; default: the user.")] = "",
+    effect: Annotated[list[str] | None, typer.Option(help="Adopt this effect only; may be repeated.")] = None,
+    free: Annotated[list[str] | None, typer.Option(help="Let fits estimate this torque effect's strength.")] = None,
+    recording: Annotated[list[Path] | None, typer.Option(help="Data of the diagnosis; default: what it names.")] = None,
+    force: Annotated[str, typer.Option(metavar="REASON", help="Adopt although the data are not explained.")] = "",
+    models: ModelsOption = None,
+) -> None:
+    """Adopt the effects of a diagnosis: a named, versioned model for fits, with the evidence for it."""
+    from platform_daemon.analysis import file_digests, model_from_diagnosis
+
+    said = _read(diagnosis)
+    known = said.get("recordings") or [str(f) for f in said.get("files", [])]
+    data = (
+        file_digests(recording)
+        if recording
+        else [r if isinstance(r, dict) else file_digests([Path(r)])[0] for r in known]
+    )
+    if not data:
+        remedy = "name the recordings that were diagnosed with --recording"
+        raise InputError("the diagnosis does not say which data it rests on", where=str(diagnosis), remedy=remedy)
+    shelf = library(models)
+    made = shelf.add(
+        model_from_diagnosis(
+            said, name, by or getpass.getuser(), shelf,
+            recordings=data, effects=effect or (), free=free or (), force=force,
+        )
+    )  # fmt: skip
+    print(f"{made.label} in {shelf.folder}: use it with --variant {made.label}")
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(
+            "is not JSON", where=str(path), why=str(error), remedy="name a file of diagnose --json"
+        ) from None
+    if not isinstance(found, dict):
+        raise InputError("is no diagnosis", where=str(path), remedy="name a file of diagnose --json")
+    return found
+
+
+@models_app.callback()
+def list_models(
+    context: typer.Context, models: ModelsOption = None, json_file: JsonOption = None, force: ForceOption = False
+) -> None:
+    """List all versions of all adopted models."""
+    context.obj = models
+    if context.invoked_subcommand is not None:
+        return
+    must_not_exist(json_file, force)
+    found = library(models).all()
+    print("\n".join(_line(m) for m in found) or "no model has been adopted yet")
+    write_json(json_file, [m.summary() for m in found])
+
+
+@models_app.command("show")
+def show(context: typer.Context, name: Annotated[str, typer.Argument(help="NAME or NAME@VERSION.")]) -> None:
+    """Print a model with its evidence as JSON."""
+    found = library(context.obj).get(name)
+    print(json.dumps({**found.as_json(), "retired": found.retired}, indent=1))
+
+
+@models_app.command("retire")
+def retire(
+    context: typer.Context,
+    name: Annotated[str, typer.Argument(help="NAME@VERSION.")],
+    reason: Annotated[str, typer.Option(help="Why; is kept.")],
+    by: Annotated[str, typer.Option(help="Who; default: the user.")] = "",
+) -> None:
+    """Take a version out of use; it stays on disk, and results that used it can be repeated by NAME@VERSION."""
+    print(_line(library(context.obj).retire(name, by or getpass.getuser(), reason)))
+
+
+def _line(model: AdoptedModel) -> str:
+    s = model.summary()
+    parts = [*s["terms"], *(f"{r} undone" for r in s["receiver"])]
+    retired = f"  retired: {s['retired']['reason']}" if s["retired"] else ""
+    return f"{s['label']:<24} {s['base']} + {', '.join(parts)}  adopted {s['adopted_at']} by {s['adopted_by']}{retired}"

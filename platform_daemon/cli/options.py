@@ -1,0 +1,61 @@
+"""Options and small parts that several commands share."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import Library, ModelChoice
+
+PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
+SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
+EndpointsOption = Annotated[
+    Path | None,
+    typer.Option("--endpoints", help="Addresses for ${...} in the platform file, as `emulate` writes them."),
+]
+JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
+HtmlOption = Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")]
+ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+FramesOption = Annotated[str | None, typer.Option("--frames", help="Frames from 0, as 0,2,5-9; default: all.")]
+WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
+VariantOption = Annotated[
+    str | None,
+    typer.Option("--variant", help="thread, jewel, another declared or an adopted model; default: the file's."),
+]
+ModelsOption = Annotated[
+    Path | None,
+    typer.Option("--models", envvar="PLATFORM_DAEMON_MODELS", help="Folder of adopted models; default: data/models."),
+]
+TermOption = Annotated[
+    list[str] | None, typer.Option("--with-term", help="A further torque term, as quadratic_drag; may be repeated.")
+]
+CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
+
+
+def library(folder: Path | None) -> Library:
+    """The adopted models in a folder; default: where `serve` keeps them."""
+    from platform_daemon.analysis import Library
+
+    return Library(folder or Path("data", "models"))
+
+
+def variant_named(text: str | None, folder: Path | None) -> ModelChoice | None:
+    """A declared or adopted model; None: what a file says.  Raises InputError."""
+    from platform_daemon.analysis import resolve
+
+    return resolve(text, library(folder))
+
+
+def progress_bar() -> Progress:
+    """A bar with count and time left, on stderr, so that standard output holds results only."""
+    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
+    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, TimeRemainingColumn())
+    # What is printed meanwhile goes above the bar, unless it goes somewhere else.
+    shown = sys.stdout.isatty()
+    return Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown)

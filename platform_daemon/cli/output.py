@@ -1,0 +1,42 @@
+"""Result files of the command line: never overwritten without --force, whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from drivers.errors import InputError
+from platform_daemon.store import write_whole
+
+
+def must_not_exist(path: Path | None, force: bool) -> None:
+    """Raises InputError if the file exists, unless `force`; or if its folder does not."""
+    if path is None:
+        return
+    if path.is_dir():
+        raise InputError("is a directory", where=str(path), remedy="name a file")
+    if path.exists() and not force:
+        raise InputError("exists already", where=str(path), remedy="choose another name, or overwrite it with --force")
+    if not path.absolute().parent.is_dir():
+        raise InputError("its folder does not exist", where=str(path), remedy="create the folder")
+
+
+def write_json(path: Path | None, content: Any) -> None:
+    """Write JSON (never NaN) if a path is given.  Raises OSError."""
+    if path is not None:
+        write_whole(path, json.dumps(content, indent=1, allow_nan=False).encode())
+
+
+if TYPE_CHECKING:
+    from platform_daemon.diagnosis import Diagnosis
+
+
+def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -> None:
+    """Write and print its name; without a path, nothing."""
+    if path is not None:
+        from platform_daemon.reports import diagnosis_html
+
+        write_whole(path, diagnosis_html(found, report))
+        print(path)

@@ -1,0 +1,54 @@
+"""The torque that is missing, as a smooth function of angle and velocity, with its band of uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation import Array
+
+from ..regression.joint_fit import JointFit
+from ..selection.omnibus_test import OmnibusTest, monomials
+
+_POINTS = 25
+_VISIBLE = 1e-7
+_BESIDE = 1e-2  # share of a column that must be left beside the declared parameters (a constant torque on an angle)
+
+
+@dataclass(frozen=True)
+class MissingTorque:
+    """Torque per inertia in rad/s^2 on a grid of angles (n,) in rad and velocities (m,) in rad/s; NaN where the motion
+    never was.
+
+    value, std: (n, m). What the declared parameters can absorb is not part of it.
+    gain: fall of chi^2 over the noise factor that it would bring.
+    """
+
+    phi: Array
+    phi_dot: Array
+    value: Array
+    std: Array
+    gain: float
+
+
+def missing_torque(at: JointFit, left: OmnibusTest) -> MissingTorque:
+    """From the scores of a smooth torque beside everything that is fitted."""
+    generic, (largest, fastest) = left.torque, left.scale
+    w = float(np.mean([s.dynamics.w for s in at.states]))
+    told = np.diag(generic.information) > _BESIDE * generic.power
+    information = np.where(np.outer(told, told), generic.information, 0.0)
+    norm = np.sqrt(np.where(told, np.diag(information), 1.0))
+    values, vectors = np.linalg.eigh(information / np.outer(norm, norm))
+    visible = values > _VISIBLE * values[-1]
+    inverse = (vectors[:, visible] / values[visible]) @ vectors[:, visible].T / np.outer(norm, norm)
+    weights = inverse @ generic.gradient
+    phi, v = np.linspace(-largest, largest, _POINTS), np.linspace(-fastest, fastest, _POINTS)
+    grid_phi, grid_v = np.meshgrid(phi, v, indexing="ij")
+    columns = monomials(grid_phi.ravel(), grid_v.ravel(), left.scale)
+    value = (weights @ columns).reshape(grid_phi.shape) * w**2
+    variance = np.einsum("kn,kl,ln->n", columns, inverse, columns).reshape(grid_phi.shape) * at.noise_factor
+    outside = 1.0 - np.cos(grid_phi) + 0.5 * grid_v**2 > 1.0 - np.cos(largest)
+    value[outside] = np.nan
+    std = np.where(outside, np.nan, np.sqrt(np.maximum(variance, 0.0)) * w**2)
+    return MissingTorque(phi, v * w, value, std, generic.gain)

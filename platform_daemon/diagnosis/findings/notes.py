@@ -1,0 +1,45 @@
+"""What the reader of a diagnosis should know besides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..effects.effect import Candidate
+from ..regression.joint_fit import JointFit
+from ..regression.parameters import Mean
+from ..selection.stepwise import Selection
+from ..shots.initial_fits import UnfittedShot
+
+_SPANS = 1.5  # growth of a standard deviation that is worth a note
+
+
+def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[str]:
+    """Which parameters depend on the choice among look-alikes."""
+    names = [n for n, m in spanned.items() if m.std > _SPANS * exact[n].std]
+    if not names:
+        return []
+    return [f"errors of {', '.join(names)} span what the look-alikes of the named effects would make of them"]
+
+
+def notes(
+    found: Selection,
+    final: JointFit,
+    alike: Sequence[Candidate],
+    refused: Sequence[UnfittedShot],
+    dropped: Sequence[Candidate],
+) -> tuple[str, ...]:
+    """What the reader should know besides."""
+    said = [f"{r.shot.name} was left out: {r.reason}" for r in refused]
+    if len(final.started) == 1:
+        said.append("one shot only: held out is the last 30 % of its window, predicted from the first 70 %")
+    said += dict.fromkeys(c.effect.absorbed for c in (*final.hypothesis.effects, *alike) if c.effect.absorbed)
+    said += [f"{c.effect.id} gains in the fit but not on held-out data, and was not accepted" for c in dropped]
+    if found.forbidden:
+        names = " and ".join(c.effect.id for c in found.forbidden)
+        said.append(f"the best fit is with {names} of a sign that physics does not allow")
+    if final.hypothesis.gone:
+        names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.gone)
+        said.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
+    if final.noise_factor > 1.05:
+        said.append(f"chi2/dof stays at {final.noise_factor:.3g}: errors and chances are widened accordingly")
+    return tuple(said)

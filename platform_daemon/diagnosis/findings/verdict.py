@@ -1,0 +1,139 @@
+"""The verdict: from what is explained, what is left, and how sure both are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Literal
+
+from scipy.optimize import brentq
+from scipy.stats import ncx2
+
+from ..effects.additive import SIDE_MODE
+from ..effects.effect import Candidate
+from ..regression.joint_fit import JointFit
+from ..selection.component_search import sweep_hz
+from ..selection.confounders import gain_of
+from ..selection.data_integrity import DataDefect
+from ..selection.omnibus_test import OmnibusScore
+from ..selection.significance import LEVEL
+from ..selection.stepwise import Selection
+from ..validation.cross_validation import CrossValidation
+from .accepted_effects import AcceptedEffect
+
+Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
+
+_CONFIDENT = 0.5  # share of what could be gained that named effects must explain to be named at all
+_NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
+_NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
+_BELIEVED = 2  # common effects that may act together and be believed
+_PREDICTED = 1.03  # held-out chi^2 per degree of freedom of a complete model
+_PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
+_SURELY = 0.8  # share of all that may be missing, at _CHANCE, that an explanation must account for
+_CHANCE = 0.05
+
+
+def assess_diagnosis(
+    found: Selection,
+    final: JointFit,
+    named: Sequence[AcceptedEffect],
+    gaps: Sequence[DataDefect],
+    after: CrossValidation,
+) -> tuple[Verdict, tuple[str, ...]]:
+    """The verdict, and why an explanation is only a part of one."""
+    left = found.residues
+    if not named:
+        if _significant(found, final) or found.forbidden or found.best.hypothesis.effects:
+            return "unexplained", ()
+        return ("explained" if gaps else "nothing_missing"), ()
+    explained = _explained(found, final)
+    excess = max(left.excess, _noise_excess(final))
+    if _significant(found, final) and explained < _CONFIDENT * (explained + excess):
+        return "unexplained", ()
+    doubts = tuple(_doubts(found, final, named, after))
+    return ("partly_explained" if doubts else "explained"), doubts
+
+
+def _explained(found: Selection, final: JointFit) -> float:
+    """Fall of chi^2 that the named effects bring."""
+    return max(found.base.chi2 - final.chi2, 0.0) / final.noise_factor
+
+
+def _noise_excess(final: JointFit) -> float:
+    """What is left beyond the measured noise, whatever its form."""
+    factor = final.noise_factor
+    return (final.chi2 - final.dof) / factor if factor > _NOISY else 0.0
+
+
+def _significant(found: Selection, final: JointFit) -> bool:
+    """Something is left that matters."""
+    left = found.residues
+    visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
+    return visible or final.noise_factor > _NOISY
+
+
+def _chance_of_rest(found: Selection) -> float:
+    """Logarithm."""
+    return math.log(max(found.residues.p_value, 1e-300))
+
+
+def _doubts(
+    found: Selection, final: JointFit, named: Sequence[AcceptedEffect], after: CrossValidation
+) -> Iterator[str]:
+    """Why named effects may not be all, or not the right ones."""
+    together = [n for n in named if n.candidate in final.hypothesis.common]
+    if after.total.dof > 0 and after.total.chi2_per_dof > _PREDICTED:
+        yield f"held-out data are predicted to chi2/dof {after.total.chi2_per_dof:.3g} only"
+    if _significant(found, final):
+        yield "what the named effects leave over is no noise"
+    if found.forbidden or final.hypothesis.gone:
+        yield "the best fit asks for signs that physics does not allow"
+    gains = [gain_of(final, n.candidate) for n in together]
+    if len(gains) > 1 and min(gains) < _PATCH * max(gains):
+        yield "one effect only mends what a much larger one does not quite explain"
+    # Effects together imitate anything: three of them, or two that others could replace.
+    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.alike)
+    if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
+        yield f"{len(together)} effects together may imitate one that has no name here"
+    if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.alike):
+        yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
+    if any(_on_harmonic(n.candidate, final) for n in named if n.candidate.effect is SIDE_MODE):
+        yield "a decaying oscillation at a harmonic of the motion may be the motion itself, changed by something else"
+    share = _sure_share(found, final)
+    if together and share < _SURELY:
+        yield f"the evidence is weak: only {100.0 * share:.0f} % of what may be missing is surely explained"
+
+
+def _kind(candidate: Candidate) -> str:
+    """Where an effect acts."""
+    if candidate.term is not None:
+        return "motion"
+    return "beside" if candidate.additive else "receiver"
+
+
+def _on_harmonic(mode: Candidate, final: JointFit) -> bool:
+    """Within its line width of what a harmonic of the motion sweeps through, in any shot."""
+    f_hz, tau_s = mode.detail.frequency_hz or 0.0, mode.detail.tau_s or math.inf
+    for state in final.states:
+        slowest, natural = sweep_hz(state)
+        n, width = max(round(f_hz / natural), 1), 1.0 / (math.pi * tau_s)
+        if n * slowest - width < f_hz < n * natural + width:
+            return True
+    return False
+
+
+def _sure_share(found: Selection, final: JointFit) -> float:
+    """Of all that may be missing, what is explained; what may be left is an upper limit."""
+    explained, left = _explained(found, final), found.residues
+    return explained / (explained + max(_most(left.torque), _most(left.envelopes), 1e-300))
+
+
+def _most(left: OmnibusScore) -> float:
+    """Upper limit of the gain without noise that hides in an observed one."""
+
+    def too_likely(size: float) -> float:
+        return float(ncx2.cdf(left.gain, left.directions, size)) - _CHANCE
+
+    if left.directions == 0 or too_likely(0.0) <= 0.0:
+        return 0.0
+    return float(brentq(too_likely, 0.0, 100.0 + 4.0 * (left.gain + left.directions)))

@@ -1,0 +1,195 @@
+"""Public parameters of all shots under a hypothesis, and the disagreement of short and long windows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation import (
+    Estimate,
+    FitResult,
+    LostTrajectoryError,
+    NormalEquations,
+    PublicParameters,
+    RingDownRecord,
+    fit_ring_down,
+    propagate_to_public,
+)
+
+from .hypothesis import Hypothesis
+from .information import inverse
+from .joint_fit import JointFit
+from .prediction import additive, own_sizes, received, window_of
+
+_ANGLES = {"psi_start_rad"}
+Parameters = Mapping[str, Estimate]
+_PAIRED = 4  # shots from which the scatter itself is the standard error
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean over the shots, its standard deviation, and the scatter between shots.
+
+    The standard deviation is that of the shots' own errors, which average out, with that of the common strengths,
+    which does not.
+    """
+
+    value: float
+    std: float
+    scatter: float | None
+
+
+def public_parameters(at: JointFit, k: int, *, common: bool = True) -> PublicParameters:
+    """Public parameters of shot k; common: errors include those of the common strengths.  LostTrajectoryError."""
+    linear, state = at.linear[k], at.full_state(k)
+    mask = at.hypothesis.declared(state.size)
+    mask[np.flatnonzero(mask)[~linear.free]] = False
+    places, factors = at.hypothesis.strength_places(), at.hypothesis.factors(at.states[k])
+    carriers = zip(places, at.hypothesis.carriers(), at.strengths, strict=False)
+    shares = [(place, 3 + c, strength) for place, c, strength in carriers if c is not None]
+    whole = np.zeros((state.size, state.size))
+    whole[np.ix_(mask, mask)] = linear.own_covariance()[np.ix_(linear.free, linear.free)]
+    for place, carrier, strength in shares:
+        whole[place] += strength * whole[carrier]
+        whole[:, place] += strength * whole[:, carrier]
+    if common and at.hypothesis.size:
+        follow = np.zeros((state.size, at.hypothesis.size))
+        within = np.linalg.lstsq(linear.q @ linear.triangle, linear.columns, rcond=None)[0] * linear.scale[:, None]
+        follow[mask] = -within
+        # A torque moves the start that is published directly too, not only through the state that follows it.
+        follow[places, np.arange(len(places))] = factors
+        for place, carrier, strength in shares:
+            follow[place] += strength * follow[carrier]
+        whole += follow @ at.covariance @ follow.T
+        mask[places] = True
+    matrix = np.zeros((state.size, state.size))
+    matrix[np.ix_(mask, mask)] = inverse(whole[np.ix_(mask, mask)])
+    nothing = np.zeros(state.offsets.size)
+    normal = NormalEquations(0.0, nothing, nothing, np.zeros(state.size), matrix, 0)
+    return propagate_to_public(at.hypothesis.augmented, state, normal, mask)
+
+
+def means(at: JointFit) -> dict[str, Mean]:
+    """Mean public parameters of all shots; angles on the circle."""
+    rows, alone = [], []
+    for k in range(len(at.linear)):
+        try:
+            both = public_parameters(at, k).parameters, public_parameters(at, k, common=False).parameters
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            continue
+        rows.append(both[0])
+        alone.append(both[1])
+    names = [n for n, e in alone[0].items() if e.std is not None] if rows else []  # strengths are reported elsewhere
+    return {name: _mean(name, rows, alone) for name in names}
+
+
+def widened(found: Mapping[str, Mean], alike: Sequence[tuple[Mapping[str, Mean], float]]) -> dict[str, Mean]:
+    """Parameters with standard deviations that span what other explanations would make of them.
+
+    alike: of every explanation that cannot be told apart, its parameters and the rise of chi^2 that it costs: it lies
+    the root of this rise away, as on a profile of the likelihood.
+    """
+    out = {}
+    for name, m in found.items():
+        off = [(_difference(name, o[name].value, m.value), rise) for o, rise in alike if name in o]
+        std = max([m.std, *(abs(d) / math.sqrt(max(rise, 1.0)) for d, rise in off)])
+        out[name] = replace(m, std=std)
+    return out
+
+
+def _difference(name: str, a: float, b: float) -> float:
+    """Of two values; of angles, on the circle."""
+    return math.remainder(a - b, 2.0 * math.pi) if name in _ANGLES else a - b
+
+
+def _mean(name: str, rows: Sequence[Parameters], alone: Sequence[Parameters]) -> Mean:
+    values = np.array([row[name].value for row in rows])
+    stds = np.array([row[name].std or 0.0 for row in rows])
+    own = np.array([row[name].std or 0.0 for row in alone])
+    common = float(np.sqrt(np.maximum(stds**2 - own**2, 0.0)).mean())
+    centre = 0.0
+    if name in _ANGLES:
+        centre = math.atan2(np.sin(values).mean(), np.cos(values).mean())
+        values = np.remainder(values - centre + math.pi, 2.0 * math.pi) - math.pi
+    mean = centre + float(values.mean())
+    scatter = float(values.std(ddof=1)) if values.size > 1 else None
+    mean = mean % (2.0 * math.pi) if name in _ANGLES else mean
+    return Mean(mean, math.hypot(float(np.sqrt(np.sum(own**2))) / values.size, common), scatter)
+
+
+def window_disagreement(at: JointFit, pool: Executor) -> dict[str, float]:
+    """|mean of N50 - D30| over its standard error, by parameter: both windows fitted with the strengths held.
+
+    Empty where a window cannot be fitted (an angle, a record too short).
+    """
+    pairs = list(pool.map(lambda k: _both(at, k), range(len(at.started))))
+    good = [p for p in pairs if p is not None]
+    if not good:
+        return {}
+    names = [
+        n for n in good[0][0].parameters if all(n in p[0].covariance_names and n in p[1].covariance_names for p in good)
+    ]
+    return {name: _sigma(name, good) for name in names}
+
+
+def _both(at: JointFit, k: int) -> tuple[FitResult, FitResult] | None:
+    started, hypothesis = at.started[k], at.hypothesis
+    if started.shot.record.quantity == "angle":
+        return None
+    record, fixed = clean_record(at, k), held_strengths(at, k)
+    model, noise = hypothesis.augmented, started.shot.noise
+    try:
+        short = fit_ring_down(record, model, "n50", noise=noise, fixed=fixed)
+        long = fit_ring_down(record, model, "d30", noise=noise, fixed=fixed)
+    except ValueError:
+        return None
+    return (short, long) if short.verdict == long.verdict == "good" else None
+
+
+def held_strengths(at: JointFit, k: int) -> dict[str, float]:
+    """Coefficients of the torque effects by name, to be held in fits of shot k alone."""
+    fixed: dict[str, float] = {}
+    factors = at.hypothesis.factors(at.states[k])
+    for c, strength, factor in zip(at.hypothesis.torques, at.strengths, factors, strict=False):
+        assert c.term is not None
+        values = [float(strength * factor), *c.hidden]
+        fixed |= {q.name: v for q, v in zip(c.term.coefficients, values, strict=True)}
+    return fixed
+
+
+def clean_record(at: JointFit, k: int) -> RingDownRecord:
+    """The record of a shot without receiver and additive effects."""
+    return replace(at.started[k].shot.record, samples=_clean(at, k))
+
+
+def _clean(at: JointFit, k: int) -> np.ndarray:
+    """Samples of a shot without receiver and additive effects; beyond the window as they were."""
+    started, hypothesis = at.started[k], at.hypothesis
+    samples = started.shot.record.samples
+    if not (hypothesis.receivers or any(c.additive for c in hypothesis.effects)):
+        return samples
+    linear, state = at.linear[k], at.states[k]
+    own = own_sizes(hypothesis, linear, at.strengths)
+    bare = received(started, Hypothesis(hypothesis.model, hypothesis.torques), state, at.strengths)
+    first, last = window_of(started)
+    out = samples.copy()
+    changed = received(started, hypothesis, state, at.strengths) - bare
+    out[:, first:last] -= changed + additive(hypothesis, linear, at.strengths, own)
+    return out
+
+
+def _sigma(name: str, pairs: Sequence[tuple[FitResult, FitResult]]) -> float:
+    differences = np.array([short.parameters[name].value - long.parameters[name].value for short, long in pairs])
+    if name in _ANGLES:
+        differences = np.remainder(differences + math.pi, 2.0 * math.pi) - math.pi
+    k = differences.size
+    if k >= _PAIRED:
+        error = float(differences.std(ddof=1)) / math.sqrt(k)
+    else:
+        variances = [(s.parameters[name].std or 0.0) ** 2 - (d.parameters[name].std or 0.0) ** 2 for s, d in pairs]
+        error = math.sqrt(max(sum(variances), 1e-300)) / k
+    return float(abs(differences.mean()) / error)

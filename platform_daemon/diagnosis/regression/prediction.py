@@ -1,0 +1,88 @@
+"""The whole record that a hypothesis predicts, at every sample: for scores, clean records and pictures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from platform_daemon.estimation import Array, FitState
+
+from ..shots.linearisation import Linearisation, basis_at
+from ..shots.shot import PreparedShot, SampleGrid, whitening_for
+from .hypothesis import Hypothesis
+from .joint_fit import LinearisedShot
+
+
+def window_of(started: PreparedShot) -> tuple[int, int]:
+    """First and last (exclusive) sample of the shot's window."""
+    first, last = started.grids[0], started.grids[-1]
+    return first.first * first.factor, last.last * last.factor
+
+
+def predicted(hypothesis: Hypothesis, linear: LinearisedShot, state: FitState, strengths: Array, own: Array) -> Array:
+    """Channels (channels, n) over the shot's window, offsets and all effects included.
+
+    linear: a look at about this state, for the columns of additive effects. state: of the declared model. own: sizes
+    of the additive effects that the shot has for itself.
+    """
+    started = linear.seen.started
+    signal = received(started, hypothesis, state, strengths)
+    return np.asarray(signal + additive(hypothesis, linear, strengths, own) + state.offsets[:, None])
+
+
+def received(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Array:
+    """The motion's signal after the receiver effects, (channels, n)."""
+    seen = _whole(started, hypothesis, state, strengths)
+    return np.asarray(seen.signal + hypothesis.changes(seen, strengths))
+
+
+def _whole(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linearisation:
+    """A look at every sample of the window, without residual and derivatives."""
+    full, model = hypothesis.extended(state, strengths), hypothesis.augmented
+    every = _every_sample(started)
+    basis = basis_at(every, model, full)
+    return Linearisation.of_basis(every, full, basis)
+
+
+def _every_sample(started: PreparedShot) -> PreparedShot:
+    """The shot on a grid of all samples of its window."""
+    grid = (SampleGrid(1, *window_of(started)),)
+    fundamental_hz = started.state.dynamics.w / (2.0 * math.pi)
+    return PreparedShot(started.shot, started.state, grid, whitening_for(started.shot, grid, fundamental_hz))
+
+
+def additive(hypothesis: Hypothesis, linear: LinearisedShot, strengths: Array, own: Array) -> Array:
+    """What additive effects put into the window, (channels, n)."""
+    started = linear.seen.started
+    first, last = window_of(started)
+    out = np.zeros((started.shot.record.channels, last - first))
+    if not any(c.additive for c in hypothesis.effects):
+        return out
+    seen, place = replace(linear.seen, started=_every_sample(started), residual=out), 0
+    for c in hypothesis.effects:
+        if not c.additive or c.columns is None:
+            continue
+        columns = c.columns(seen)
+        if c.shared:
+            where = next(s for o, s in zip(hypothesis.common, hypothesis.slices, strict=True) if o is c)
+            sizes = strengths[where]
+        else:
+            sizes = own[place : place + columns.shape[0]]
+            place += columns.shape[0]
+        out = out + np.tensordot(sizes, columns, 1)
+    return out
+
+
+def own_sizes(
+    hypothesis: Hypothesis, linear: LinearisedShot, strengths: Array, keep: np.ndarray | None = None
+) -> Array:
+    """Sizes of the additive effects of the shot's own that fit what is left of a look, of its rows `keep` only."""
+    columns = hypothesis.own_columns(linear.seen).T
+    if columns.shape[1] == 0:
+        return np.empty(0)
+    residual = linear.seen.whitened - hypothesis.additive_part(strengths, hypothesis.shared_columns(linear.seen))
+    if keep is not None:
+        columns, residual = columns[keep], residual[keep]
+    return np.asarray(np.linalg.lstsq(columns, residual, rcond=None)[0])

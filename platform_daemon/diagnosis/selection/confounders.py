@@ -1,0 +1,105 @@
+"""Effects that cannot be told apart on these data: what could stand in the place of an accepted one."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation import LostTrajectoryError
+
+from ..effects.effect import Candidate
+from ..regression.hypothesis import Hypothesis
+from ..regression.information import solved
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import CandidateBlock, ScoreTable
+from .sign_constraints import signs_allowed, without_gain_of_energy
+
+TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
+_WORTH_A_REFIT = 60.0  # rise by the linear picture that a refit may still bring down
+_SHARE = 0.05  # of the effect's own gain, the same
+_MOST_REFITS = 10
+
+
+@dataclass(frozen=True)
+class Confounder:
+    """An alternative for an accepted effect.
+
+    rise: of chi^2 if it takes the effect's place; negative: it fits better. gain: what the effect itself gains.
+    """
+
+    candidate: Candidate
+    rise: float
+    gain: float
+    refit: JointFit | None = None
+
+    @property
+    def indistinguishable(self) -> bool:
+        """Not told apart with any confidence."""
+        return self.rise < TOLD_APART
+
+
+def confounders(seen: ScoreTable, effect: Candidate, pool: Executor) -> list[Confounder]:
+    """Alternatives for one common effect of the picture's refit, the best first."""
+    at = seen.refit
+    gain = gain_of(at, effect)
+    found = []
+    for block in seen.blocks:
+        rise = _exchange(seen, effect, block)
+        if rise is not None and rise < _WORTH_A_REFIT + _SHARE * gain:
+            found.append(Confounder(block.candidate, rise, gain))
+    found.sort(key=lambda r: r.rise)
+    checked = [_checked(at, effect, r, pool) for r in found[:_MOST_REFITS]]
+    return sorted((r for r in checked if r is not None), key=lambda r: r.rise)
+
+
+def _place(at: JointFit, effect: Candidate) -> slice:
+    """Where its strengths stand."""
+    return next(s for c, s in zip(at.hypothesis.common, at.hypothesis.slices, strict=True) if c.key == effect.key)
+
+
+def gain_of(at: JointFit, effect: Candidate) -> float:
+    """Rise of chi^2 over the noise factor if an accepted effect is left out, to first order; 0 for a shot's own."""
+    if effect not in at.hypothesis.common:
+        return 0.0
+    where = _place(at, effect)
+    value = at.strengths[where]
+    return float(value @ np.linalg.lstsq(at.covariance[where, where], value, rcond=None)[0]) / at.noise_factor
+
+
+def _exchange(seen: ScoreTable, effect: Candidate, block: CandidateBlock) -> float | None:
+    """Rise of chi^2 if a block takes the effect's place, to first order; None if it is not seen beside the rest."""
+    at = seen.refit
+    gone = range(*_place(at, effect).indices(seen.accepted))
+    kept = [k for k in range(seen.accepted) if k not in gone]
+    which = [*kept, *block.where]
+    if not np.all(np.diag(seen.information)[list(block.where)] > 1e-11 * seen.power[list(block.where)]):
+        return None
+    # Without the effect's part the residual is turned by what it explained.
+    removed = seen.information[:, list(gone)] @ at.strengths[list(gone)]
+    gradient = (seen.gradient + removed)[which]
+    matrix = seen.information[np.ix_(which, which)]
+    explained = float(gradient @ solved(matrix, gradient))
+    value = at.strengths[list(gone)]
+    whole = float(value @ seen.information[np.ix_(list(gone), list(gone))] @ value)
+    whole += 2.0 * float(value @ seen.gradient[list(gone)])
+    return (whole - explained) / at.noise_factor
+
+
+def _checked(at: JointFit, effect: Candidate, rival: Confounder, pool: Executor) -> Confounder | None:
+    """The same by a refit."""
+    hypothesis: Hypothesis = at.hypothesis.without(next(c for c in at.hypothesis.effects if c.key == effect.key)).plus(
+        rival.candidate
+    )
+    try:
+        found = fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
+        if found.chi2 - at.chi2 > max(rival.gain, TOLD_APART) * at.noise_factor:
+            # Nothing is worse than nothing in the effect's place: the way down leads from the shots' own fits.
+            found = fit_jointly(at.started, hypothesis, pool)
+        found = without_gain_of_energy(found, pool)
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
+    if not signs_allowed(found):
+        return None
+    return Confounder(rival.candidate, (found.chi2 - at.chi2) / at.noise_factor, rival.gain, found)

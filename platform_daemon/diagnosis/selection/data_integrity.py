@@ -1,0 +1,183 @@
+"""What is wrong with the data themselves, before any physics is asked: gaps in the clock, saturation, copies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation import Array, FitState, RingDownModel, Workspace, estimate_noise, saturation
+
+from ..regression.hypothesis import Hypothesis
+from ..regression.joint_fit import LinearisedShot, linearise_shot
+from ..shots.shot import DiagnosisShot, PreparedShot, whitening_for
+from .significance import log_chance
+
+_SURE = -18.0  # logarithm of the chance of a gap in a clock without one
+_MOST_GAPS = 4
+_WHOLE = 0.15  # share by which a gap may miss a whole number of samples
+_AROUND = 4  # instants on either side in which a gap is located
+
+
+@dataclass(frozen=True)
+class DataDefect:
+    """Something that is not as it should be.
+
+    Attributes:
+        id: "clock_gap", "saturation", "duplicated_shot", "not_finite".
+        where: in words.
+        shot: its number; samples, at, value, sd: of a gap.
+    """
+
+    id: str
+    where: str
+    shot: int
+    at: int | None = None
+    value: float | None = None
+    sd: float | None = None
+    log_p: float = 0.0
+
+
+def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
+    """Saturated and duplicated shots."""
+    found = []
+    seen: dict[bytes, int] = {}
+    for k, shot in enumerate(shots):
+        clipped = saturation(shot.record.valid)
+        if clipped is not None:
+            found.append(DataDefect("saturation", f"{shot.name}: {clipped}", k))
+        key = shot.record.samples.tobytes()
+        if key in seen:
+            found.append(DataDefect("duplicated_shot", f"{shot.name} holds the samples of {shots[seen[key]].name}", k))
+        else:
+            seen[key] = k
+    return found
+
+
+def without_gaps(
+    started: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+) -> tuple[list[PreparedShot], list[DataDefect]]:
+    """Shots with the samples put back that their clocks have lost, and where that was."""
+    results = list(pool.map(lambda pair: _mended(pair[0], pair[1], model), enumerate(started)))
+    return [r[0] for r in results], [f for r in results for f in r[1]]
+
+
+def _mended(k: int, started: PreparedShot, model: RingDownModel) -> tuple[PreparedShot, list[DataDefect]]:
+    """Gap after gap, each with a new fit."""
+    found: list[DataDefect] = []
+    hypothesis = Hypothesis(model)
+    linear, state = _settled(started, hypothesis)
+    while len(found) < _MOST_GAPS:
+        place = _strongest(linear)
+        if place is None:
+            break
+        log_p, index, _, _ = place
+        at, there, there_sd = _located(started, model, state, index)
+        step, sd = _size(linear, started, at)
+        samples = round(step)
+        whole = samples >= 1 and abs(step - samples) < max(_WHOLE * samples, 5.0 * sd)
+        # A torque bends the phase slowly; a gap steps it at one place.
+        if not (whole and abs(there - step) < 5.0 * there_sd + _WHOLE * samples):
+            break
+        started = _filled(started, at, samples)
+        linear, state = _settled(replace(started, state=state), hypothesis)
+        started = replace(started, state=state)
+        where = f"{started.shot.name}: {samples} samples are missing before sample {at}"
+        found.append(DataDefect("clock_gap", where, k, at, step, sd, log_p))
+    return started, found
+
+
+def _settled(started: PreparedShot, hypothesis: Hypothesis) -> tuple[LinearisedShot, FitState]:
+    """The shot's own fit."""
+    state, nothing = started.state, np.zeros(0)
+    linear = linearise_shot(started, hypothesis, state, nothing)
+    for _ in range(8):
+        moved = state.moved(linear.own_step(nothing))
+        trial = linearise_shot(started, hypothesis, moved, nothing)
+        if trial.chi2 >= linear.chi2:
+            break
+        fall, linear, state = linear.chi2 - trial.chi2, trial, moved
+        if fall < 0.05:
+            break
+    return linear, state
+
+
+def _strongest(linear: LinearisedShot) -> tuple[float, int, float, float] | None:
+    """(log of its chance, index of the instant, step in s, its sd) of the likeliest jump of time; None: no jump."""
+    started = linear.seen.started
+    slope = started.white(linear.seen.slope[None]).reshape(linear.seen.slope.shape)
+    residual = linear.beside(linear.residual).reshape(slope.shape)
+    channels, m = linear.seen.slope.shape
+    q = np.concatenate([linear.own, linear.q], axis=1).reshape(channels, m, -1)
+    after = np.einsum("cm,cmp->mp", slope, q)[::-1].cumsum(axis=0)[::-1]
+    power = np.sum(slope**2, axis=0)[::-1].cumsum()[::-1]
+    gradient = np.sum(slope * residual, axis=0)[::-1].cumsum()[::-1]
+    information = power - np.sum(after**2, axis=1)
+    # A jump at the very ends is no jump.
+    usable = information > 1e-6 * power[0]
+    if not usable.any():
+        return None
+    factor = max(1.0, linear.chi2 / started.dof)
+    gain = np.where(usable, gradient**2 / np.where(usable, information, 1.0), 0.0) / factor
+    best = int(np.argmax(gain))
+    log_p = log_chance(float(gain[best]), 1, m)
+    if log_p > _SURE:
+        return None
+    return log_p, best, float(gradient[best] / information[best]), float(information[best] ** -0.5)
+
+
+def _located(started: PreparedShot, model: RingDownModel, state: FitState, index: int) -> tuple[int, float, float]:
+    """(first sample after the jump, its size in samples, standard deviation) from the samples around an instant."""
+    time, rate = started.time_s, started.shot.rate_hz
+    first = int(time[max(0, index - _AROUND)] * rate)
+    last = min(started.shot.record.samples.shape[1], int(time[min(time.size - 1, index + _AROUND)] * rate) + 1)
+    d, obs = state.dynamics, state.observation
+    basis = Workspace(model).basis(d, first, last, 1.0 / rate, obs.observable)
+    gains = obs.gains(d.w)
+    residual = started.shot.record.samples[:, first:last] - gains @ basis[:2] - state.offsets[:, None]
+    slope = d.w * gains @ basis[2:4]
+    # Before and after the jump the residual is a multiple of the slope, with different factors.
+    scale = started.white.scale[:, :1]
+    r, s = residual * scale, slope * scale
+    split, step, sd = _best_split(np.sum(r * s, axis=0), np.sum(s * s, axis=0))
+    return first + split, step * rate, sd * rate
+
+
+def _best_split(cross: Array, power: Array) -> tuple[int, float, float]:
+    """Where two factors, one before and one after, explain most; their difference and its standard deviation."""
+    before, before2 = cross.cumsum(), power.cumsum()
+    after, after2 = before[-1] - before, before2[-1] - before2
+    explained = before[:-1] ** 2 / np.maximum(before2[:-1], 1e-300) + after[:-1] ** 2 / np.maximum(after2[:-1], 1e-300)
+    k = int(np.argmax(explained))
+    step = after[k] / max(after2[k], 1e-300) - before[k] / max(before2[k], 1e-300)
+    return k + 1, float(step), float(np.sqrt(1.0 / max(after2[k], 1e-300) + 1.0 / max(before2[k], 1e-300)))
+
+
+def _size(linear: LinearisedShot, started: PreparedShot, at: int) -> tuple[float, float]:
+    """Samples lost before sample `at`, and their standard deviation."""
+    later = started.time_s * started.shot.rate_hz >= at - 0.5
+    column = linear.seen.slope * later / started.shot.rate_hz
+    rest = linear.beside(started.white(column[None])[0])
+    power = float(rest @ rest)
+    factor = max(1.0, linear.chi2 / started.dof)
+    return float(rest @ linear.residual) / power, (factor / power) ** 0.5
+
+
+def _filled(started: PreparedShot, at: int, count: int) -> PreparedShot:
+    """The shot with samples put in before sample `at`, on a cubic through their neighbours."""
+    record = started.shot.record
+    y = record.samples
+    around = np.concatenate([np.arange(-4, 0), np.arange(count, count + 4)])
+    which = np.clip(np.concatenate([np.arange(at - 4, at), np.arange(at, at + 4)]), 0, y.shape[1] - 1)
+    cubic = np.polynomial.polynomial.polyfit(around, y[:, which].T, 3)
+    new = np.polynomial.polynomial.polyval(np.arange(count), cubic)
+    samples = np.concatenate([y[:, :at], new.reshape(y.shape[0], count), y[:, at:]], axis=1)[:, : y.shape[1]]
+    record = replace(record, samples=samples)
+    # A step of the phase spreads over the spectrum: noise that was measured beside the signal held some of it.
+    noise = started.shot.noise if "blank" in started.shot.noise.source else estimate_noise(record)
+    shot = replace(started.shot, record=record, noise=noise)
+    white = whitening_for(shot, started.grids, started.state.dynamics.w / (2.0 * math.pi))
+    return PreparedShot(shot, started.state, started.grids, white)

@@ -1,0 +1,142 @@
+"""Everything that may be missing and has no name: any smooth torque, any slow change of any harmonic.
+
+Their columns only ask whether something is left; a torque estimated from them is shown to the user as a picture.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial import legendre
+from scipy.stats import chi2 as chi2_distribution
+
+from platform_daemon.estimation import Array, LostTrajectoryError
+
+from ..regression.hypothesis import Hypothesis
+from ..regression.information import solved
+from ..regression.joint_fit import JointFit, LinearisedShot, starting_strengths
+from ..regression.torque_response import sample_motion, torque_responses
+
+_HIGHEST_POWER = 5  # of phi and v together
+_HARMONICS = 4
+_DEGREES = 3  # Legendre polynomials of time
+_RESOLVED = 1e-7  # share of a direction's power that must survive the projection
+
+
+@dataclass(frozen=True)
+class OmnibusScore:
+    """What a block of columns would gain: fall of chi^2 over the noise factor, and the number of its directions.
+
+    information, gradient: of its columns beside everything that is fitted; power: of the columns as they are.
+    """
+
+    gain: float
+    directions: int
+    information: Array
+    gradient: Array
+    power: Array
+
+    @property
+    def p_value(self) -> float:
+        """Chance of such a gain if nothing is missing."""
+        return float(chi2_distribution.sf(self.gain, self.directions)) if self.directions else 1.0
+
+    @property
+    def excess(self) -> float:
+        """Gain beyond what noise alone would give."""
+        return max(0.0, self.gain - self.directions)
+
+
+@dataclass(frozen=True)
+class OmnibusTest:
+    """What a smooth torque, and what slow changes of the harmonics would gain."""
+
+    torque: OmnibusScore
+    envelopes: OmnibusScore
+    scale: tuple[float, float]  # largest |phi| in rad and |v| that the torque's polynomials are drawn over
+
+    @property
+    def p_value(self) -> float:
+        """Of both together, corrected for their number."""
+        return min(1.0, 2.0 * min(self.torque.p_value, self.envelopes.p_value))
+
+    @property
+    def excess(self) -> float:
+        """Of the one that gains more."""
+        return max(self.torque.excess, self.envelopes.excess)
+
+
+def powers() -> list[tuple[int, int]]:
+    """Powers (i, j) of phi and v in the smooth torque; a constant too."""
+    return [(i, n - i) for n in range(_HIGHEST_POWER + 1) for i in range(n, -1, -1)]
+
+
+def monomials(phi: Array, v: Array, scale: tuple[float, float]) -> Array:
+    """Torques (k, n) that are products of powers of the scaled angle and velocity."""
+    x, y = phi / scale[0], v / scale[1]
+    return np.stack([x**i * y**j for i, j in powers()])
+
+
+def omnibus_test(at: JointFit, pool: Executor) -> OmnibusTest:
+    """What is left of all shots beside what is fitted."""
+    amplitude = max(abs(s.dynamics.amplitude) for s in at.states)
+    scale = amplitude, 2.0 * math.sin(0.5 * amplitude)
+    parts = list(pool.map(lambda k: _one(at, k, scale), range(len(at.linear))))
+    torque = _gained(at, [p[0] for p in parts])
+    envelopes = _gained(at, [p[1] for p in parts])
+    return OmnibusTest(torque, envelopes, scale)
+
+
+_Part = tuple[Array, Array, Array]
+
+
+def _one(at: JointFit, k: int, scale: tuple[float, float]) -> tuple[_Part, _Part]:
+    """(information, gradient, power) of the smooth torque and of the envelopes in one shot."""
+    started, linear = at.started[k], at.linear[k]
+    # Torques that depend on time have no tables; they change the motion too little to matter here.
+    still = tuple(c for c in at.hypothesis.torques if c.term is not None and not c.term.timed)
+    hypothesis = Hypothesis(at.hypothesis.model, still)
+    model, state = hypothesis.augmented, hypothesis.extended(at.states[k], starting_strengths(at, hypothesis))
+    try:
+        answers = torque_responses(started, model, state, lambda phi, v: monomials(phi, v, scale))
+        torque = started.white(answers)
+    except LostTrajectoryError:
+        torque = np.zeros((len(powers()), linear.residual.size))
+    phase = sample_motion(started, model, state).phase
+    envelopes = started.white(_envelopes(phase, started.time_s, linear))
+    accepted = linear.columns.T
+    return linear.projected(np.concatenate([accepted, torque])), linear.projected(np.concatenate([accepted, envelopes]))
+
+
+def _envelopes(phase: Array, time_s: Array, linear: LinearisedShot) -> Array:
+    """Harmonics of the motion with slowly changing sizes in every channel, (k, channels, m)."""
+    channels = linear.seen.residual.shape[0]
+    place = 2.0 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1.0
+    slow = legendre.legvander(place, _DEGREES - 1).T
+    waves = [w for h in range(1, _HARMONICS + 1) for w in (np.cos(h * phase), np.sin(h * phase))]
+    rows = np.stack([s * w for s in slow for w in waves])
+    out = np.zeros((channels * rows.shape[0], channels, time_s.size))
+    for c in range(channels):
+        out[c * rows.shape[0] : (c + 1) * rows.shape[0], c] = rows
+    return out
+
+
+def _gained(at: JointFit, parts: Sequence[_Part]) -> OmnibusScore:
+    """All shots together, beside the common strengths."""
+    information, gradient, power = (sum(x[1:], start=x[0]) for x in zip(*parts, strict=True))
+    q = at.hypothesis.size
+    if q:
+        cross = solved(information[:q, :q], np.column_stack([information[:q, q:], gradient[:q]]))
+        gradient = gradient[q:] - information[q:, :q] @ cross[:, -1]
+        information = information[q:, q:] - information[q:, :q] @ cross[:, :-1]
+        power = power[q:]
+    scale = 1.0 / np.sqrt(np.maximum(power, 1e-300))
+    values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
+    visible = values > _RESOLVED
+    along = vectors[:, visible].T @ (gradient * scale)
+    gain = float(np.sum(along**2 / values[visible])) / at.noise_factor
+    return OmnibusScore(gain, int(visible.sum()), information, gradient, power)

@@ -1,0 +1,320 @@
+"""Which effects explain what is left: score tests of everything, refits of the leaders, alone and in combination.
+
+Effects are added until nothing significant is left, or nothing helps any more. Two effects that act together can hide
+behind a third that mimics their sum; therefore sets of every size are drawn from the first picture too, not only by
+adding to the best smaller set.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation import LostTrajectoryError
+
+from ..effects.effect import Candidate
+from ..regression.hypothesis import Hypothesis
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
+from .component_search import shot_residuals, side_modes, steady_tones, tones, transients
+from .omnibus_test import OmnibusTest, omnibus_test
+from .sign_constraints import signs_allowed, step_allowed, without_gain_of_energy
+from .significance import LEVEL, log_chance
+from .subsets import pairs, singles, triples
+
+_LARGEST_SET = 3
+_LEADERS = 6
+_NEAR = 0.03  # share of the best gain within which another set may overtake it once refitted
+_CLOSE = 12.0  # fall of chi^2, the same
+_NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
+_MOST_ADDITIVE = 6
+_MOST_MOVES = 5  # from place to place
+_SHARP = 0.5  # fall of chi^2 that makes another move worth while
+
+ProgressCallback = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class CandidateTest:
+    """A candidate set with its evidence."""
+
+    candidates: tuple[Candidate, ...]
+    strengths: tuple[float, ...]
+    sd: tuple[float, ...]
+    gain: float
+    log_p: float
+    allowed: bool
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The end of a search.
+
+    Attributes:
+        base: the joint fit of the declared model.
+        best: the joint fit with everything that was accepted.
+        picture: of all other candidates beside it.
+        residues: what is left without a name.
+        before: the same beside the declared model.
+        tried: single candidates beside the declared model, best first.
+        trials: number of candidates, by which chances are corrected.
+        look_again: all candidates beside another refit.
+        forbidden: the best set fits only with a sign that physics does not allow.
+    """
+
+    base: JointFit
+    best: JointFit
+    picture: ScoreTable
+    residues: OmnibusTest
+    before: OmnibusTest
+    tried: tuple[CandidateTest, ...]
+    trials: float
+    look_again: Callable[[JointFit], ScoreTable]
+    forbidden: tuple[Candidate, ...] = ()
+
+
+def select_effects(
+    base: JointFit, candidates: Sequence[Candidate], pool: Executor, tell: ProgressCallback
+) -> Selection:
+    """Add effects to the declared model until nothing that has a name is left.
+
+    candidates: torque and receiver candidates; additive ones are looked for here.
+
+    Raises:
+        LostTrajectoryError: the declared model itself describes no oscillation.
+    """
+    return _Search(base, list(candidates), pool, tell).run()
+
+
+class _Search:
+    """State of a search."""
+
+    def __init__(self, base: JointFit, named: list[Candidate], pool: Executor, tell: ProgressCallback) -> None:
+        self._base, self._named, self._pool, self._tell = base, named, pool, tell
+        self._trials = float(len(named) + len(transients(base)) + 3)
+        self._scanned: tuple[JointFit, tuple[list[Candidate], list[Candidate]]] | None = None
+
+    def run(self) -> Selection:
+        """Alternate between effects of each shot's own and sets of common ones."""
+        before = omnibus_test(self._base, self._pool)
+        self._tell("scores of all candidates", 0.25)
+        root, best = self._base, self._base
+        first = seen = self._picture(root)
+        tried = self._singles(first)
+        forbidden: tuple[Candidate, ...] = ()
+        size = additive = 0
+        while True:
+            own = self._best_own(best) if additive < _MOST_ADDITIVE else None
+            common = self._best_common(seen)
+            if own is not None and own[0] < min(LEVEL, common):
+                # What stands beside the signal is taken out first: the sets start anew beside it.
+                sharp = self._sharpened_own(best, own[1])
+                root = self._refit(root.hypothesis.plus(sharp), root) or root
+                best = self._refit(best.hypothesis.plus(sharp), best) or best
+                first = self._picture(root)
+                seen = first if size == 0 else self._picture(best)
+                additive += 1
+                continue
+            if common >= LEVEL or size == _LARGEST_SET:
+                break
+            size += 1
+            self._tell(f"refits of sets of {size}", 0.3 + 0.15 * size)
+            better, banned = self._grown(first, seen, best, size)
+            if better is None:
+                # Two effects can hide from every single one: larger sets are tried all the same.
+                forbidden = banned or forbidden
+                continue
+            better, forbidden = self._sharpened(better), ()
+            best, seen = better, self._picture(better)
+        after = omnibus_test(best, self._pool) if best is not self._base else before
+        return Selection(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
+
+    def _scan(self, at: JointFit) -> tuple[list[Candidate], list[Candidate]]:
+        """(tones, side modes) in what a refit leaves over; looked for once."""
+        if self._scanned is None or self._scanned[0] is not at:
+            left = shot_residuals(at, self._pool)
+            sides = side_modes(at, left)
+            lines = [*tones(at, left), *steady_tones(at, sides)]
+            self._scanned = at, (lines, [c for c in sides if not self._steady(at, c, lines)])
+        return self._scanned[1]
+
+    def _steady(self, at: JointFit, side: Candidate, lines: Sequence[Candidate]) -> bool:
+        """True if a tone that does not decay explains more than the decaying one."""
+        f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.started[0].time_s[-1])
+        near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
+        return bool(near) and max(self._own_gain(at, c)[0] for c in near) >= self._own_gain(at, side)[0]
+
+    def _picture(self, at: JointFit) -> ScoreTable:
+        taken = {c.key for c in at.hypothesis.effects}
+        shared = [c for c in self._scan(at)[1] if c.shared]
+        offered = [
+            c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _same_effect_in(c, at)
+        ]
+        return score_table(at, offered, self._pool)
+
+    def _singles(self, seen: ScoreTable) -> tuple[CandidateTest, ...]:
+        """Every candidate by itself, the most surprising first."""
+        rows = []
+        for block in seen.blocks:
+            score = seen.gain([block])
+            if score is not None:
+                c = block.candidate
+                log_p = log_chance(score.gain, c.size, self._trials * c.trials)
+                rows.append(
+                    CandidateTest(
+                        (c,), tuple(score.strengths), tuple(score.sd), score.gain, log_p, step_allowed([block], score)
+                    )
+                )
+        return tuple(sorted(rows, key=lambda t: (t.log_p, -t.gain)))
+
+    def _best_common(self, seen: ScoreTable) -> float:
+        """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
+        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.refit.chi2, 0.0) / seen.refit.noise_factor
+        best = 0.0
+        for sets, trials in ((singles(seen), 1.0), (pairs(seen), 0.5 * self._trials)):
+            for blocks, score in sets:
+                if score.gain > floor:
+                    best = min(best, self._log_p(blocks, score, trials))
+        return best
+
+    def _log_p(self, blocks: Sequence[CandidateBlock], score: ScoreResult, more: float = 1.0) -> float:
+        trials = self._trials * more
+        for b in blocks:
+            trials *= b.candidate.trials
+        return log_chance(score.gain, sum(b.candidate.size for b in blocks), trials)
+
+    def _best_own(self, at: JointFit) -> tuple[float, Candidate] | None:
+        """The most surprising effect that every shot has for itself."""
+        lines, sides = self._scan(at)
+        offered = [*lines, *(c for c in sides if not c.shared)]
+        floor = _NEGLIGIBLE * max(self._base.chi2 - at.chi2, 0.0)
+        best: tuple[float, Candidate] | None = None
+        for c in offered:
+            if _same_effect_in(c, at):
+                continue
+            gain, directions = self._own_gain(at, c)
+            if gain * at.noise_factor > floor:
+                log_p = log_chance(gain, directions, self._trials * c.trials)
+                if best is None or log_p < best[0]:
+                    best = log_p, c
+        return best
+
+    def _own_gain(self, at: JointFit, candidate: Candidate) -> tuple[float, int]:
+        """Fall of chi^2 over the noise factor, and the number of columns."""
+
+        def one(k: int) -> tuple[float, int]:
+            linear = at.linear[k]
+            assert candidate.columns is not None
+            columns = at.started[k].white(candidate.columns(linear.seen)).T
+            rest = linear.beside(columns)
+            q, _ = np.linalg.qr(rest)
+            return float(np.sum((q.T @ linear.beside(linear.residual)) ** 2)), columns.shape[1]
+
+        parts = list(self._pool.map(one, range(len(at.linear))))
+        return sum(p[0] for p in parts) / at.noise_factor, sum(p[1] for p in parts)
+
+    def _grown(
+        self, first: ScoreTable, seen: ScoreTable, best: JointFit, size: int
+    ) -> tuple[JointFit | None, tuple[Candidate, ...]]:
+        """The best refit with a set of this size; None if it is no better than what there is."""
+        leaders = self._leaders(first, seen, size)
+        fits = [f for f in (self._allowed_refit(h, start) for h, start in leaders) if f is not None]
+        fits.sort(key=lambda f: f.chi2)
+        allowed = [f for f in fits if signs_allowed(f)]
+        banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
+        if not allowed:
+            return None, banned
+        fall = (best.chi2 - allowed[0].chi2) / allowed[0].noise_factor
+        added = allowed[0].hypothesis.size - best.hypothesis.size
+        new = [c for c in allowed[0].hypothesis.common if c.key not in {o.key for o in best.hypothesis.common}]
+        sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
+        return (allowed[0], banned) if sure else (None, banned)
+
+    def _sharpened(self, at: JointFit) -> JointFit:
+        """With the hidden scales and places of its common effects where chi^2 is least."""
+        for share in (1.0, 0.4, 0.15):
+            for _ in range(_MOST_MOVES):
+                before = at
+                for c in at.hypothesis.common:
+                    at = self._sharper(at, c, share) if c.near is not None else at
+                if before.chi2 - at.chi2 < _SHARP:
+                    break
+        return at
+
+    def _sharper(self, at: JointFit, c: Candidate, share: float) -> JointFit:
+        """One effect at the best of its neighbouring places; the refit itself if none is better."""
+        beside = self._refit(at.hypothesis.without(c), at)
+        if beside is None or c.near is None:
+            return at
+        seen = score_table(beside, [replace(v, parts=()) for v in c.near(share)], self._pool)
+        scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
+        if not scores:
+            return at
+        sharp = max(scores, key=lambda pair: pair[0])[1]
+        trial = self._allowed_refit(beside.hypothesis.plus(sharp), beside)
+        return at if trial is None or trial.chi2 >= at.chi2 else trial
+
+    def _sharpened_own(self, at: JointFit, c: Candidate) -> Candidate:
+        """The same for an effect of every shot's own."""
+        bin_hz = 1.0 / float(at.started[0].time_s[-1])
+        for share in (1.0, 0.3):
+            if c.near is not None:
+                scale = share * bin_hz if c.detail.tau_s is None else share
+                c = max(c.near(scale), key=lambda v: self._own_gain(at, v)[0])
+        return c
+
+    def _leaders(self, first: ScoreTable, seen: ScoreTable, size: int) -> list[tuple[Hypothesis, JointFit]]:
+        """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
+        sets = {1: singles, 2: pairs, 3: triples}[size](first)
+        proposals = [(score.gain, first, blocks, score) for blocks, score in sets if step_allowed(blocks, score)]
+        if size > 1:
+            explained = (first.refit.chi2 - seen.refit.chi2) / seen.refit.noise_factor
+            proposals += [
+                (explained + score.gain, seen, blocks, score)
+                for blocks, score in singles(seen) if step_allowed(blocks, score)
+            ]  # fmt: skip
+        proposals.sort(key=lambda p: -p[0])
+        chosen: list[tuple[Hypothesis, JointFit]] = []
+        known: set[frozenset[object]] = set()
+        for gain, at, blocks, _ in proposals:
+            if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
+                break
+            hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
+            keys = frozenset(c.key for c in hypothesis.effects)
+            if keys not in known:
+                known.add(keys)
+                chosen.append((hypothesis, at.refit))
+        return chosen
+
+    def _allowed_refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:
+        """A refit without losses that would feed energy into the motion: these are held at 0."""
+        found = self._refit(hypothesis, at)
+        try:
+            return None if found is None else without_gain_of_energy(found, self._pool)
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return None
+
+    def _refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:
+        """From another refit; None if the motion is lost."""
+        try:
+            # What is new begins at 0, so that the shots' own parameters can follow it.
+            return fit_jointly(self._base.started, hypothesis, self._pool, *starting_point(at, hypothesis))
+        except (LostTrajectoryError, np.linalg.LinAlgError):
+            return None
+
+
+def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:
+    """True if a hidden scale or a place of the same effect is in the refit already."""
+    for c in at.hypothesis.effects:
+        if c.effect is not candidate.effect:
+            continue
+        if c.hidden or (c.detail.tau_s is not None and c.detail.frequency_hz is None):
+            return True
+        if c.detail.frequency_hz and candidate.detail.frequency_hz:
+            near = abs(c.detail.frequency_hz - candidate.detail.frequency_hz)
+            return near < 3.0 / float(at.started[0].time_s[-1])
+    return False

@@ -1,0 +1,82 @@
+"""From shots to fits of the declared model that later steps begin at, whatever the fit thinks of its residual."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from platform_daemon.estimation import (
+    DipoleObservation,
+    FitState,
+    LostTrajectoryError,
+    RefusedError,
+    RingDownModel,
+    by_convention,
+    find_minimum,
+    task_of,
+    turning_points,
+)
+
+from .shot import DiagnosisShot, PreparedShot, grids_for, whitening_for
+
+_LEFT = 0.12  # of the first amplitude: what is below says little and may be stuck
+
+
+@dataclass(frozen=True)
+class UnfittedShot:
+    """A shot that cannot be looked at, and why."""
+
+    shot: DiagnosisShot
+    reason: str
+
+
+def initial_fits(
+    shots: Sequence[DiagnosisShot], model: RingDownModel, pool: Executor
+) -> tuple[list[PreparedShot], list[UnfittedShot]]:
+    """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record."""
+    results = list(pool.map(lambda shot: _start(shot, model), shots))
+    started = [r for r in results if isinstance(r, PreparedShot)]
+    return _on_one_side(started, model), [r for r in results if isinstance(r, UnfittedShot)]
+
+
+def _on_one_side(started: Sequence[PreparedShot], model: RingDownModel) -> list[PreparedShot]:
+    """Every shot as the twin (phi -> -phi) nearest to the first shot: common strengths and means need one side.
+
+    Where e_v is perpendicular to x, noise decides which of the two a fit finds.
+    """
+    return [replace(s, state=_nearer_mirror_image(s.state, started[0].state, model)) for s in started]
+
+
+def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
+    """The state, or its twin if that is turned less against the reference."""
+    here, there = state.observation, reference.observation
+    if not (isinstance(here, DipoleObservation) and isinstance(there, DipoleObservation)):
+        return state
+    if np.sum(here.rotation[:, 1:] * there.rotation[:, 1:]) >= 0.0:
+        return state
+    return replace(state.mirrored(model), observation=here.turned())
+
+
+def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | UnfittedShot:
+    try:
+        _, fitted = find_minimum(task_of(shot.record, "d30", shot.noise, {}), model)
+        state = by_convention(fitted.state, model)
+        last = _end(shot, model, state)
+    except (RefusedError, LostTrajectoryError) as error:
+        return UnfittedShot(shot, str(error))
+    frequency_hz = state.dynamics.w / (2.0 * math.pi)
+    grids = grids_for(shot.record, last, frequency_hz)
+    return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
+
+
+def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
+    """Sample at which the motion has become small."""
+    record = shot.record
+    times, sizes = turning_points(model, state.dynamics, record.end * record.dt_s)
+    small = np.flatnonzero(sizes < _LEFT * abs(state.dynamics.amplitude))
+    until_s = float(times[small[0]]) if small.size else float(times[-1])
+    return min(record.end, max(record.valid_from, math.ceil(until_s * shot.rate_hz)))

@@ -1,0 +1,170 @@
+"""The local linear picture of one shot: what is left of the data at a state, and how it moves with every parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from platform_daemon.estimation import (
+    REACH,
+    Array,
+    FitState,
+    LostTrajectoryError,
+    RingDownModel,
+    Trajectory,
+    Workspace,
+    derivative,
+)
+
+from .shot import PreparedShot
+
+_LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A shot at a state of a model, on its grids, all pieces side by side.
+
+    Attributes:
+        started: the shot with its grids.
+        state: the state looked from.
+        odd, even: (channels, m) parts of the model's channels from f1 and f2, near odd and even multiples of the
+            fundamental, without offsets.
+        slopes: (2, channels, m) time derivatives of these two parts.
+        residual: (channels, m) data minus model.
+        jacobian: (p, channels, m) d model / d parameter, in the order of FitState.moved; even_jacobian: its part from
+            f2.
+    """
+
+    started: PreparedShot
+    state: FitState
+    odd: Array
+    even: Array
+    slopes: Array
+    residual: Array
+    jacobian: Array
+    even_jacobian: Array
+
+    @classmethod
+    def of_basis(cls, started: PreparedShot, state: FitState, basis: Array) -> Linearisation:
+        """The model's channels only, from the kernel's basis (b, m): no residual, no Jacobian."""
+        d, gains = state.dynamics, state.observation.gains(state.dynamics.w)
+        odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
+        slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
+        nothing = np.zeros((0, *odd.shape))
+        return cls(started, state, odd, even, slopes, nothing, nothing, nothing)
+
+    def moved(self, parameter: int, step: float) -> Linearisation:
+        """The model's channels after a small step of a parameter, to first order; not of an offset."""
+        even = step * self.even_jacobian[parameter]
+        odd = step * self.jacobian[parameter] - even
+        slopes = np.stack([self._derived(part) for part in (odd, even)])
+        return replace(self, odd=self.odd + odd, even=self.even + even, slopes=self.slopes + slopes)
+
+    @property
+    def time_s(self) -> Array:
+        """(m,)."""
+        return self.started.time_s
+
+    @cached_property
+    def signal(self) -> Array:
+        """(channels, m) the model's channels, without offsets."""
+        return np.asarray(self.odd + self.even)
+
+    @cached_property
+    def slope(self) -> Array:
+        """(channels, m) its time derivative."""
+        return np.asarray(self.slopes.sum(axis=0))
+
+    @cached_property
+    def _derivatives(self) -> list[Array]:
+        return [np.asarray(self.started.shot.to_volts @ self.slope)]
+
+    def derivative_v(self, order: int) -> Array:
+        """(channels, m) time derivative of this order at the digitiser, found once."""
+        found = self._derivatives
+        while len(found) < order:
+            found.append(self._derived(found[-1]))
+        return found[order - 1]
+
+    def _derived(self, samples: Array) -> Array:
+        """Time derivative (channels, m), piece by piece."""
+        rate, grids = self.started.shot.rate_hz, self.started.grids
+        parts = []
+        for k, (g, where) in enumerate(zip(grids, self.started.white.slices, strict=True)):
+            before, after = self._beside(samples, k)
+            wide = derivative(np.concatenate([before, samples[:, where], after], axis=1), rate / g.factor)
+            parts.append(wide[:, before.shape[1] : wide.shape[1] - after.shape[1]])
+        return np.concatenate(parts, axis=1)
+
+    def _beside(self, samples: Array, k: int) -> tuple[Array, Array]:
+        """Samples before and after a decimated piece at its own step, from its neighbours that have every sample.
+
+        From a decimated piece alone, derivatives at its ends would be poor.
+        """
+        grids, slices = self.started.grids, self.started.white.slices
+        factor, nothing = grids[k].factor, samples[:, :0]
+        if factor == 1 or len(grids) == 1:
+            return nothing, nothing
+        before, after = samples[:, slices[k - 1]], samples[:, slices[k + 1]]
+        return before[:, ::-1][:, factor - 1 :: factor][:, :REACH][:, ::-1], after[:, ::factor][:, :REACH]
+
+    @cached_property
+    def whitened(self) -> Array:
+        """Residual in units of its noise, flat (channels m,)."""
+        return self.started.white(self.residual)
+
+    @cached_property
+    def base(self) -> Array:
+        """Jacobian in units of the noise, (p, channels m)."""
+        return self.started.white(self.jacobian)
+
+    @cached_property
+    def volts(self) -> Array:
+        """The model's channels at the digitiser, (channels, m)."""
+        return np.asarray(self.started.shot.to_volts @ self.signal)
+
+
+def linearise_signal(started: PreparedShot, model: RingDownModel, state: FitState) -> Linearisation:
+    """Evaluate a state.
+
+    Raises:
+        LostTrajectoryError: the state does not oscillate.
+    """
+    basis = basis_at(started, model, state)
+    if not np.abs(basis).max() < _LARGEST:
+        raise LostTrajectoryError("the motion answers without bounds to its parameters")
+    seen = Linearisation.of_basis(started, state, basis)
+    residual = started.data - seen.signal - state.offsets[:, None]
+    jacobian, even = _jacobian(model, state, basis)
+    return replace(seen, residual=residual, jacobian=jacobian, even_jacobian=even)
+
+
+def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
+    """The kernel's basis at the instants, (b, m)."""
+    d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
+    # Torques that depend on time are integrated once; the others have tables.
+    places = [(g.first, g.last, g.factor / rate) for g in started.grids]
+    if model.time_dependent:
+        trajectory = Trajectory(model, d, max(last * dt_s for _, last, dt_s in places))
+        return np.concatenate([trajectory.basis(*place, observable) for place in places], axis=1)
+    workspace = Workspace(model)
+    return np.concatenate([workspace.basis(d, *place, observable) for place in places], axis=1)
+
+
+def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> tuple[Array, Array]:
+    """(p, channels, m) from the kernel's basis (b, m), and the part of it from f2."""
+    d, obs = state.dynamics, state.observation
+    (gains, by_w, by_own), chain = obs.linear(d.w), d.chain(model)
+    dynamic, channels, m = chain.shape[0], gains.shape[0], basis.shape[1]
+    out, even = np.zeros((2, state.size, channels, m))
+    for part, k in ((out, 0), (even, 1)):
+        part[:dynamic] = (chain.T @ basis[2 + k : 2 + 2 * dynamic : 2])[:, None] * gains[:, k : k + 1]
+        part[1] += by_w[:, k : k + 1] * basis[k]
+        part[dynamic : dynamic + obs.size] = by_own[:, :, k : k + 1] * basis[k]
+    out += even
+    for channel in range(channels):
+        out[dynamic + obs.size + channel, channel] = 1.0
+    return out, even

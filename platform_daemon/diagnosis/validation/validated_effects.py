@@ -1,0 +1,89 @@
+"""Which of the refits predicts data that were not used, and which effects of it help there."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from platform_daemon.estimation import LostTrajectoryError
+
+from ..effects.effect import Candidate
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import ScoreTable
+from ..selection.confounders import Confounder, confounders, gain_of
+from ..selection.sign_constraints import without_gain_of_energy
+from ..selection.stepwise import Selection
+from .cross_validation import CrossValidation, cross_validate
+
+_OPTIONS = 4  # look-alikes that held-out data choose from
+_BETTER = 2.0  # fall of the held-out chi^2 for which a look-alike takes the place of what is fitted best
+ReplacedEffects = dict[object, tuple[Confounder, ...]]  # what was passed over for a look-alike, by the look-alike's key
+
+
+def validate_effects(
+    found: Selection, pool: Executor
+) -> tuple[ScoreTable, CrossValidation, CrossValidation, tuple[Candidate, ...], ReplacedEffects]:
+    """The picture of the refit that predicts best, without effects that do not help; held-out scores before and after.
+
+    Where effects cannot be told apart by the fit, held-out data choose. With what was dropped, and what was passed over
+    for a look-alike.
+    """
+    before = cross_validate(found.base, pool)
+    (seen, passed), dropped = _best_predicting(found, pool), []
+    after = cross_validate(seen.refit, pool) if seen.refit.hypothesis.effects else before
+    while seen.refit.hypothesis.effects:
+        at = seen.refit
+        helps = {c.key: held_out_gain_of(at, c, after, found.base, pool) for c in at.hypothesis.effects}
+        worst = min(at.hypothesis.effects, key=lambda c: helps[c.key])
+        if helps[worst.key] > 0.0:
+            break
+        dropped.append(worst)
+        final = found.base if len(at.hypothesis.effects) == 1 else without(at, worst, found.base, pool)
+        seen = found.look_again(final)
+        after = cross_validate(final, pool) if final.hypothesis.effects else before
+    return seen, before, after, tuple(dropped), passed
+
+
+def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, ReplacedEffects]:
+    """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
+    seen, passed = found.picture, ReplacedEffects()
+    for effect in seen.refit.hypothesis.common:
+        alike = [r for r in confounders(seen, effect, pool) if r.indistinguishable and r.refit is not None]
+        if not alike:
+            continue
+        first, gain = cross_validate(seen.refit, pool), gain_of(seen.refit, effect)
+        scores = [(_worse(r, first, pool), r) for r in alike[:_OPTIONS]]
+        worse, best = min(scores, key=lambda pair: pair[0], default=(0.0, None))
+        if best is not None and best.refit is not None and worse < -_BETTER:
+            others = [Confounder(effect, 0.0, gain, seen.refit), *(r for r in alike if r is not best)]
+            passed[best.candidate.key] = tuple(replace(r, rise=r.rise - best.rise) for r in others)
+            seen = found.look_again(best.refit)
+    return seen, passed
+
+
+def _worse(rival: Confounder, first: CrossValidation, pool: Executor) -> float:
+    """Rise of the held-out chi^2 with a look-alike."""
+    return 0.0 if rival.refit is None else cross_validate(rival.refit, pool).worse_by(first)
+
+
+def without(at: JointFit, effect: Candidate, base: JointFit, pool: Executor) -> JointFit:
+    """A refit with all effects but one."""
+    hypothesis = at.hypothesis.without(effect)
+    if not hypothesis.effects:
+        return base
+    try:
+        found = fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        found = base
+    # Far from what the shots do without it, the way down leads from their own fits.
+    found = found if found.chi2 < base.chi2 else fit_jointly(at.started, hypothesis, pool)
+    return without_gain_of_energy(found, pool)
+
+
+def held_out_gain_of(
+    at: JointFit, effect: Candidate, with_it: CrossValidation, base: JointFit, pool: Executor
+) -> float:
+    """Fall of the held-out chi^2 that an effect brings as the last one."""
+    return cross_validate(without(at, effect, base, pool), pool).worse_by(with_it)

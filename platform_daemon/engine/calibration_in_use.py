@@ -1,0 +1,121 @@
+"""Another calibration for a daemon that runs: read, checked against the platform, and in use from the next series on.
+
+Only a command does that: a calibration job or a file that was replaced changes nothing by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import structlog
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.calibration import ReceiveCalibration, TransmitCalibration
+from drivers.errors import ConfigError, InputError, RecordingError
+from drivers.platform import Platform
+from drivers.registry import check_gain
+from platform_daemon.schemas import SelfTestOptions
+from platform_daemon.store import read_calibration, read_transmit_calibration
+from sequences.compiler import TransmitSide
+from sequences.limits import SafetyLimits
+
+from .work.self_test import SelfTest
+
+log = structlog.get_logger()
+IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
+
+
+class ActivationRequest(BaseModel):
+    """kind: which side; calibration: one that a job has written, as `lab@2_20261121`; null: the file that the platform
+    file names, read anew."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    kind: Literal["receive", "transmit"]
+    calibration: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
+
+
+@dataclass(frozen=True)
+class CalibrationFiles:
+    """The files that the platform file names; None: it names none."""
+
+    receive: Path | None = None
+    transmit: Path | None = None
+
+    def asked(self, request: ActivationRequest, folder: Path) -> Path:
+        """The file of a request; calibrations made by jobs are in `folder`.  Raises InputError."""
+        if request.calibration is not None:
+            return folder / f"{request.calibration}.h5"
+        named = self.receive if request.kind == "receive" else self.transmit
+        if named is None:
+            raise InputError(
+                f"the platform file names no file of a {request.kind} calibration",
+                where="calibration",
+                remedy="give the name of a calibration that a job has written",
+            )
+        return named
+
+
+def read_receive(path: Path) -> ReceiveCalibration:
+    """The receive calibration in a calibration file or a recording.  Raises RecordingError."""
+    c = read_calibration(path)
+    if c.identifier is None or c.date is None:
+        remedy = "add /calibration/identifier and /calibration/date to the file"
+        raise RecordingError("the calibration has no name or date", where=str(path), remedy=remedy)
+    return replace(c, transmit=None)
+
+
+def read_either(kind: str, path: Path) -> ReceiveCalibration | TransmitCalibration:
+    """The calibration of that kind in a file.  Raises RecordingError."""
+    return read_receive(path) if kind == "receive" else read_transmit_calibration(path)
+
+
+class CalibrationInUse:
+    """What a job is made from: the transmit side, the self-test, and the platform's calibrations.
+
+    Raises SequenceRejected if the self-test leaves the limits.
+    """
+
+    def __init__(
+        self, platform: Platform, limits: SafetyLimits, options: SelfTestOptions, files: CalibrationFiles
+    ) -> None:
+        self._platform, self._options, self._files = platform, options, files
+        self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
+        self.self_test = SelfTest(platform, self.side, options)
+
+    def adopt(self, request: ActivationRequest, folder: Path) -> None:
+        """Use another calibration from now on; no job may be under way.  Raises InputError, and all stays as it was."""
+        found = read_either(request.kind, self._files.asked(request, folder))
+        if isinstance(found, TransmitCalibration):
+            channels = found.applied(self._platform.transmit)
+            side = replace(self.side, channels=channels)
+            self.self_test = SelfTest(self._platform, side, self._options)
+            self.side, self._platform.transmit, self._platform.transmit_calibration = side, channels, found
+        else:
+            _check(found, self._platform)
+            self._platform.calibration = found
+        log.info("calibration_adopted", identifier=found.identifier, date=found.date)
+
+    def in_use(self) -> dict[str, dict[str, str | None] | None]:
+        """Name and date of both calibrations; transmit null: coils as the platform file declares them."""
+        receive, transmit = self._platform.calibration, self._platform.transmit_calibration
+        return {"calibration": _named(receive), "transmit_calibration": None if transmit is None else _named(transmit)}
+
+
+def _check(found: ReceiveCalibration, platform: Platform) -> None:
+    """Raises ConfigError if it is not one of this platform."""
+    check_gain(found, platform.lna.gain())
+    has, needs = len(found.sensitivity), len(platform.calibration.sensitivity)
+    if has != needs:
+        raise ConfigError(
+            f"the calibration has {has} channels, the platform {needs}",
+            where="calibration",
+            why=f"it is {found.identifier!r}",
+            remedy="name a calibration of this platform",
+        )
+
+
+def _named(calibration: ReceiveCalibration | TransmitCalibration) -> dict[str, str | None]:
+    return {"identifier": calibration.identifier, "date": calibration.date}

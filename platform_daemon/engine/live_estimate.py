@@ -1,0 +1,29 @@
+"""The last shot at a glance, while a series runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.calibration import ReceiveCalibration
+from platform_daemon.analysis import harmonics_report
+
+
+class LiveEstimate:
+    """Holds what the harmonics of the last excited shot tell; one thread writes it, anybody may read it."""
+
+    latest: dict[str, Any] | None = None
+
+    def see(
+        self,
+        acquisition: str,
+        shot: int,
+        rx_volts: NDArray[np.float64],
+        rate_hz: float,
+        calibration: ReceiveCalibration,
+    ) -> None:
+        """Look at shot number `shot` (from 1) of an acquisition."""
+        found = harmonics_report(rx_volts, rate_hz, calibration)
+        self.latest = {"acquisition": acquisition, "shot": shot, **found}

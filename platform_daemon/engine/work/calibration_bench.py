@@ -1,0 +1,124 @@
+"""What the calibrations share: the request, and the bench that their shots are made on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.errors import DeviceFault, InputError
+from drivers.platform import Platform
+from platform_daemon.store import check_calibration_name
+from sequences.compiler import TransmitSide
+from sequences.tones import ToneShot, played_hz
+
+from ..jobs import Cancelled, Job
+from ..shot import RawShot, run_shot
+
+TRIES = 3  # per shot, if it is refused
+NO_PRODUCT = 2.0  # chi2 per degree of freedom from which on a model of the chain is doubted
+QUESTION_STEP_S = 0.1
+
+Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
+
+
+class CalibrationRequest(BaseModel):
+    """A calibration.
+
+    kind: receive (reference dipole along x, y, z) or transmit (field probe, coil after coil); name: of the file,
+    default: the kind; frequencies_hz: at least two; repetitions: shots per direction and frequency; listen_s: length of
+    one (receive); amplifier_v: on the coil (transmit); temperature_span_c: it holds so far from the temperature at
+    which it was made.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    kind: Literal["receive", "transmit"]
+    name: Annotated[str, Field(max_length=61)] | None = None
+    frequencies_hz: Annotated[tuple[Hertz, ...], Field(strict=False, min_length=2, max_length=100)] = (
+        *(100.0, 212.0, 424.0, 636.0, 848.0, 1272.0),
+        *(2120.0, 4000.0, 8000.0),
+    )
+    repetitions: Annotated[int, Field(ge=1, le=1000)] = 2
+    listen_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 0.4
+    amplifier_v: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 1.0
+    temperature_span_c: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 5.0
+
+    @property
+    def file_name(self) -> str:
+        """Name of the file, without version and date."""
+        return self.name or self.kind
+
+
+class CalibrationWork(Protocol):
+    """The work of one calibration job, checked when it was made."""
+
+    @property
+    def shots(self) -> int:
+        """How many shots it takes, unless some must be repeated."""
+
+    def __call__(self, job: Job) -> None:
+        """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
+
+
+@dataclass
+class CalibrationBench:
+    """Platform, request, and where the file goes; frequencies_hz: (k,) rising, as the card plays them.
+
+    Raises InputError if there are not two of them, or the name of the file is none.
+    """
+
+    platform: Platform
+    request: CalibrationRequest
+    side: TransmitSide
+    folder: Path
+    frequencies_hz: NDArray[np.float64] = field(init=False)
+    _celsius: list[float] = field(init=False, default_factory=list)
+
+    def __post_init__(self) -> None:
+        """See the class."""
+        check_calibration_name(self.request.file_name)
+        self.frequencies_hz = np.array(sorted({played_hz(f, self.side.card) for f in self.request.frequencies_hz}))
+        if self.frequencies_hz.size < 2:
+            raise InputError("two different frequencies are needed", where="frequencies_hz", remedy="give another one")
+
+    @property
+    def extent_hz(self) -> tuple[float, float]:
+        """The lowest and the highest frequency."""
+        return float(self.frequencies_hz[0]), float(self.frequencies_hz[-1])
+
+    def place(self, job: Job, done: Callable[[], bool], what: str) -> None:
+        """Have something brought into place; wait for the operator if nobody else does it.  Raises Cancelled."""
+        if done():
+            return
+        job.ask(what)
+        while not job.proceed.wait(timeout=QUESTION_STEP_S):
+            if job.cancel_requested.is_set():
+                raise Cancelled
+        job.answered()
+
+    def shoot(self, job: Job, shot: ToneShot, phase: str) -> RawShot:
+        """One good shot.  Raises DeviceFault if it is refused again and again."""
+        job.at(job.done, phase)
+        for _ in range(TRIES):
+            raw = run_shot(self.platform, shot, cancelled=job.cancel_requested.is_set)
+            if raw.temperature_c is not None:
+                self._celsius.append(raw.temperature_c)
+            if raw.reason is None:
+                job.at(job.done + 1, phase)
+                return raw
+            job.warnings.append(f"{phase}: a shot was refused: {raw.reason}")
+        remedy = "find the cause named; no calibration was written"
+        raise DeviceFault(f"{TRIES} shots in a row were refused", why=str(raw.reason), remedy=remedy)
+
+    def temperatures_c(self) -> tuple[float | None, tuple[float, float] | None]:
+        """Mean temperature of the shots, and between which the calibration holds; None if nobody measures it."""
+        if not self._celsius:
+            return None, None
+        span = self.request.temperature_span_c
+        return float(np.mean(self._celsius)), (min(self._celsius) - span, max(self._celsius) + span)

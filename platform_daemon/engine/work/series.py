@@ -1,0 +1,318 @@
+"""A series of shots: each is on disk before it counts, fits run beside, and what was made is kept whatever happens."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import structlog
+
+from drivers.calibration import ReceiveCalibration
+from drivers.errors import DeviceFault
+from drivers.platform import Platform
+from platform_daemon import __version__
+from platform_daemon.analysis import (
+    AdoptedModel,
+    FitRequest,
+    file_report,
+    fit_frame,
+    fit_table,
+    frame_report,
+    label_of,
+    learn_noise,
+    refused_report,
+)
+from platform_daemon.estimation import Conditions, FitResult, SeriesNoise
+from platform_daemon.store import Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
+from sequences.compiler import ShotPlan
+
+from ..jobs import Cancelled, Job
+from ..latency import reduce_latency
+from ..live_estimate import LiveEstimate
+from ..planning import AcquisitionPlan
+from ..shot import RawShot, run_shot
+from .self_test import SelfTest
+
+log = structlog.get_logger()
+MAX_REFUSED_IN_A_ROW = 3
+PAUSE_STEP_S = 0.1
+
+
+class SeriesWork:
+    """The work of one acquisition job; call it with the job."""
+
+    def __init__(
+        self,
+        platform: Platform,
+        plan: AcquisitionPlan,
+        target: Path,
+        config_text: str,
+        fits: Executor,
+        live: LiveEstimate,
+        *,
+        overwrite: bool,
+        in_shot: Callable[[], None] = lambda: None,
+        self_test: SelfTest | None = None,
+    ) -> None:
+        self._platform, self._plan, self._target = platform, plan, target
+        self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
+        self._calibration = store_calibration(platform)
+        undone = plan.model.receiver if isinstance(plan.model, AdoptedModel) else ()
+        self._of_fits = replace(self._calibration, receiver=undone)
+        self._live = live
+        self._fits: list[Future[FitResult] | str] = []
+        self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
+        self._in_shot, self._self_test = in_shot, self_test
+        self._refused_in_a_row = 0
+        self._left: Callable[[], None] | None = None
+        self._storing: Future[None] | None = None
+
+    def __call__(self, job: Job) -> None:
+        """Mount, test the chain, shoot, store, fit.
+
+        Raises SelfTestFailed before there is a file, Cancelled, DeviceError, OSError; shots already stored stay in it.
+        """
+        if self._plan.settle.warning:
+            job.warnings.append(self._plan.settle.warning)
+        self._platform.mount(self._plan.specimen)
+        self._prove_wiring(job)
+        reduce_latency()
+        with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
+            try:
+                with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
+                    self._shoot_all(job, series, disk)
+                    _raise_failure(self._storing)
+            finally:
+                self._finish(job, series)
+
+    def _shoot_all(self, job: Job, series: SeriesWriter, disk: Executor) -> None:
+        """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
+        try:
+            for done, shot in enumerate(self._plan.shots):
+                self._pause(job, first=done == 0)
+                raw = self._shoot(job, shot, done + 1, series)
+                self._catch_up()  # a shot that was refused at its beginning has not come to it
+                self._left = partial(self._keep, job, series, disk, shot, raw)
+                self._count_refusals(job, raw, done + 1)
+        finally:
+            self._catch_up()
+
+    def _catch_up(self) -> None:
+        """What is left to do of the shot before."""
+        left, self._left = self._left, None
+        if left is not None:
+            left()
+
+    def _keep(self, job: Job, series: SeriesWriter, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
+        """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
+        _raise_failure(self._storing)
+        self._storing = disk.submit(self._store, job, series, shot_record(shot, raw))
+        self._storing.add_done_callback(_complain)
+        self._follow_up(job, shot, raw)
+
+    def _prove_wiring(self, job: Job) -> None:
+        if self._self_test is None or not self._self_test.enabled:
+            return
+        job.at(0, "self-test")
+        log.info("self_test_passed", **(self._self_test(job.cancel_requested.is_set) or {}))
+
+    def _store(self, job: Job, series: SeriesWriter, shot: ShotRecord) -> None:
+        """Once this is done the job's record says where the shots are, whatever happens to the process."""
+        stored = series.add_shot(shot)
+        job.result = {"recording": self._target.stem, "file": self._target.name, "shots": stored}
+        job.on_change(job)
+
+    def _shoot(self, job: Job, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
+        total, looked = shot.timeline.total_samples, False
+
+        def tell(samples: int) -> None:
+            nonlocal looked
+            phase = "excite" if samples < shot.timeline.rx_start else "listen"
+            job.at(series.shots + 0.98 * samples / total, f"shot {number}: {phase}")
+            self._catch_up()  # now that it costs no time between shots, and so with the read-back
+            if shot.timeline.rx_start < samples < total and not looked:
+                looked = True
+                self._in_shot()
+
+        job.at(series.shots, f"shot {number}: prepare")
+        return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
+
+    def _pause(self, job: Job, *, first: bool) -> None:
+        """Wait `pause_s` of platform time between shots, looking at cancel."""
+        left = 0.0 if first else self._plan.sequence.pause_s
+        if left > 0:
+            self._catch_up()
+        while True:
+            if job.cancel_requested.is_set():
+                raise Cancelled
+            if left <= 0:
+                return
+            self._platform.clock.sleep(min(left, PAUSE_STEP_S))
+            left -= PAUSE_STEP_S
+
+    def _count_refusals(self, job: Job, raw: RawShot, number: int) -> None:
+        """Give up after too many refused shots in a row."""
+        if raw.reason is None:
+            self._refused_in_a_row = 0
+            return
+        job.warnings.append(f"shot {number} refused: {raw.reason}")
+        self._refused_in_a_row += 1
+        if self._refused_in_a_row >= MAX_REFUSED_IN_A_ROW:
+            raise DeviceFault(
+                f"{MAX_REFUSED_IN_A_ROW} shots in a row were refused",
+                why=raw.reason,
+                remedy="find the cause named; the shots are kept in the recording, marked refused",
+            )
+
+    def _follow_up(self, job: Job, shot: ShotPlan, raw: RawShot) -> None:
+        """Start the on-line fit of a good shot."""
+        if raw.reason is not None:
+            self._fits.append(raw.reason)
+            return
+        window = self._plan.request.window
+        rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
+        if not shot.blank:
+            shown = self._executor.submit(
+                self._live.see, job.identifier, len(self._fits) + 1, rx, rate_hz, self._calibration
+            )
+            shown.add_done_callback(_complain)
+        if window is None:
+            self._fits.append("no on-line fit was asked for")
+            return
+        heard = self._executor.submit(learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
+        heard.add_done_callback(_complain)
+        if shot.blank:
+            self._fits.append("a blank shot, without excitation")
+            return
+        ask = FitRequest(self._plan.model, window)
+        taken = Conditions(raw.temperature_c, self._calibration.lna_gain)
+        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken))
+
+    def _finish(self, job: Job, series: SeriesWriter) -> None:
+        """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
+        stored = series.shots
+        job.at(stored, "fit")
+        started = time.monotonic()
+        window = self._plan.request.window
+        fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits[:stored]]
+        tables = [] if window is None else [fit_table(str(window), label_of(self._plan.model), fits)]
+        job.at(stored, "write")
+        path = series.finish(tables)
+        if path is None:
+            return
+        if window is not None:
+            reports = [_report(k, fit) for k, fit in enumerate(fits)]
+            job.warnings += [w for k, fit in enumerate(fits) if (w := _no_fit(k, fit)) is not None]
+            ask = FitRequest(self._plan.model, window)
+            job.result = {**job.result, "fit": file_report(path.name, ask, reports, self._calibration)}
+        log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
+
+    def _header(self) -> SeriesHeader:
+        timeline, request = self._plan.excited.timeline, self._plan.request
+        devices = {"io_card": self._platform.card, "tx_rx_switch": self._platform.switch}
+        identified: dict[str, Any] = {
+            **devices,
+            "power_amplifier": self._platform.amplifier,
+            "lna": self._platform.lna,
+        }
+        return SeriesHeader(
+            sequence=SequenceInfo(
+                timeline.clock.base_frequency_hz,
+                timeline.clock.decimation,
+                timeline.tx_samples,
+                timeline.switch_samples,
+                timeline.rx_samples,
+            ),
+            channels=self._platform.card.capabilities().inputs,
+            start_time=self._platform.clock.utc().isoformat(),
+            software_version=__version__,
+            variant=self._plan.specimen.variant,
+            calibration=self._calibration,
+            excitation=excitation(self._plan.excited, self._platform),
+            planned_shots=len(self._plan.shots),
+            title=f"{self._plan.specimen.name}, {len(self._plan.shots)} shots",
+            sample_name=request.sample or self._plan.specimen.name,
+            operator=request.operator,
+            comment=request.comment,
+            platform=self._platform.name,
+            configuration_toml=f"{self._config_text}\n# resonator\n{self._plan.specimen_text}",
+            channel_names=tuple(c.axis for c in self._platform.transmit),
+            devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
+        )
+
+
+def _raise_failure(storing: Future[None] | None) -> None:
+    """Wait until the shot before is on disk.  Raises why it is not."""
+    if storing is not None:
+        storing.result()
+
+
+def _complain(side_work: Future[None]) -> None:
+    """A live view or a noise estimate that failed costs the series nothing else."""
+    if not side_work.cancelled() and side_work.exception() is not None:
+        log.error("shot_side_work_failed", exc_info=side_work.exception())
+
+
+def _outcome(fit: Future[FitResult]) -> FitResult | str:
+    error = fit.exception()
+    if error is not None:
+        log.error("fit_failed", exc_info=error)
+        return f"the fit failed: {type(error).__name__}: {error}"
+    return fit.result()
+
+
+def _no_fit(frame: int, fit: FitResult | str) -> str | None:
+    """What to tell of a good shot that cannot be fitted: it may be silence, from a switch that cannot be read back."""
+    report = None if isinstance(fit, str) else frame_report(frame, fit)
+    return (
+        f"shot {frame + 1} cannot be fitted: {report['reason']}" if report and report["verdict"] == "refused" else None
+    )
+
+
+def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
+    return refused_report(frame, fit) if isinstance(fit, str) else frame_report(frame, fit)
+
+
+def store_calibration(platform: Platform) -> ReceiveCalibration:
+    """The platform's calibration, receive and transmit side, as the store keeps it."""
+    return replace(platform.calibration, transmit=platform.transmit_calibration)
+
+
+def excitation(shot: ShotPlan, platform: Platform) -> Excitation:
+    """What a shot is excited with, for the record; currents in the order of the coils."""
+    currents = shot.currents_a()
+    return Excitation(
+        waveform="sine",
+        requested_hz=shot.request.f_tx_hz,
+        realised_hz=shot.frequency_hz,
+        field_t=0.0 if shot.blank else shot.request.field_t,
+        axis=shot.request.direction(),
+        periods=float(shot.request.tx_periods),
+        phase_rad=0.0,
+        current_a=np.array([currents.get(c.axis, 0.0) for c in platform.transmit]),
+    )
+
+
+def shot_record(shot: ShotPlan, raw: RawShot) -> ShotRecord:
+    """A shot as the store keeps it."""
+    return ShotRecord(
+        volts=raw.volts,
+        time_stamp=raw.started.isoformat(),
+        monotonic_s=raw.started_monotonic_s,
+        verdict="good" if raw.reason is None else "refused",
+        reason=raw.reason or "",
+        temperature_c=raw.temperature_c,
+        overwritten=raw.flags.overwritten,
+        corrupted=raw.flags.corrupted,
+        lost_steps=raw.flags.lost_steps,
+        lna_overload=raw.lna_overloaded,
+        amplifier_clipped=raw.amplifier_clipped,
+        blank=shot.blank,
+        truth=raw.truth or None,
+    )

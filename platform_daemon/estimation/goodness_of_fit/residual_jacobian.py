@@ -1,0 +1,142 @@
+"""A residual together with what the fit could still move: the material of tests for what a model lacks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.fft import rfft
+
+from ..least_squares.gauss_newton import FitState
+from ..least_squares.normal_equations import coefficients
+from ..least_squares.public_parameters import public_jacobian
+from ..numerics.arrays import Array, ComplexArray
+from ..physics.models import RingDownModel
+from ..physics.trajectory.direct import Trajectory
+from .residual import Residual
+
+_CHUNK_BLOCKS = 1 << 10
+
+
+@dataclass(frozen=True)
+class LinearisedResidual:
+    """Block means of a residual and of the fitted signal's derivatives.
+
+    Attributes:
+        scaled: (channels, n) residual in units of the noise.
+        motion: (channels, n) fitted signal in the same units.
+        derivatives: (p, channels, n) of the fitted signal by all parameters of the fit, in any scale.
+        sd: (channels,) the noise.
+        rate_hz: points per second.
+        fundamental_hz: of the fitted motion at its beginning.
+        names, values: (m,) of the published parameters.
+        published: (m, p) their derivatives by all parameters of the fit.
+    """
+
+    scaled: Array
+    motion: Array
+    derivatives: Array
+    sd: Array
+    rate_hz: float
+    fundamental_hz: float
+    names: tuple[str, ...]
+    values: Array
+    published: Array
+
+    def beginning(self, n: int) -> LinearisedResidual:
+        """The first n points."""
+        return replace(
+            self, scaled=self.scaled[:, :n], motion=self.motion[:, :n], derivatives=self.derivatives[..., :n]
+        )
+
+
+def linearise_residual(
+    residual: Residual, model: RingDownModel, state: FitState, free: np.ndarray, first: int, dt_s: float
+) -> LinearisedResidual:
+    """Integrate the motion anew with its sensitivities; first: sample at which the window begins."""
+    block = round(1.0 / (residual.rate_hz * dt_s))
+    derivatives = derivatives_of(model, state, first, residual.scaled.shape[1], block, dt_s)[free]
+    # Elliptic integral to second order: good to a thousandth at 60 degrees.
+    slowing = 1.0 - state.dynamics.amplitude**2 / 16.0
+    names, values, published = public_jacobian(model, state)
+    return LinearisedResidual(
+        scaled=residual.scaled,
+        motion=residual.model / residual.sd[:, None],
+        derivatives=derivatives / residual.sd[:, None],
+        sd=residual.sd,
+        rate_hz=residual.rate_hz,
+        fundamental_hz=state.dynamics.w / (2.0 * math.pi) * slowing,
+        names=tuple(names),
+        values=values,
+        published=published[:, free],
+    )
+
+
+def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: int, block: int, dt_s: float) -> Array:
+    """Block means of the signal's derivatives by all parameters, (size, channels, blocks)."""
+    d, seen = state.dynamics, state.observation
+    trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
+    linear, chain = seen.linear(d.w), d.chain(model)
+    gains = linear[0]
+    # Two functions, their derivatives, and the constant (sampling.py).
+    functions = 2 + 2 * chain.shape[0] + 1
+    jacobian = np.empty((gains.shape[0], functions, state.size))
+    unused = np.empty(functions)
+    for channel in range(gains.shape[0]):
+        coefficients(chain, *linear, state.offsets, channel, unused, jacobian[channel])
+    out = np.empty((state.size, gains.shape[0], blocks))
+    for begin in range(0, blocks, _CHUNK_BLOCKS):
+        end = min(begin + _CHUNK_BLOCKS, blocks)
+        basis = trajectory.basis(first + begin * block, first + end * block, dt_s, seen.observable)
+        means = basis.reshape(basis.shape[0], end - begin, block).mean(axis=2)
+        out[..., begin:end] = np.einsum("cbp,bn->pcn", jacobian, means)
+    return out
+
+
+def fitted_subspace(given: LinearisedResidual) -> Array:
+    """Orthonormal basis (k, channels, n) of what the fit and a gain per channel can move."""
+    return _orthonormal(np.concatenate([given.derivatives, _gains(given.motion)]))
+
+
+def projected_out(signal: Array, known: Array) -> Array:
+    """A signal (channels, n) without its part in the space of an orthonormal basis (k, channels, n)."""
+    return np.asarray(signal - np.tensordot(np.tensordot(known, signal, 2), known, 1))
+
+
+def noise_power(left: Array) -> float:
+    """Power of the noise in a point of a residual (channels, n), by the median of its spectrum."""
+    return float(np.median(np.abs(rfft(left, axis=1)) ** 2)) / (left.shape[1] * math.log(2.0))
+
+
+def phase_of(given: LinearisedResidual) -> Array:
+    """Phase in rad of the fitted motion, (n,), from the direction in which it is strongest."""
+    motion = given.motion * given.sd[:, None]
+    strongest = np.linalg.svd(motion @ motion.T)[0][:, 0]
+    phase = np.unwrap(np.angle(_analytic((strongest @ motion)[None, :])[0]))
+    # A single channel may see little but the second harmonic.
+    turns = (phase[-1] - phase[0]) / (2.0 * math.pi)
+    harmonic = max(1, round(turns * given.rate_hz / phase.size / given.fundamental_hz))
+    return np.asarray(phase / harmonic)
+
+
+def _analytic(signal: Array) -> ComplexArray:
+    """The signal (channels, n) and its quadrature, as a complex number."""
+    from scipy.signal import hilbert  # here, because hardly any fit gets this far
+
+    return np.asarray(hilbert(signal, axis=1))
+
+
+def _gains(motion: Array) -> Array:
+    """The fitted motion of each channel and its quadrature, (2 channels, channels, n)."""
+    quadrature = _analytic(motion).imag
+    return np.concatenate([np.eye(motion.shape[0])[:, :, None] * part[:, None, :] for part in (motion, quadrature)])
+
+
+def _orthonormal(rows: Array) -> Array:
+    """An orthonormal basis of the space of rows (k, channels, n)."""
+    flat = rows.reshape(rows.shape[0], -1)
+    norms = np.linalg.norm(flat, axis=1)
+    flat = flat[norms > 0.0] / norms[norms > 0.0, None]
+    _, values, basis = np.linalg.svd(flat, full_matrices=False)
+    return np.asarray(basis[values > 1e-9 * values[0]].reshape(-1, *rows.shape[1:]))

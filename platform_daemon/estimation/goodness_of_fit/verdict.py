@@ -1,0 +1,156 @@
+"""The verdict on a minimum: quality figures, warnings, published parameters, or a refusal."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..least_squares.constraints import refuse_out_of_bounds
+from ..least_squares.gauss_newton import FitState
+from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.public_parameters import PublicParameters, by_convention, propagate_to_public
+from ..refusal import Refusal, RefusedError
+from ..result import FitResult, FittedModel
+from ..solve import FAILURES, refuse_beat
+from ..task import Task
+from .acceptance import doubts, is_unexplained, refuse_unexplained, refuse_untrustworthy
+from .block_residual import residual_of
+from .collinearity import CollinearLosses, collinear_losses, collinearity_warning, separating_window_s
+from .compression import find_compression
+from .flat_tops import PERIODS, find_flat_tops
+from .interference import zones_of
+from .lack_of_fit import (
+    APART,
+    ResidualFindings,
+    colour_notes,
+    is_large,
+    is_worth_a_search,
+    lack_of_fit_warnings,
+    may_be_compressed,
+    refuse_lack_of_fit,
+    refuse_second_oscillation,
+    refuse_shape,
+)
+from .mirror_ambiguity import mirror_warnings
+from .residual import Residual
+from .residual_jacobian import LinearisedResidual, linearise_residual
+from .second_oscillation import SecondOscillation, find_second_oscillation
+
+
+def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> FitResult:
+    """Quality figures and the verdict."""
+    record, model, chosen = task.record, problem.model, task.chosen
+    squares = float(best.normal.squares_by_channel.sum())
+    energy = float(best.moments.energy.sum())
+    sums = best.moments.products[:, -1]
+    r2 = 1.0 - squares / (energy - float(sums @ sums) / task.samples)
+    nrmse = math.sqrt(squares / energy)
+    dof = task.degrees(problem)
+    chi2 = best.normal.chi2 / dof
+    by_channel = tuple(float(c) * record.channels / dof for c in best.normal.chi2_by_channel)
+    found = residual_findings(task, problem, best, residual)
+    if is_unexplained(r2, chi2):
+        refuse_beat(task)
+        refuse_second_oscillation(found.second, model.losses, task.frequency_hz)
+    refuse_unexplained(model.name, r2, chi2)
+    refuse_shape(residual, found)
+    refuse_second_oscillation(found.second, model.losses, task.frequency_hz)
+    refuse_lack_of_fit(model.name, residual, found)
+    public = public_parameters(task, problem, best)
+    state = by_convention(best.state, model)
+    refuse_untrustworthy(model, public)
+    refuse_out_of_bounds(model, public, state.dynamics.amplitude)
+    public = public.widened(residual.widening)
+    tangle = collinear_losses(model, public)
+    tangled = () if tangle is None else (_collinearity_seen(problem, state, residual, public, tangle),)
+    return FitResult(
+        verdict="good",
+        warnings=(
+            *lack_of_fit_warnings(
+                residual,
+                found,
+                {n: public.parameters[n] for n in model.losses},
+                chi2_is_large=is_large(chi2, dof, task.noise),
+            ),
+            *task.doubts,
+            *tangled,
+            *doubts(model, public, tangle, task.periods),
+            *mirror_warnings(state.observation, public),
+        ),
+        notes=(*chosen.notes, *problem.knowledge.notes, *colour_notes(residual)),
+        parameters=public.parameters,
+        covariance=public.covariance,
+        covariance_names=public.names,
+        r2=r2,
+        nrmse=nrmse,
+        chi2_per_dof=chi2,
+        chi2_per_dof_by_channel=by_channel,
+        whiteness_by_channel=tuple(residual.flatness.tolist()),
+        condition=public.condition,
+        inseparable=() if tangle is None else tangle.names,
+        window_s=chosen.last * record.dt_s,
+        samples=task.samples,
+        iterations=problem.passes,
+        noise_source=task.noise.source,
+        fitted=FittedModel(model, state),
+    )
+
+
+def _collinearity_seen(
+    problem: FitProblem, state: FitState, residual: Residual, public: PublicParameters, tangle: CollinearLosses
+) -> str:
+    """The losses that cannot be told apart, with the window in which they could be."""
+    return collinearity_warning(tangle, separating_window_s(problem, state, residual, public, tangle))
+
+
+def public_parameters(task: Task, problem: FitProblem, best: Minimum) -> PublicParameters:
+    """The public parameters of a minimum."""
+    state = by_convention(best.state, problem.model)
+    try:
+        # The start already obeyed the convention; only a fit that crossed over needs its derivatives anew.
+        normal = best.normal if state is best.state else problem.evaluate(state, task.chosen.last).normal
+        return propagate_to_public(problem.model, state, normal, problem.free)
+    except FAILURES as error:
+        raise RefusedError(Refusal.OUT_OF_RANGE, str(error)) from error
+
+
+def residual_findings(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> ResidualFindings:
+    """What stands in the residual, if it is not noise; a second oscillation and a bend only if worth a search."""
+    # An angle of few digits leaves small lines everywhere.
+    angle = task.record.quantity == "angle"
+    thorough = residual.coloured and may_be_compressed(residual) if angle else is_worth_a_search(residual)
+    if not (residual.coloured or thorough):
+        return ResidualFindings()
+    beginning = int(PERIODS * residual.rate_hz / task.frequency_hz)
+    args = problem.model, best.tabulated, problem.free, task.chosen.first, task.record.dt_s
+    try:
+        leftover = linearise_residual(residual if thorough else residual.beginning(beginning), *args)
+        clipped = find_flat_tops(leftover.beginning(beginning))
+        if not thorough:
+            return ResidualFindings(clipped=clipped)
+        bent = find_compression(leftover) if may_be_compressed(residual) else None
+        return ResidualFindings(_second(leftover, task, best), bent, clipped)
+    except FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error
+
+
+def _second(leftover: LinearisedResidual, task: Task, best: Minimum) -> SecondOscillation | None:
+    """A second oscillation; in an angle none that may be the swing itself."""
+    second = find_second_oscillation(leftover)
+    angle = task.record.quantity == "angle"
+    return None if second is not None and angle and _may_be_motion(second.frequency_hz, task, best) else second
+
+
+def _may_be_motion(frequency_hz: float, task: Task, best: Minimum) -> bool:
+    """True where the harmonics of a swing sweep along, or too near to tell: few periods hold a wide sweep."""
+    margin = APART / (task.samples * task.record.dt_s)
+    return bool(zones_of(best.state, margin).holds(np.array([frequency_hz]))[0])
+
+
+def residual_left(task: Task, problem: FitProblem, best: Minimum) -> Residual:
+    """What the fit leaves over."""
+    try:
+        return residual_of(task.record, problem.workspace, best.tabulated, task.chosen, task.noise, task.noise_sd)
+    except FAILURES as error:
+        raise RefusedError(Refusal.NO_CONVERGENCE, str(error)) from error

@@ -1,0 +1,109 @@
+"""Start values of an angle record: turning points give amplitude and phase, their decline the losses.
+
+Valid from six periods on, up to 170 degrees, for any loss that leaves two half swings to be seen.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..least_squares.gauss_newton import FitState
+from ..least_squares.observation_model import AngleObservation
+from ..numerics.arrays import Array
+from ..physics.models import RingDownModel
+from ..physics.orbit import frequency_ratio
+from ..physics.torques import LINEAR_RESTORING
+from ..physics.torques.dispatch import acceleration
+from ..physics.trajectory.direct import MotionParameters
+from ..record import RingDownRecord
+from ..refusal import Refusal, RefusedError
+from ..screening.angle_cycles import HalfCycles, find_half_cycles
+from .initial_state import InitialState
+
+_WIDEST = 2.98  # rad
+_PERIODS = 3.0
+_POINTS = 64
+
+
+def guess_initial_state_of_angle(
+    record: RingDownRecord, model: RingDownModel, first: int, last: int, frequency_hz: float
+) -> InitialState:
+    """Start states at the turning points nearest to t = 0.
+
+    Raises:
+        RefusedError: no two half swings stand out.
+    """
+    swings = find_half_cycles(record.samples[0, first:last], first, record.dt_s, frequency_hz)
+    if swings is None:
+        raise RefusedError(Refusal.TOO_SHORT, "fewer than two half swings stand out")
+    w = _natural_frequency(model, swings)
+    values = _losses(model, swings, w)
+    states = {s.dynamics.amplitude: s for s in _states(model, swings, w, values)}
+    periods = (swings.passages_s[0] - first * record.dt_s) * frequency_hz + _PERIODS
+    return InitialState(tuple(states), periods, states.__getitem__)
+
+
+def _ratio(model: RingDownModel, amplitude: float) -> float:
+    """Frequency at this amplitude over the natural one."""
+    return 1.0 if LINEAR_RESTORING in model.terms else frequency_ratio(min(abs(amplitude), _WIDEST))
+
+
+def _natural_frequency(model: RingDownModel, swings: HalfCycles) -> float:
+    """w in rad/s: the median over the half swings; wide ones tell little, for their duration depends on the angle."""
+    each = np.pi / np.diff(swings.passages_s) / [_ratio(model, a) for a in swings.turning_rad]
+    return float(np.median(each[: max(6, np.count_nonzero(np.abs(swings.turning_rad) > 0.3))]))
+
+
+def _energy(model: RingDownModel, angle: Array) -> Array:
+    """Energy of the turning points in units of I w^2."""
+    linear = LINEAR_RESTORING in model.terms
+    return np.asarray(0.5 * angle**2 if linear else 1.0 - np.cos(angle))
+
+
+def _losses(model: RingDownModel, swings: HalfCycles, w: float) -> tuple[float, ...]:
+    """Values of all coefficients: losses by least squares with no negative one from the energies, others 0."""
+    typical = np.array([c.typical for c in model.coefficients])
+    names = [c.name for c in model.coefficients]
+    c = np.where([q.hidden for q in model.coefficients], typical, 0.0)
+    lossy = [names.index(name) for name in model.losses]
+    if lossy:
+        energy = _energy(model, swings.turning_rad)
+        size = 0.5 * np.abs(swings.turning_rad[1:] + 0.0) + 0.5 * np.abs(swings.turning_rad[:-1])
+        work = np.array([_work(model, min(a, _WIDEST), typical)[lossy] for a in size])
+        scale = np.maximum(np.max(work, axis=0), 1e-300)
+        from scipy.optimize import nnls  # here, because only angles need it
+
+        c[lossy] = nnls(work / scale, energy[:-1] - energy[1:])[0] / scale
+    return tuple(float(x * w**q.power) for x, q in zip(c, model.coefficients, strict=True))
+
+
+def _work(model: RingDownModel, amplitude: float, c: Array) -> Array:
+    """Energy that a unit of each coefficient takes out of one half swing of this amplitude, (coefficients,)."""
+    x = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
+    phi = -amplitude * np.cos(x)
+    v = np.sqrt(np.maximum(2.0 * (_energy(model, np.array(amplitude)) - _energy(model, phi)), 0.0))
+    grad = np.zeros(c.size + 1)
+    total = np.zeros(c.size)
+    for k in range(_POINTS):
+        acceleration(phi[k], v[k], 1.0, model.codes, model.widths, c, grad)
+        total -= grad[:-1] * math.sin(x[k]) * amplitude * math.pi / _POINTS
+    return total
+
+
+def _states(model: RingDownModel, swings: HalfCycles, w: float, values: tuple[float, ...]) -> list[FitState]:
+    """The states anchored at the turning point before t = 0 or soon after it, the nearer one first."""
+    ratio = min(max(abs(swings.turning_rad[0] / swings.turning_rad[1]), 1.0), 1.5)
+    amplitude, time = float(swings.turning_rad[0]), float(swings.turning_s[0])
+    anchors = [(time, amplitude)]
+    while time > 0.0:
+        time -= math.pi / (w * _ratio(model, amplitude))
+        amplitude *= -ratio
+        anchors.append((time, math.copysign(min(abs(amplitude), _WIDEST), amplitude)))
+    near = [(t, a) for t, a in anchors if abs(w * t) < math.pi / _ratio(model, a)]
+    observation = AngleObservation()
+    return [
+        FitState(MotionParameters(w, -w * t, a, values), observation, np.array([swings.zero_rad]))
+        for t, a in sorted(near, key=lambda anchor: abs(anchor[0]))
+    ]

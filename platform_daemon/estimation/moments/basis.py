@@ -1,0 +1,56 @@
+"""The model's basis at chosen places, from the tables of half swings that a pass over the samples has left behind."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..numerics.jit import fast_kernel
+from ..physics.trajectory.half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
+from ..physics.trajectory.half_cycle_table import look_up_values
+from .tabulated import write_basis
+
+
+@fast_kernel
+def fill_basis_from_table(  # type: ignore[no-untyped-def]
+    begin, dt, w, theta, done, count, heads, weights, symmetric, observable, nodes, to_nodes, values, out
+):
+    """Basis (sampling.py) at samples begin, begin + 1, ... into out (b, n).
+
+    heads, weights: the next `count` half swings as walk_swings leaves them; values (2, k, f, m) of their tables.
+    Returns the places written so far; `done` were before.
+    """
+    columns = (heads.shape[1] - HEAD) // 2
+    m = nodes.size
+    b = out.shape[0]
+    here = np.empty((4 + 2 * columns, m))
+    basis = np.empty((b - 1, m))
+    chebyshev = np.empty(m)
+    by_node = np.empty(m)
+    for swing in range(count):
+        ready = False
+        while done < out.shape[1]:
+            place = begin + done
+            x = 2.0 * (w * dt * place + theta - heads[swing, HEAD_START]) / heads[swing, HEAD_DURATION] - 1.0
+            if x >= 1.0:
+                break
+            if not ready:
+                which = 0 if symmetric or heads[swing, HEAD_SIDE] > 0.0 else 1
+                look_up_values(weights[swing], values[which], here)
+                write_basis(here, heads[swing], observable, nodes, w, theta, columns, 0, basis)
+                ready = True
+            chebyshev[0] = 1.0
+            chebyshev[1] = x
+            for k in range(2, m):
+                chebyshev[k] = 2.0 * x * chebyshev[k - 1] - chebyshev[k - 2]
+            by_node.fill(0.0)
+            for k in range(m):
+                for i in range(m):
+                    by_node[i] += chebyshev[k] * to_nodes[k, i]
+            for f in range(b - 1):
+                total = 0.0
+                for i in range(m):
+                    total += basis[f, i] * by_node[i]
+                out[f, done] = total
+            out[b - 1, done] = 1.0
+            done += 1
+    return done

@@ -1,0 +1,197 @@
+"""Moments of a window with a trajectory: picks the grids, and keeps tables between the passes of a fit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..numerics.arrays import Array
+from ..numerics.chebyshev import EXACT, nodes_for
+from ..physics.models import RingDownModel
+from ..physics.trajectory.basis_functions import DIPOLE
+from ..physics.trajectory.direct import EARLIEST, LostTrajectoryError, MotionParameters, Trajectory
+from ..physics.trajectory.direct_chain import STATUS_LOST, STATUS_OK, STATUS_STUCK
+from ..physics.trajectory.half_cycle_walk import SwingTables, Walk
+from ..physics.trajectory.table_range import WALK, WALK_START
+from .basis import fill_basis_from_table
+from .direct import Moments, direct_moments
+from .model_signal import fill_model, points_in, to_coefficients
+from .tabulated import collect_half_cycles
+
+__all__ = ["Moments", "Workspace"]
+
+_LOST = "no further turning point: the motion is not an oscillation"
+
+
+def _check(d: MotionParameters, end_s: float) -> None:
+    """Raises LostTrajectoryError for what is no oscillation, or begins too late."""
+    finite = math.isfinite(d.w * end_s + d.theta + sum(d.values))
+    if not (finite and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
+        raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A walk that needed one stretch only: `count` half swings, as they stand in its heads and weights."""
+
+    dynamics: MotionParameters
+    walk: Walk
+    tables: SwingTables
+    count: int
+
+
+@dataclass
+class Workspace:
+    """Everything that passes over the same record with the same model can share."""
+
+    model: RingDownModel
+    _tables: dict[int, SwingTables] = field(default_factory=dict)
+    _held: _Held | None = None
+
+    def __post_init__(self) -> None:
+        self.columns = 1 + len(self.model.coefficients)
+        self._basis_size = 7 + 2 * self.columns
+        self._symmetric = self.model.symmetric
+
+    def moments(
+        self, dynamics: MotionParameters, y: Array, first: int, last: int, dt_s: float, observable: int,
+        stride: int = 1, digits: float = EXACT,
+    ) -> Moments:  # fmt: skip
+        """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
+
+        digits: to how many the trajectory is represented.
+        Torques that depend on time take the direct path, which knows neither stride nor digits.
+
+        Raises:
+            LostTrajectoryError: the parameters describe no oscillation.
+        """
+        d = dynamics
+        _check(d, last * dt_s)
+        # The tables know half swings from their beginning on only, and nothing of time.
+        direct_to = first if d.theta >= 0.0 else min(last, max(first, math.ceil(-d.theta / (d.w * dt_s))))
+        if self.model.time_dependent or direct_to == last:
+            return direct_moments(self.model, d, y, first, last, dt_s, observable)
+        later = self._collected(d, y, direct_to, last, dt_s, observable, stride, digits)
+        if direct_to == first:
+            return later
+        return direct_moments(self.model, d, y, first, direct_to, dt_s, observable).followed_by(later)
+
+    def _collected(
+        self,
+        d: MotionParameters,
+        y: Array,
+        first: int,
+        last: int,
+        dt_s: float,
+        observable: int,
+        stride: int,
+        digits: float,
+    ) -> Moments:
+        """The same by a walk, from its anchor on; keeps it if it is exact and needed one stretch only."""
+        walk, tables = Walk(self.model, d, d.w * (last - 1) * dt_s + d.theta), self._tables_for(d, digits)
+        b, channels, g = self._basis_size, y.shape[0], tables.grid
+        sums = np.zeros((b, b)), np.zeros((channels, b)), np.zeros(channels)
+        self._held, used, passed, stretches = None, 0, 0, 0
+        for count in walk.stretches(tables, observable, digits):
+            if count:
+                stretches += 1
+                used += collect_half_cycles(
+                    y, first, last, dt_s, d.w, d.theta, passed, stride, count, walk.heads, walk.weights,
+                    self._symmetric, observable, g.nodes, g.to_nodes, tables.values, *sums,
+                )  # fmt: skip
+                passed += count
+        if walk.status == STATUS_STUCK:
+            begin = max(first, math.ceil((walk.at[WALK_START] - d.theta) / (d.w * dt_s)))
+            used += _add_rest(y[:, begin:last], walk.at_rest(observable), *sums)
+        if walk.status == STATUS_LOST or used == 0:
+            raise LostTrajectoryError(_LOST)
+        if digits == EXACT and stretches == 1:
+            self._held = _Held(d, walk, tables, passed)
+        return Moments(*sums, used, walk.at[WALK + self.columns :])
+
+    def block_means(
+        self,
+        dynamics: MotionParameters,
+        begin: int,
+        blocks: int,
+        block: int,
+        dt_s: float,
+        observable: int,
+        accuracy: float,
+    ) -> Array:
+        """f1, f2 averaged over blocks of samples from sample `begin` on, (2, blocks); accuracy: relative.
+
+        Goes the way that `moments` has gone, if it was called for this motion last.
+
+        Raises:
+            LostTrajectoryError: the parameters describe no oscillation.
+        """
+        d, out, done = dynamics, np.zeros((2, blocks)), 0
+        places, shares = points_in(block, accuracy)
+        for walk, tables, count in self._ways(d, d.w * (begin + blocks * block) * dt_s + d.theta, observable):
+            used = tables.values[: 1 if self._symmetric else 2, : walk.weights.shape[1]]
+            done = fill_model(
+                int(begin), int(block), places, shares, float(dt_s), float(d.w), float(d.theta), done, count,
+                walk.heads, walk.weights, self._symmetric, to_coefficients(used, tables.grid.to_nodes, accuracy),
+                1.0 if observable == DIPOLE else -1.0, out,
+            )  # fmt: skip
+        if walk.status == STATUS_STUCK and observable != DIPOLE:
+            left = np.tile(shares, blocks)
+            left[:done] = 0.0
+            out[0] += walk.angle * left.reshape(blocks, -1).sum(axis=1)
+        elif walk.status not in (STATUS_OK, STATUS_STUCK):
+            raise LostTrajectoryError(_LOST)
+        return out
+
+    def basis(self, dynamics: MotionParameters, first: int, last: int, dt_s: float, observable: int) -> Array:
+        """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
+
+        Like Trajectory.basis, but from the tables where these know the motion.
+
+        Raises:
+            LostTrajectoryError: the parameters describe no oscillation.
+        """
+        d = dynamics
+        _check(d, last * dt_s)
+        if self.model.time_dependent or d.w * first * dt_s + d.theta < 0.0:
+            return Trajectory(self.model, d, last * dt_s).basis(first, last, dt_s, observable)
+        out, done = np.zeros((self._basis_size, last - first)), 0
+        for walk, tables, count in self._ways(d, d.w * last * dt_s + d.theta, observable):
+            done = fill_basis_from_table(
+                int(first), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
+                self._symmetric, observable, tables.grid.nodes, tables.grid.to_nodes, tables.values, out,
+            )  # fmt: skip
+        if walk.status == STATUS_STUCK:
+            out[:, done:] = walk.at_rest(observable)[:, None]
+        elif walk.status != STATUS_OK:
+            raise LostTrajectoryError(_LOST)
+        return out
+
+    def _ways(self, d: MotionParameters, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
+        """Stretches of a walk until s_end, walked already or anew."""
+        held = self._held
+        if held is not None and held.dynamics == d and held.walk.reaches(s_end):
+            yield held.walk, held.tables, held.count
+            return
+        self._held = None  # its tables are written over
+        walk, tables = Walk(self.model, d, s_end), self._tables_for(d, EXACT)
+        for count in walk.stretches(tables, observable, EXACT):
+            yield walk, tables, count
+
+    def _tables_for(self, d: MotionParameters, digits: float) -> SwingTables:
+        """Room for tables that represent half swings from this amplitude on to so many digits."""
+        nodes = nodes_for(abs(d.amplitude), digits)
+        if nodes not in self._tables:
+            self._tables[nodes] = SwingTables(nodes, self.columns)
+        return self._tables[nodes]
+
+
+def _add_rest(y: Array, constant: Array, gram: Array, products: Array, energy: Array) -> int:
+    """Add samples y (channels, n) of a rotor that is stuck, whose basis is constant (b,); returns n."""
+    gram += y.shape[1] * np.outer(constant, constant)
+    products += np.outer(y.sum(axis=1), constant)
+    energy += np.sum(y**2, axis=1)
+    return y.shape[1]

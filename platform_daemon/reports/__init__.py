@@ -1,0 +1,18 @@
+"""Results in words, tables, pictures and pages; nothing is computed here.
+
+diagnosis_html: The page in UTF-8.
+summary_text: For the terminal.
+diagnosed: The report as JSON and as an HTML page.
+save_png: Write the picture as PNG.
+save_sliding_png: Write the picture as PNG.
+COLUMNS: The columns of the table of fits.
+fit_line: One file's fits in one line.
+fit_table_text: One file's fits as a table.
+number: Value with its standard deviation in brackets at the last digits.
+print_devices: A row per device.
+print_info: Nested facts, one per line.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

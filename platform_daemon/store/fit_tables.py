@@ -1,0 +1,56 @@
+"""Fit results inside a recording: `/fit/<name>`, one row per frame."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from .hdf5 import ANOTHER_COPY, Hdf5File, open_hdf5
+from .header import FitTable
+from .layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
+from .writer import group, put, put_texts
+
+_TEXTS = ("parameters", "verdict", "reason")
+_TEXT = ("variant", "software_version")
+_UNITS = {"r2": "1", "nrmse": "1", "chi2_per_dof": "1", "window_s": "s"}
+
+
+def write_fit(h5: h5py.File, fit: FitTable) -> None:
+    """Write one table.  The unit of each parameter is in its name, as in `fit --json`."""
+    made = group(h5, f"{FIT}/{fit.name}", "NXcollection")
+    h5[FIT].attrs["NX_class"] = "NXcollection"
+    for entry in fields(fit):
+        value = getattr(fit, entry.name)
+        if entry.name in _TEXTS:
+            put_texts(made, entry.name, value)
+        elif entry.name in _TEXT:
+            put(made, entry.name, value)
+        elif entry.name != "name":
+            put(made, entry.name, np.asarray(value, np.float64), units=_UNITS.get(entry.name))
+
+
+def read_fits(path: Path | str) -> tuple[FitTable, ...]:
+    """The fit tables of one of our recordings, by name; () if there are none.  Raises RecordingError."""
+    with open_hdf5(path) as source:
+        if source.attribute("/", LAYOUT_ATTRIBUTE) != LAYOUT:
+            return ()
+        return tuple(_read_fit(source, name) for name in source.names(FIT))
+
+
+def _read_fit(source: Hdf5File, name: str) -> FitTable:
+    found: dict[str, Any] = {"name": name}
+    for entry in fields(FitTable):
+        place = f"{FIT}/{name}/{entry.name}"
+        if entry.name in _TEXTS:
+            found[entry.name] = source.texts(place)
+        elif entry.name in _TEXT:
+            found[entry.name] = source.text(place)
+        elif entry.name != "name":
+            found[entry.name] = source.values(place)
+        if found[entry.name] is None:
+            raise source.defect("missing", place, "a complete fit table", ANOTHER_COPY)
+    return FitTable(**found)

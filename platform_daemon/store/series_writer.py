@@ -1,0 +1,143 @@
+"""Recording a series so that nothing acknowledged is lost: shot by shot on disk, one file at the end."""
+
+from __future__ import annotations
+
+import secrets
+import shutil
+import stat
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+
+from drivers.errors import InputError
+
+from .assembly import assemble
+from .durable import write_file
+from .header import FitTable, SeriesHeader, ShotRecord
+from .recovery import recover_series
+from .staging import Staging, busy, claim, claim_abandoned, folder_of
+from .validate import check_fit, check_header
+from .writer import shot_file
+
+
+class SeriesWriter:
+    """Writes one series.  Used by one thread; as a context manager it gives its lock free on leaving.
+
+    Leaving without `finish` (an exception, a kill) keeps the acknowledged shots for `recover`.
+    """
+
+    def __init__(self, target: Path, header: SeriesHeader, overwrite: bool, staging: Staging) -> None:
+        self.target, self.header = target, header
+        self.series_id = secrets.token_hex(16)
+        self._overwrite, self._staging = overwrite, staging
+        self._shots, self._outputs = 0, _outputs(header.excitation)
+
+    @classmethod
+    def create(cls, target: Path | str, header: SeriesHeader, overwrite: bool = False) -> SeriesWriter:
+        """Begin a series that will appear as `target`; until then `target` is not touched.
+
+        Shots that a crash left behind for the same target are recovered to a file of their own first.  Raises
+        InputError: target exists (unless `overwrite`), is a directory or in use, its folder is missing, not writable
+        or too full for the planned shots, or the header is wrong.
+        """
+        target = Path(target).absolute()
+        check_header(header)
+        _check_target(target, overwrite)
+        if folder_of(target).is_dir():
+            left = claim_abandoned(folder_of(target))
+            if left is None:
+                raise busy(target)
+            try:
+                recover_series(left, spare_target=overwrite)
+            finally:
+                left.release()
+            _check_target(target, overwrite)
+        _check_space(target, header)
+        return cls(target, header, overwrite, claim(target))
+
+    @property
+    def shots(self) -> int:
+        """Number of acknowledged shots."""
+        return self._shots
+
+    def add_shot(self, shot: ShotRecord) -> int:
+        """Write one shot and return its number, from 1.  When this returns, the shot survives a power failure.
+
+        Raises InputError if the shot does not fit the header, StorageError if the disk refuses; the shot is not
+        recorded then, and the series can go on.
+        """
+        self._check_outputs(shot)
+        number = self._shots + 1
+        write_file(self._staging.shot_file(number), shot_file(self.header, self.series_id, number, shot))
+        self._shots = number
+        return number
+
+    def finish(self, fits: Sequence[FitTable] = ()) -> Path | None:
+        """Put the series file together, remove the staging folder, return the file.
+
+        A series without a single shot leaves nothing behind and returns None.  Raises InputError (a fit table of the
+        wrong size; a target that someone else created meanwhile) or StorageError; the shots stay safe then, and
+        `finish` may be called again.
+        """
+        for fit in fits:
+            check_fit(fit, self._shots)
+        if self._shots == 0:
+            self._staging.remove()
+            return None
+        _check_target(self.target, self._overwrite)
+        shots = [self._staging.shot_file(number) for number in range(1, self._shots + 1)]
+        assemble(shots, self._staging.part, self.target, fits=fits)
+        self._staging.remove()
+        return self.target
+
+    def close(self) -> None:
+        """Let go without finishing: the shots stay for `recover`.  Idempotent, also after `finish`."""
+        if self._shots == 0 and not self._staging.lock.closed:
+            self._staging.remove()
+        self._staging.release()
+
+    def __enter__(self) -> SeriesWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _check_outputs(self, shot: ShotRecord) -> None:
+        # All shots share one (frame, outputs) table in the series file; a misfit must not surface at the end.
+        found = _outputs(shot.excitation)
+        self._outputs = found if self._outputs is None else self._outputs
+        if found not in (None, self._outputs):
+            what = f"excitation.current_a has {found} outputs, the series {self._outputs}"
+            raise InputError(what, where="recording", remedy="give one current per output of the platform")
+
+
+def _outputs(excitation: object) -> int | None:
+    current = getattr(excitation, "current_a", None)
+    return None if current is None else len(current)
+
+
+def _check_target(target: Path, overwrite: bool) -> None:
+    try:
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError) as error:
+        raise InputError(f"cannot record here: {error}", where=str(target), remedy="choose another path") from None
+    if stat.S_ISDIR(mode):
+        raise InputError("is a directory", where=str(target), remedy="name a file, for example thread.h5")
+    if not overwrite:
+        remedy = "choose another name, or overwrite on purpose (--force)"
+        raise InputError("the file exists already", where=str(target), remedy=remedy)
+
+
+def _check_space(target: Path, header: SeriesHeader) -> None:
+    if header.planned_shots is None or not target.parent.is_dir():
+        return
+    # Twice: the shot files and the series file exist together for a moment.  Compression is not counted on.
+    needed = 2 * header.planned_shots * header.channels * header.sequence.total * 4
+    free = shutil.disk_usage(target.parent).free
+    if free < needed:
+        what = f"{header.planned_shots} shots may need {needed >> 20} MiB, {free >> 20} MiB are free"
+        raise InputError(what, where=str(target.parent), remedy="free the disk, or record fewer or shorter shots")

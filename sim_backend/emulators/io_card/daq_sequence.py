@@ -1,0 +1,126 @@
+"""Commands of the I/O card: the sequence and its uploads."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .daq_handler import NOT_CONFIGURABLE, RANGE, Code, Connection, Handler, Silence, configurable, whole
+from .daq_waveforms import floats
+from .registers import OUTPUTS
+
+STEP_CLOCKS = 2**31
+
+
+def set_step(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    """Samples per step; kept in clocks of 125 MHz."""
+    configurable(c.board)
+    clocks = whole(a) * c.board.decimation
+    if not 0 <= clocks < STEP_CLOCKS or clocks % 2:
+        raise Code(RANGE)
+    c.board.sequence.clocks_per_step = clocks
+    return "1"
+
+
+def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    """How many channels the tables have."""
+    configurable(c.board)
+    c.board.sequence.configured()
+    c.board.sequence.channels = whole(a)
+    return "1"
+
+
+def _shape(c: Connection, a: list[str]) -> tuple[int, int]:
+    """Steps and repetitions of an upload."""
+    configurable(c.board)
+    if c.board.sequence.channels <= 0:
+        raise Code(NOT_CONFIGURABLE)
+    steps, repetitions = whole(a, 0), whole(a, 1)
+    if steps < 1 or repetitions < 1:
+        raise Code(RANGE)
+    return steps, repetitions
+
+
+def _table(c: Connection, steps: int) -> NDArray[np.float32]:
+    channels = c.board.sequence.channels
+    values = floats(c, steps * channels)
+    if values.size < steps * channels:
+        raise Silence
+    return values.reshape(steps, channels)
+
+
+def upload_main(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    """`SEQ:LUT steps,repetitions` and the values."""
+    steps, repetitions = _shape(c, a)
+    c.board.sequence.upload(_table(c, steps), repetitions)
+    return "1"
+
+
+def _upload_ramp(c: Connection, a: list[str], *, down: bool) -> str:
+    steps, repetitions = _shape(c, a)
+    c.board.sequence.upload_ramp(_table(c, steps), repetitions, down=down)
+    return "1"
+
+
+def upload_up(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    """`SEQ:LUT:UP steps,repetitions` and the values: played before."""
+    return _upload_ramp(c, a, down=False)
+
+
+def upload_down(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    """`SEQ:LUT:DOWN steps,repetitions` and the values: played after."""
+    return _upload_ramp(c, a, down=True)
+
+
+def _bits(c: Connection, channels: int) -> NDArray[np.bool_]:
+    configurable(c.board)
+    steps = c.board.sequence.steps()
+    if not steps or channels <= 0:
+        raise Code(NOT_CONFIGURABLE)
+    raw = c.upload(steps * channels)
+    if len(raw) < steps * channels:
+        raise Silence
+    return np.frombuffer(raw, np.uint8).reshape(steps, channels) != 0
+
+
+def upload_enable(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """`SEQ:LUT:ENaBle` and the bytes."""
+    c.board.sequence.upload_enable(_bits(c, c.board.sequence.channels))
+    return "1"
+
+
+def upload_resync(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """`SEQ:LUT:ReSYNC` and the bytes: of at most two channels."""
+    c.board.sequence.upload_resync(_bits(c, min(c.board.sequence.channels, OUTPUTS)))
+    return "1"
+
+
+def set_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """`SEQ:SET`."""
+    configurable(c.board)
+    c.board.sequence.set(c.board.sequence.clocks_per_step // c.board.decimation)
+    return "1"
+
+
+def clear_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """`SEQ:CLEAR`."""
+    configurable(c.board)
+    c.board.sequence.clear()
+    return "1"
+
+
+SEQUENCE: dict[str, Handler] = {
+    "RP:DAC:SEQ:SAMPlesperstep": set_step,
+    "RP:DAC:SEQ:SAMPlesperstep?": lambda c, n, a: str(c.board.sequence.clocks_per_step // c.board.decimation),
+    "RP:DAC:SEQ:CHan": set_channels,
+    "RP:DAC:SEQ:CHan?": lambda c, n, a: str(c.board.sequence.channels),
+    "RP:DAC:SEQ:LUT": upload_main,
+    "RP:DAC:SEQ:LUT:ENaBle": upload_enable,
+    "RP:DAC:SEQ:LUT:ReSYNC": upload_resync,
+    "RP:DAC:SEQ:LUT:UP": upload_up,
+    "RP:DAC:SEQ:LUT:DOWN": upload_down,
+    "RP:DAC:SEQ:SET": set_sequence,
+    "RP:DAC:SEQ:CLEAR": clear_sequence,
+}
+
+UPLOADS = (upload_main, upload_enable, upload_resync, upload_up, upload_down)

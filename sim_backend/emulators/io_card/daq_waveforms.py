@@ -1,0 +1,182 @@
+"""Commands of the I/O card: waveforms, offsets, tables and ramps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .board import Board, Mode
+from .daq_handler import (
+    RANGE,
+    Code,
+    Connection,
+    Handler,
+    channel_of,
+    component_of,
+    exact,
+    need,
+    number,
+    on_off,
+    quoted,
+    word,
+)
+from .registers import AMPLITUDE_CODES, AWG_SAMPLES, COMPONENTS, FREQUENCY_STEP_HZ, OUTPUTS, PHASE_STEP_RAD, SIGNALS
+from .session import BASE_HZ
+
+SLOWEST_HZ = 0.03
+
+
+def floats(c: Connection, count: int) -> NDArray[np.float32]:
+    """So many float32 from the data socket."""
+    raw = c.upload(4 * count)
+    return np.frombuffer(raw[: len(raw) // 4 * 4], "<f4")
+
+
+def set_amplitude(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """V, 0 ... 1/scale; that of the fourth component has no effect."""
+    channel, component = component_of(n)
+    volts = number(a)
+    if volts < 0:
+        raise Code(RANGE)
+    return _component(c.board, channel, component, amplitude_v=_put_out(c.board, channel, volts))
+
+
+def get_amplitude(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """The register, which holds volts times scale."""
+    channel, component = component_of(n)
+    level = c.board.registers.outputs[channel].components[component].amplitude_v
+    return exact(level * c.board.scales["DAC", channel])
+
+
+def _put_out(board: Board, channel: int, volts: float) -> float:
+    """V that the register makes of it.  Raises Code if it is too much for it."""
+    scale = board.scales["DAC", channel]
+    if abs(volts * scale) > 1:
+        raise Code(RANGE)
+    level = int(volts * scale * AMPLITUDE_CODES) / AMPLITUDE_CODES
+    return level / scale if level else 0.0
+
+
+def set_frequency(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """Hz, 0.03 ... 125 MHz."""
+    channel, component = component_of(n)
+    hz = number(a)
+    if not SLOWEST_HZ <= hz < BASE_HZ:
+        raise Code(RANGE)
+    return _component(c.board, channel, component, frequency_hz=round(hz / FREQUENCY_STEP_HZ) * FREQUENCY_STEP_HZ)
+
+
+def set_phase(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """rad."""
+    channel, component = component_of(n)
+    return _component(c.board, channel, component, phase_rad=round(number(a) / PHASE_STEP_RAD) * PHASE_STEP_RAD)
+
+
+def set_signal(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """Waveform of components 0..2."""
+    channel, component = component_of(n, COMPONENTS - 1)
+    return _component(c.board, channel, component, signal=word(a, *SIGNALS))
+
+
+def _component(board: Board, channel: int, component: int, **changes: float | str) -> str:
+    output = board.registers.outputs[channel].with_component(component, **changes)
+    board.write(board.registers.with_output(channel, output))
+    return "1"
+
+
+def _get_component(name: str) -> Handler:
+    def get(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+        channel, component = component_of(n)
+        value = getattr(c.board.registers.outputs[channel].components[component], name)
+        return quoted(value) if name == "signal" else exact(value)
+
+    return get
+
+
+def set_offset(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """V, up to 1/scale in both directions."""
+    channel, volts = channel_of(n), number(a)
+    return _output(c.board, channel, offset_v=_put_out(c.board, channel, volts))
+
+
+def get_offset(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """The register, which holds volts times scale."""
+    channel = channel_of(n)
+    return exact(c.board.registers.outputs[channel].offset_v * c.board.scales["DAC", channel])
+
+
+def _output(board: Board, channel: int, **changes: object) -> str:
+    output = replace(board.registers.outputs[channel], **changes)  # type: ignore[arg-type]
+    board.write(board.registers.with_output(channel, output))
+    return "1"
+
+
+def set_table(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """16384 float32 on the data socket, taken whatever the channel; the limit is that of the first channel's scale."""
+    table = floats(c, AWG_SAMPLES).astype(np.float64)
+    highest = np.max(np.abs(table * c.board.scales["DAC", 0]), initial=0.0)
+    if n[0] >= OUTPUTS or table.size < AWG_SAMPLES or not highest <= 1:
+        return "0"
+    with c.board.cards.world.lock:
+        return _output(c.board, n[0], table=table)
+
+
+def set_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """Length of the ramp, s; the register holds its inverse."""
+    channel, seconds = channel_of(n), number(a)
+    hz = 1 / seconds if seconds else np.inf
+    if not SLOWEST_HZ <= hz < BASE_HZ:
+        raise Code(RANGE)
+    return _output(c.board, channel, ramp_s=1 / (round(hz / FREQUENCY_STEP_HZ) * FREQUENCY_STEP_HZ))
+
+
+def get_ramp(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """Length of the ramp, s; of a register that was never written: infinite."""
+    return exact(c.board.registers.outputs[channel_of(n)].ramp_s or np.inf)
+
+
+def enable_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """ON or OFF."""
+    need(c.board, Mode.CONFIGURATION)
+    return _output(c.board, channel_of(n), ramp_enabled=word(a, "ON", "OFF") == "ON", ramp_down=False)
+
+
+def ramp_down(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
+    """Begin the way down; cannot be undone."""
+    need(c.board, Mode.ACQUISITION, Mode.TRANSMISSION)
+    channel, asked = channel_of(n), word(a, "ON", "OFF") == "ON"
+    return _output(c.board, channel, ramp_down=asked or c.board.registers.outputs[channel].ramp_down)
+
+
+def ramp_status(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """Bit 0 enabled, bits 1-2: 0 normal, 1 done, 2 up, 3 down; the second output four bits higher."""
+    status = 0
+    for k, output in enumerate(c.board.registers.outputs):
+        rising = c.board.triggered and c.board.elapsed() < output.ramp_s * c.board.rate_hz
+        state = 3 if output.ramp_down else 2 if rising else 1 if c.board.triggered else 0
+        status |= (1 | state << 1) << 4 * k if output.ramp_enabled else 0
+    return str(status)
+
+
+WAVEFORMS: dict[str, Handler] = {
+    "RP:DAC:CHannel#:COMPonent#:AMPlitude": set_amplitude,
+    "RP:DAC:CHannel#:COMPonent#:AMPlitude?": get_amplitude,
+    "RP:DAC:CHannel#:COMPonent#:FREQuency": set_frequency,
+    "RP:DAC:CHannel#:COMPonent#:FREQuency?": _get_component("frequency_hz"),
+    "RP:DAC:CHannel#:COMPonent#:PHAse": set_phase,
+    "RP:DAC:CHannel#:COMPonent#:PHAse?": _get_component("phase_rad"),
+    "RP:DAC:CHannel#:COMPonent#:SIGnaltype": set_signal,
+    "RP:DAC:CHannel#:COMPonent#:SIGnaltype?": _get_component("signal"),
+    "RP:DAC:CHannel#:OFFset": set_offset,
+    "RP:DAC:CHannel#:OFFset?": get_offset,
+    "RP:DAC:CHannel#:AWG": set_table,
+    "RP:DAC:CHannel#:RAMPing": set_ramp,
+    "RP:DAC:CHannel#:RAMPing?": get_ramp,
+    "RP:DAC:CHannel#:RAMPing:ENaBle": enable_ramp,
+    "RP:DAC:CHannel#:RAMPing:ENaBle?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_enabled),
+    "RP:DAC:CHannel#:RAMPing:DoWN": ramp_down,
+    "RP:DAC:CHannel#:RAMPing:DoWN?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_down),
+    "RP:DAC:RAMPing:STATus?": ramp_status,
+}

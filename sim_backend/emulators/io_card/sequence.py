@@ -1,0 +1,176 @@
+"""The sequence of an I/O card: uploads, SEQ:SET with its traps, and the program that runs from the trigger on.
+
+The server fills a ring of steps ahead of time and counts what it has filled.  That counter is only reset when a
+sequence ends or a client connects; a SET in between fills nothing or forgets step 0, which then plays what the ring
+held, enabled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .registers import OUTPUTS, SEQUENCE_CHANNELS, Program
+
+LOOKAHEAD = 7372
+
+
+class ServerCrash(Exception):
+    """The server's process dies."""
+
+
+class State(Enum):
+    """CONFIG -> SEQ:SET -> PREPARED -> trigger -> RUNNING -> CONFIG."""
+
+    CONFIG = 0
+    PREPARED = 1
+    RUNNING = 2
+
+
+@dataclass(frozen=True)
+class Part:
+    """A table (steps, channels) and how often it is played."""
+
+    values: NDArray[np.float64]
+    repetitions: int
+
+    def played(self) -> NDArray[np.float64]:
+        """All its steps."""
+        return np.tile(self.values, (self.repetitions, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Tables:
+    """What was uploaded for one sequence: the main table with its enable (steps, channels) and resync (steps,
+    min(channels, 2)) bits, and what is played before and after."""
+
+    main: Part | None = None
+    enable: NDArray[np.bool_] | None = None
+    resync: NDArray[np.bool_] | None = None
+    up: Part | None = None
+    down: Part | None = None
+
+
+class Sequence:
+    """What one board knows of its sequence.
+
+    The server keeps two: the one that is being configured, which begins empty with the first command for it after a
+    SEQ:SET, and the one that SEQ:SET has made of it.
+    """
+
+    def __init__(self) -> None:
+        self.state = State.CONFIG
+        self.clocks_per_step = 0
+        self.channels = 0
+        self.lost_steps = False
+        self.program: Program | None = None
+        self._next: Tables | None = None
+        self._set: Tables | None = None
+        self._plan: tuple[Tables, int, int, Program] | None = None
+        self._freed = False
+        self._filled = 0
+        self._ring_first = np.zeros(SEQUENCE_CHANNELS)
+
+    # --- uploads
+
+    def configured(self) -> Tables:
+        """The sequence that is being configured; it begins now if there is none."""
+        self._next = self._next or Tables()
+        return self._next
+
+    def steps(self) -> int:
+        """Steps of one repetition of the main table that is being configured, 0: there is none."""
+        main = self.configured().main
+        return 0 if main is None else len(main.values)
+
+    def upload(self, values: NDArray[np.float32], repetitions: int) -> None:
+        """A new main table, (steps, channels) V; what enabled and resynchronised the old one is gone."""
+        main = Part(values.astype(np.float64), repetitions)
+        self._next = replace(self.configured(), main=main, enable=None, resync=None)
+
+    def upload_enable(self, enable: NDArray[np.bool_]) -> None:
+        """(steps, channels) of the main table."""
+        self._next = replace(self.configured(), enable=enable)
+
+    def upload_resync(self, resync: NDArray[np.bool_]) -> None:
+        """(steps, min(channels, 2)) of the main table."""
+        self._next = replace(self.configured(), resync=resync)
+
+    def upload_ramp(self, values: NDArray[np.float32], repetitions: int, *, down: bool) -> None:
+        """The table before or after the main one."""
+        part, tables = Part(values.astype(np.float64), repetitions), self.configured()
+        self._next = replace(tables, down=part) if down else replace(tables, up=part)
+
+    def clear(self) -> None:
+        """SEQ:CLEAR: the tables that were set are freed, the pointer to them stays."""
+        self._freed = self._set is not None
+
+    # --- life
+
+    def set(self, samples_per_step: int) -> None:
+        """SEQ:SET; nothing happens if there never was a sequence.  Raises ServerCrash after a CLEAR without a new
+        one."""
+        if self._next is not None:
+            self._set, self._next, self._freed = self._next, None, False
+        if self._freed:
+            raise ServerCrash
+        if self._set is None:
+            return
+        program = self._planned(self._set, samples_per_step)
+        if self._filled == 0:
+            self._ring_first = program.values[0].copy() if len(program.values) else np.zeros(SEQUENCE_CHANNELS)
+        elif len(program.values):
+            program = program.beginning_with(self._ring_first)
+        self._filled = 1 if self._filled >= LOOKAHEAD else LOOKAHEAD
+        self.program, self.state, self.lost_steps = program, State.PREPARED, False
+
+    def started(self) -> None:
+        """The trigger has come."""
+        if self.state is State.PREPARED:
+            self.state = State.RUNNING
+
+    def finished(self) -> None:
+        """The last step is over."""
+        self._emptied(0)
+
+    def aborted(self) -> None:
+        """The trigger went before the last step was over: the ring is empty, the counter is not."""
+        self._emptied(LOOKAHEAD)
+
+    def forgotten(self) -> None:
+        """A client came or went: everything starts anew except the uploads."""
+        self._emptied(0)
+
+    def _emptied(self, filled: int) -> None:
+        self.state, self.program, self._filled = State.CONFIG, None, filled
+        self._ring_first = np.zeros(SEQUENCE_CHANNELS)
+
+    def _planned(self, tables: Tables, samples_per_step: int) -> Program:
+        """All steps; the same program again if nothing has been uploaded since."""
+        known = self._plan
+        if known is None or known[0] is not tables or known[1:3] != (samples_per_step, self.channels):
+            known = self._plan = tables, samples_per_step, self.channels, self._laid_out(tables, samples_per_step)
+        return known[3]
+
+    def _laid_out(self, tables: Tables, samples_per_step: int) -> Program:
+        """Channels that the sequence does not have are zero and enabled."""
+        parts = [
+            p.played() if p is not None else np.zeros((0, self.channels)) for p in (tables.up, tables.main, tables.down)
+        ]
+        lengths = [len(p) for p in parts]
+        total, before = sum(lengths), lengths[0]
+        values, enable = np.zeros((total, SEQUENCE_CHANNELS)), np.ones((total, SEQUENCE_CHANNELS), dtype=np.bool_)
+        resync, ramp_down = np.zeros((total, OUTPUTS), dtype=np.bool_), np.zeros(total, dtype=np.bool_)
+        width = min(self.channels, SEQUENCE_CHANNELS)
+        values[:, :width] = np.concatenate([p[:, :width] for p in parts])
+        ramp_down[total - lengths[2] :] = True
+        main = slice(before, before + lengths[1])
+        if tables.main is not None and tables.enable is not None:
+            enable[main, :width] = np.tile(tables.enable[:, :width], (tables.main.repetitions, 1))
+        if tables.main is not None and tables.resync is not None:
+            given = tables.resync.shape[1]
+            resync[main, :given] = np.tile(tables.resync, (tables.main.repetitions, 1))
+        return Program(values, enable, resync, ramp_down, samples_per_step)

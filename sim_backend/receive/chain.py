@@ -1,0 +1,141 @@
+"""The receive chain's frequency response, applied exactly to the rotor's signal.
+
+A product of first-order poles is a sum of single poles (partial fractions), and a polynomial goes through one pole in
+closed form.  The rotor's EMF is a polynomial in every piece of its motion, so the output is a polynomial plus one dying
+exponential, continued from piece to piece.  Sampling delay is applied by evaluating at the delayed instants.  There is
+no digital filter and no interpolation between samples; what is left are the errors of the pieces themselves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sim_backend.options import ChainOptions
+from sim_backend.rotor.collocation import NODES
+from sim_backend.rotor.kernel import kernel
+
+TAYLOR = 40
+
+
+@dataclass(frozen=True)
+class Partial:
+    """One term weight / (1 + i 2 pi f tau_s) of a channel's response; tau_s = 0: flat."""
+
+    weight: float
+    tau_s: float
+
+
+def partials(poles_hz: tuple[float, ...]) -> list[Partial]:
+    """The product of 1 / (1 + i f / pole) as a sum of single poles."""
+    tau = [1 / (2 * np.pi * f) for f in poles_hz]
+    if not tau:
+        return [Partial(1.0, 0.0)]
+    return [
+        Partial(float(np.prod([t / (t - other) for j, other in enumerate(tau) if j != i])), t)
+        for i, t in enumerate(tau)
+    ]
+
+
+def frequency_response(chain: ChainOptions, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """(channel, k) complex response at (k,) Hz: poles and residual delay, 1 at 0 Hz."""
+    rows = []
+    for poles, delay_s in zip(chain.poles_hz, chain.residual_delay_s, strict=True):
+        row = np.exp(-2j * np.pi * frequency_hz * delay_s)
+        for pole in poles:
+            row = row / (1 + 1j * frequency_hz / pole)
+        rows.append(row)
+    return np.array(rows)
+
+
+def is_flat(chain: ChainOptions) -> bool:
+    """True if the chain changes nothing."""
+    return not any(chain.poles_hz) and not any(chain.residual_delay_s)
+
+
+@kernel
+def _horner(c, n, x):  # type: ignore[no-untyped-def]
+    total = 0.0
+    for k in range(n - 1, -1, -1):
+        total = total * x + c[k]
+    return total
+
+
+@kernel
+def _slow_pole(p, kappa, y, out):  # type: ignore[no-untyped-def]
+    """Powers of s = x + 1 of the solution of kappa dy/dx = p - y with y at s = 0, by its Taylor series; kappa > 0.5."""
+    shifted = p.copy()
+    for i in range(NODES - 1):
+        for k in range(NODES - 2, i - 1, -1):
+            shifted[k] -= shifted[k + 1]
+    out[0] = y
+    for k in range(TAYLOR - 1):
+        source = shifted[k] if k < NODES else 0.0
+        out[k + 1] = (source - out[k]) / (kappa * (k + 1))
+
+
+@kernel
+def add_filtered(pieces, connected, times, w_u, w_v, weight, tau, out):  # type: ignore[no-untyped-def]
+    """Add weight times the response of one pole to w_u g_u + w_v g_v at rising `times` (n,) onto out (n,).
+
+    connected: (pieces,) bool, False: the input is zero.  Times before the first piece get nothing.
+    """
+    p, q, series = np.zeros(NODES), np.zeros(NODES), np.zeros(TAYLOR)
+    y = 0.0
+    i = 0
+    while pieces.shape[0] > 0 and i < times.size and times[i] < pieces[0, 0]:
+        i += 1
+    for j in range(pieces.shape[0]):
+        start = pieces[j, 0]
+        h = pieces[j, 1]
+        for k in range(NODES):
+            p[k] = w_u * pieces[j, 4 + NODES + k] + w_v * pieces[j, 4 + 2 * NODES + k] if connected[j] else 0.0
+        kappa = 2.0 * tau / h
+        slow = kappa > 0.5
+        offset = 0.0
+        if slow:
+            _slow_pole(p, kappa, y, series)
+        else:
+            q[NODES - 1] = p[NODES - 1]
+            for k in range(NODES - 2, -1, -1):
+                q[k] = p[k] - kappa * (k + 1) * q[k + 1]
+            offset = y - _horner(q, NODES, -1.0)
+        last = j == pieces.shape[0] - 1
+        while i < times.size and (times[i] < start + h or last):
+            x = 2.0 * (times[i] - start) / h - 1.0
+            if slow:
+                out[i] += weight * _horner(series, TAYLOR, x + 1.0)
+            else:
+                value = _horner(q, NODES, x)
+                if kappa > 0.0:
+                    value += offset * exp(-(x + 1.0) / kappa)
+                out[i] += weight * value
+            i += 1
+        if slow:
+            y = _horner(series, TAYLOR, 2.0)
+        else:
+            y = _horner(q, NODES, 1.0)
+            if kappa > 0.0:
+                y += offset * exp(-2.0 / kappa)
+
+
+def receive_v(
+    pieces: NDArray[np.float64],
+    connected: NDArray[np.bool_],
+    times_s: NDArray[np.float64],
+    per_g_v: NDArray[np.float64],
+    chain: ChainOptions,
+) -> NDArray[np.float64]:
+    """Noise-free signal of every channel at the ADC: (channel, n) float64, V.
+
+    pieces (k, PIECE_SLOTS), connected (k,) bool; times_s (n,) rising; per_g_v (channel, 2): volts at the ADC per
+    g_u and g_v (rad/s), that is -m_r P [e_u e_v] (eq:u(t,p,R), eq:projection).
+    """
+    out = np.zeros((len(chain.poles_hz), times_s.size))
+    for row, weights, poles, delay_s in zip(out, per_g_v, chain.poles_hz, chain.residual_delay_s, strict=True):
+        for part in partials(poles):
+            add_filtered(pieces, connected, times_s - delay_s, *weights, part.weight, part.tau_s, row)
+    return out

@@ -1,0 +1,80 @@
+"""What can stand in the rotor's place: a reference dipole that the card feeds, or a field probe."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.timeline import Burst
+from drivers.tx_rx_switch import SwitchPosition
+from sim_backend.options import CoilsOptions, DipoleTable
+from sim_backend.transmit.coils import pair_field_t
+from sim_backend.transmit.drive import Cut
+
+from .chain import frequency_response
+from .extra_signal import chain_as_built, mixing
+from .shot_setup import ShotSetup
+
+
+@dataclass(frozen=True)
+class Dipole:
+    """The reference dipole as it stands: its table, and the direction it points in, (3,) unit vector."""
+
+    table: DipoleTable
+    direction: NDArray[np.float64]
+
+    def moment_per_volt_am2(self, frequency_hz: float) -> complex:
+        """Moment per volt at the card's output, A m^2/V: turns times area times the current of an R-L loop."""
+        loop_ohm = complex(self.table.resistance_ohm, 2 * np.pi * frequency_hz * self.table.inductance_h)
+        return self.table.turns_area_m2 / loop_ohm
+
+
+def dipole_v(
+    setup: ShotSetup, dipole: Dipole, spans: list[tuple[float, float, SwitchPosition]], times_s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The dipole's signal at the ADC: (channel, n), V, in its steady state; u = -P dm/dt (eq:u(t,p,R)).
+
+    The receive chain and the dipole's own loop forget the start of a burst within 1 ms, which is left out.
+    """
+    volts = np.zeros((3, times_s.size))
+    connected = np.zeros(times_s.size, dtype=np.bool_)
+    for start_s, stop_s, position in spans:
+        connected |= (times_s >= start_s) & (times_s < stop_s) & (position is SwitchPosition.RECEIVE)
+    for burst in setup.timeline.bursts:
+        if burst.output == dipole.table.output:
+            _add_burst(setup, dipole, burst, connected, times_s, volts)
+    return volts
+
+
+def _add_burst(
+    setup: ShotSetup,
+    dipole: Dipole,
+    burst: Burst,
+    connected: NDArray[np.bool_],
+    times_s: NDArray[np.float64],
+    volts: NDArray[np.float64],
+) -> None:
+    rate_hz = setup.timeline.clock.rate_hz
+    on = connected & (times_s >= burst.start_sample / rate_hz) & (times_s < burst.stop_sample / rate_hz)
+    turn = 2 * np.pi * burst.frequency_hz * (times_s[on] - burst.start_sample / rate_hz) + burst.phase_rad
+    rate_of_change = 2j * np.pi * burst.frequency_hz * dipole.moment_per_volt_am2(burst.frequency_hz)
+    sensitivity = mixing(setup.options.undeclared) @ (setup.lna_gain * setup.sensitivity_t_per_a @ dipole.direction)
+    chain = chain_as_built(setup.options.receive.in_place(), setup.options.undeclared)
+    response = frequency_response(chain, np.array([burst.frequency_hz]))[:, 0]
+    phasor = -sensitivity * response * rate_of_change * burst.amplitude_v
+    volts[:, on] += np.imag(phasor[:, None] * np.exp(1j * turn))
+
+
+def field_t(
+    coils: CoilsOptions, cuts: tuple[Cut, ...], times_s: NDArray[np.float64], position_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Field of all coil currents at a point, (3, n), T, at times (n,) after the trigger."""
+    per_ampere = np.stack([pair_field_t(c, axis, position_m) for axis, c in enumerate(coils.in_order())])
+    total = np.zeros((3, times_s.size))
+    for cut in cuts:
+        inside = (times_s >= cut.start_s) & (times_s < cut.stop_s)
+        for coil, field in enumerate(per_ampere):
+            total[:, inside] += np.outer(field, cut.current_a(coil, times_s[inside]))
+    return total

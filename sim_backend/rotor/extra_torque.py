@@ -1,0 +1,138 @@
+"""Undeclared torques without a state of their own: their slots in the parameter array, and their kernels."""
+
+from __future__ import annotations
+
+from math import exp, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.errors import ConfigError
+from sim_backend.undeclared.hidden_states import (
+    BreathingGap,
+    MemoryAmplitude,
+    MemoryBristle,
+    MemoryRelaxation,
+    SecondMode,
+)
+from sim_backend.undeclared.listing import Undeclared, first, strength
+from sim_backend.undeclared.torques import (
+    AngleDependentDamping,
+    BiasTorque,
+    CoulombFriction,
+    FrequencyDrift,
+    HertzFriction,
+    QuadraticDrag,
+    RestoringAnharmonicity,
+    StribeckFriction,
+    TorsionStiffness,
+)
+
+from .kernel import kernel
+
+# Slots that follow those of `torque`; there, 1 is omega_nat^2 and 2 the declared Hertz friction.
+OMEGA_SQUARED, HERTZ = 1, 2
+SMOOTH = 7  # not 0: any of the smooth ones acts
+ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS = 8, 9, 10, 11
+DRIFT, DRIFT_FROM, DRIFT_TAU = 12, 13, 14  # rad/s^2, s on the field's time axis, s (0: linear)
+KINKS = 15  # not 0: any of the next four, or bristles
+COULOMB, STRIBECK, STRIBECK_SPEED, DRAG = 16, 17, 18, 19
+RELAXATION, RELAXATION_RATE = 20, 21  # k w^2, 1/tau
+BRISTLE, BRISTLE_REACH = 22, 23
+AMPLITUDE, AMPLITUDE_RATE = 24, 25  # k w^2, 1/tau
+GAP, GAP_OMEGA, GAP_DAMPING = 26, 27, 28  # s, W, 2 g
+MODE, MODE_OMEGA, MODE_DAMPING, MODE_ORDER = 29, 30, 31, 32  # c w^2, W, 2 g
+SLOTS = 33
+
+
+def fill(q: NDArray[np.float64], effects: Undeclared, drift_from_s: float | None) -> None:
+    """Enter all effects into a parameter array (SLOTS,) that holds the declared ones already.
+
+    drift_from_s: when f_nat begins to drift, on the time axis of the field; None: not at all.
+    Raises ConfigError for Stribeck's law without dry friction, and for a second mode that runs away.
+    """
+    q[HERTZ] += strength(effects, HertzFriction)
+    q[COULOMB] = strength(effects, CoulombFriction)
+    q[DRAG] = strength(effects, QuadraticDrag)
+    if stribeck := first(effects, StribeckFriction):
+        q[STRIBECK], q[STRIBECK_SPEED] = stribeck.strength, stribeck.v_s_rad_per_s
+        _check_friction(q)
+    q[ANGLE_DAMPING] = 2 * strength(effects, AngleDependentDamping)
+    q[ANHARMONICITY] = strength(effects, RestoringAnharmonicity)
+    q[TORSION] = strength(effects, TorsionStiffness)
+    q[BIAS] = strength(effects, BiasTorque)
+    if (drift := first(effects, FrequencyDrift)) and drift_from_s is not None:
+        q[DRIFT], q[DRIFT_FROM], q[DRIFT_TAU] = 2 * pi * drift.strength, drift_from_s, drift.tau_s or 0.0
+    q[SMOOTH] = float(np.any(q[[ANGLE_DAMPING, ANHARMONICITY, TORSION, BIAS, DRIFT]]))
+    _fill_hidden(q, effects)
+    q[KINKS] = float(np.any(q[[COULOMB, STRIBECK, DRAG, BRISTLE]]))
+
+
+def _check_friction(q: NDArray[np.float64]) -> None:
+    if q[HERTZ] == 0.0 and q[COULOMB] == 0.0:
+        raise ConfigError(
+            "there is no dry friction for Stribeck's law to change",
+            where="backends.simulated.undeclared, stribeck_friction",
+            remedy="mount a jewel, or add coulomb_friction or hertz_friction",
+        )
+
+
+def _check_mode(q: NDArray[np.float64], coupling: float) -> None:
+    lowest_hz = abs(coupling) * q[OMEGA_SQUARED] ** 0.5 / pi
+    if q[MODE_OMEGA] <= 2 * pi * lowest_hz:
+        raise ConfigError(
+            f"a second mode of strength {coupling} runs away",
+            where="backends.simulated.undeclared, second_mode",
+            why=f"it must be faster than {lowest_hz:.4g} Hz on this specimen",
+            remedy="couple it less, or raise its frequency_hz",
+        )
+
+
+def _fill_hidden(q: NDArray[np.float64], effects: Undeclared) -> None:
+    stiffness = q[OMEGA_SQUARED]
+    if relaxation := first(effects, MemoryRelaxation):
+        q[RELAXATION], q[RELAXATION_RATE] = relaxation.strength * stiffness, 1 / relaxation.tau_s
+    if bristle := first(effects, MemoryBristle):
+        q[BRISTLE], q[BRISTLE_REACH] = bristle.strength, bristle.reach_rad
+    if amplitude := first(effects, MemoryAmplitude):
+        q[AMPLITUDE], q[AMPLITUDE_RATE] = amplitude.strength * stiffness, 1 / amplitude.tau_s
+    if gap := first(effects, BreathingGap):
+        q[GAP], q[GAP_OMEGA], q[GAP_DAMPING] = gap.strength, 2 * pi * gap.frequency_hz, 2 * gap.decay_per_s
+    if mode := first(effects, SecondMode):
+        q[MODE], q[MODE_OMEGA] = mode.strength * stiffness, 2 * pi * mode.frequency_hz
+        q[MODE_DAMPING], q[MODE_ORDER] = 2 * mode.decay_per_s, mode.order
+        _check_mode(q, mode.strength)
+
+
+@kernel
+def stiffness_change(tau: float, q: NDArray[np.float64]) -> float:
+    """How much omega_nat^2 has drifted away from slot 1, rad^2/s^2."""
+    since = tau - q[DRIFT_FROM]
+    if q[DRIFT] == 0.0 or since <= 0.0:
+        return 0.0
+    if q[DRIFT_TAU] > 0.0:
+        since = q[DRIFT_TAU] * (1.0 - exp(-since / q[DRIFT_TAU]))
+    shift = q[DRIFT] * since
+    return float(shift * (2.0 * np.sqrt(q[OMEGA_SQUARED]) + shift))
+
+
+@kernel
+def smooth(tau: float, phi: float, phi_dot: float, sine: float, cosine: float, q: NDArray[np.float64]) -> float:
+    """What the smooth undeclared torques add to the declared ones, rad/s^2."""
+    change = stiffness_change(tau, q)
+    soft = q[ANHARMONICITY] * (1.0 - cosine)
+    total = -(change * (1.0 - soft) - q[OMEGA_SQUARED] * soft) * sine
+    total -= q[TORSION] * q[OMEGA_SQUARED] * phi + q[ANGLE_DAMPING] * phi * phi * phi_dot
+    return float(total + q[BIAS])
+
+
+@kernel
+def opposing(dry: float, speed: float, q: NDArray[np.float64]) -> float:
+    """Everything that opposes the motion, from the level of the other dry friction: with Stribeck's factor and drag.
+
+    speed: of phi in the direction of the motion, so that all is analytic between turning points.
+    """
+    level = dry + q[COULOMB]
+    if q[STRIBECK] != 0.0:
+        level *= 1.0 + q[STRIBECK] * exp(min(-speed / q[STRIBECK_SPEED], 30.0))
+    return float(level + q[DRAG] * speed * speed)

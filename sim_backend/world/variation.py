@@ -1,0 +1,66 @@
+"""What changes from shot to shot: temperature, friction, wear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from sim_backend.options import EffectsOptions, TemperatureEffect
+from sim_backend.rotor.rotor import Rotor
+
+GRID_PER_CORRELATION = 50
+
+
+class Temperature:
+    """Temperature at the resonator in world time: an Ornstein-Uhlenbeck process on a fixed grid, linear in between.
+
+    It depends on the seed and on time only, never on who asks for it or how often.
+    """
+
+    def __init__(self, effect: TemperatureEffect, rng: np.random.Generator) -> None:
+        self._effect, self._rng = effect, rng
+        self._step_s = effect.correlation_time_s / GRID_PER_CORRELATION
+        self._deviations = [float(rng.standard_normal())]
+
+    def deviation_k(self, world_s: float) -> float:
+        """Kelvin away from the mean; zero if the effect is off."""
+        if not self._effect.enabled:
+            return 0.0
+        place = max(world_s, 0.0) / self._step_s
+        k = int(place)
+        self._extend(k + 2)
+        low, high = self._deviations[k], self._deviations[k + 1]
+        return self._effect.sd_k * (low + (place - k) * (high - low))
+
+    def celsius(self, world_s: float) -> float:
+        """Temperature, deg C."""
+        return float(self._effect.mean_c + self.deviation_k(world_s))
+
+    def _extend(self, length: int) -> None:
+        keep = float(np.exp(-1 / GRID_PER_CORRELATION))
+        spread = np.sqrt(1 - keep**2)
+        while len(self._deviations) < length:
+            self._deviations.append(keep * self._deviations[-1] + spread * float(self._rng.standard_normal()))
+
+
+def friction_factor(effects: EffectsOptions, rng: np.random.Generator, earlier_shots: int) -> float:
+    """Factor on T_f in one shot: scatter (lognormal, mean 1) times wear."""
+    factor = 1.0
+    if effects.friction_scatter.enabled:
+        sigma = np.sqrt(np.log1p(effects.friction_scatter.relative_sd**2))
+        factor *= float(np.exp(rng.normal(-(sigma**2) / 2, sigma)))
+    if effects.wear.enabled:
+        factor *= 1 + effects.wear.relative_per_shot * earlier_shots
+    return factor
+
+
+def rotor_now(rotor: Rotor, effects: EffectsOptions, deviation_k: float, friction: float) -> Rotor:
+    """The rotor in one shot.  The inertia does not depend on temperature; the drive coefficient m_r/I does."""
+    warm = effects.temperature
+    return replace(
+        rotor,
+        f_nat_hz=rotor.f_nat_hz + warm.f_nat_hz_per_k * deviation_k,
+        m_r_am2=rotor.m_r_am2 * (1 + warm.m_r_per_k * deviation_k),
+        tf_over_i_rad_per_s2=rotor.tf_over_i_rad_per_s2 * friction,
+    )

@@ -1,0 +1,165 @@
+"""A daemon on an emulated lab, with everything that the world alone knows kept for comparison."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from platform_daemon.app import start_engine
+from platform_daemon.engine import engine as engine_module
+from platform_daemon.engine.engine import Engine
+from platform_daemon.engine.jobs import Job
+from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
+from platform_daemon.engine.work.series import SeriesWork
+from platform_daemon.store.reader import open_recording
+from tests.system.emulated.conftest import Lab
+
+RX_S = 0.6
+HALF_A_CODE_V = 0.5 / 32768
+SAMPLES_LATE = 24  # of the recording, see docs/wire-protocols.md
+CHUNK = 1216
+QUICK = (  # impatient, so that a campaign does not only wait
+    f"io_card.chunk_samples={CHUNK}",
+    "io_card.reply_timeout_s=1.5",
+    "io_card.sample_timeout_s=1.5",
+    "power_amplifier.timeout_s=1.6",
+    "tx_rx_switch.timeout_s=1.6",
+    "lna.timeout_s=1.6",
+    "self_test.enabled=true",
+    "self_test.tone_s=0.03",
+)
+PATIENCE_S = 180.0
+NEVER_S = 3600.0
+
+
+class WatchedAcquisition(SeriesWork):
+    """Tells before which shot it is."""
+
+    def __init__(self, before_shot: Callable[[int], None], *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self._before_shot, self._number = before_shot, 0
+
+    def _pause(self, job: Job, *, first: bool) -> None:
+        self._number += 1
+        if not first:
+            self._before_shot(self._number)
+        super()._pause(job, first=first)
+
+
+class Bench:
+    """Emulator and daemon in one process.  `shots` are all shots that the world has played, as their feeds.
+
+    While it lives nobody reads idle devices back, so that a fault meets the phase it is meant for.
+    """
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        self.folder = folder
+        self.lab = Lab(folder, 'specimen="../resonators/jewel.toml"', f"world.seed={seed}", f"seed={seed}")
+        self.shots: list[Any] = []
+        self._listen_in()
+        self.engine: Engine | None = None
+        self.made = 0
+        self._idle_s, engine_module.IDLE_S = engine_module.IDLE_S, NEVER_S
+
+    @property
+    def world(self) -> Any:
+        """The simulated world."""
+        return self.lab.emulator.world
+
+    def start(self) -> Engine:
+        """The daemon.  Raises what a start raises."""
+        if self.engine is None:
+            self.engine = start_engine(self.lab.file(*QUICK))
+        return self.engine
+
+    def close(self) -> None:
+        """The daemon ends."""
+        engine, self.engine = self.engine, None
+        if engine is not None:
+            engine.close()
+
+    def end(self) -> None:
+        """Everything ends."""
+        try:
+            self.close()
+        finally:
+            engine_module.IDLE_S = self._idle_s
+            self.lab.emulator.close()
+
+    def series(
+        self,
+        shots: int,
+        *,
+        self_test: bool = False,
+        before: Callable[[], None] = lambda: None,
+        before_shot: Callable[[int], None] = lambda number: None,
+    ) -> tuple[Job, Path]:
+        """A series to its end; `before` runs in the hardware's thread at its start, `before_shot` before each shot but
+        the first, with its number."""
+        engine = self.start()
+        self.made += 1
+        target = self.folder / f"{self.made}.h5"
+
+        engine._chain.self_test.enabled = self_test
+        work = WatchedAcquisition(
+            before_shot,
+            engine.platform,
+            self._plan(shots),
+            target,
+            engine.config_text,
+            engine._online,
+            engine.live,
+            overwrite=True,
+            in_shot=partial(engine._refresh, busy=True),
+            self_test=engine._chain.self_test,
+        )
+
+        def behind_interlock(job: Job) -> None:
+            before()
+            engine._behind_interlock(work, job)
+
+        job = engine._submit(Job("acquisition", {}, shots, "shots"), behind_interlock)
+        assert job.ended.wait(PATIENCE_S), "the daemon hangs"
+        return job, target
+
+    def chunks(self) -> int:
+        """Hardware chunks of a shot."""
+        return -(-self._plan(1).excited.timeline.total_samples // CHUNK)
+
+    def _plan(self, shots: int) -> AcquisitionPlan:
+        ask = AcquisitionRequest(resonator="jewel", shots=shots, sequence={"rx_s": RX_S}, window=None)
+        return self.start().plan(ask)
+
+    def wrong_samples(self, target: Path, first: int) -> list[str]:
+        """Good shots of a recording that differ from what the world's converters recorded; `first`: how many shots the
+        world had played before the recording's first."""
+        recording = open_recording(target)
+        out = []
+        for k, info in enumerate(recording.frame_info):
+            if info.verdict != "good":
+                continue
+            volts = recording.frame_volts(k)
+            if volts.shape[1] != recording.sequence.total or not self._is_true(first + k, volts):
+                out.append(f"good shot {k + 1} of {target.name} is not what the world recorded")
+        return out
+
+    def _is_true(self, shot: int, volts: NDArray[np.float64]) -> bool:
+        truth = self.shots[shot].volts(SAMPLES_LATE, SAMPLES_LATE + volts.shape[1])
+        return bool(np.max(np.abs(volts - truth)) < HALF_A_CODE_V)
+
+    def _listen_in(self) -> None:
+        start, lock = self.world.start, threading.Lock()
+
+        def listening(timeline: Any, feed: Any = None) -> float:
+            with lock:
+                self.shots.append(feed)
+            at_s: float = start(timeline, feed)
+            return at_s
+
+        self.world.start = listening

@@ -1,0 +1,99 @@
+import numpy as np
+import pytest
+
+from sim_backend.options import EffectsOptions
+from sim_backend.rotor.rotor import effective
+from sim_backend.world.variation import Temperature, friction_factor, rotor_now
+from tests.kit.simulated_bench import Bench, options, specimen
+
+
+def effects(**changes):
+    return EffectsOptions.model_validate(options(**{f"effects__{k}": v for k, v in changes.items()})["effects"])
+
+
+def test_temperature_moves_f_nat_and_m_r_by_their_coefficients():
+    rotor = effective(specimen("jewel"))
+    warm = rotor_now(rotor, effects(), 2.0, 1.0)
+    assert warm.f_nat_hz - rotor.f_nat_hz == pytest.approx(-0.46)
+    assert warm.m_r_am2 / rotor.m_r_am2 == pytest.approx(1 - 0.0022)
+    assert warm.inertia_kg_m2 == rotor.inertia_kg_m2
+    assert warm.tf_over_i_rad_per_s2 == rotor.tf_over_i_rad_per_s2
+
+
+def test_f_nat_scatters_by_the_papers_eight_hundredths_of_a_hertz():
+    temperature = Temperature(effects().temperature, np.random.default_rng(5))
+    shots = [temperature.deviation_k(15.0 * k) for k in range(20_000)]
+    assert np.std(shots) * 0.23 == pytest.approx(0.08, rel=0.08)
+    assert np.mean(shots) == pytest.approx(0.0, abs=0.05)
+
+
+def test_temperature_wanders_with_its_correlation_time():
+    temperature = Temperature(effects().temperature, np.random.default_rng(6))
+    path = np.array([temperature.deviation_k(t) for t in np.arange(0, 200_000, 10.0)])
+    lagged = np.corrcoef(path[:-6], path[6:])[0, 1]
+    assert lagged == pytest.approx(np.exp(-1), abs=0.05)
+    assert abs(temperature.deviation_k(100.0) - temperature.deviation_k(100.01)) < 0.01
+
+
+def test_temperature_depends_on_time_and_not_on_who_asks():
+    one, two = (Temperature(effects().temperature, np.random.default_rng(7)) for _ in range(2))
+    for t in np.random.default_rng(0).uniform(0, 5000, 300):
+        two.deviation_k(t)
+    assert [one.deviation_k(t) for t in (1.0, 50.0, 4000.0)] == [two.deviation_k(t) for t in (1.0, 50.0, 4000.0)]
+
+
+def test_without_the_effect_the_temperature_stays_at_its_mean():
+    still = Temperature(effects(temperature__enabled=False).temperature, np.random.default_rng(8))
+    assert {still.celsius(t) for t in (0.0, 1e3, 1e5)} == {22.0}
+
+
+def test_friction_scatters_lognormally_with_mean_one():
+    rng, only = np.random.default_rng(9), effects(wear__enabled=False)
+    factors = np.array([friction_factor(only, rng, 0) for _ in range(20_000)])
+    assert factors.mean() == pytest.approx(1.0, abs=0.01)
+    assert factors.std() == pytest.approx(0.27, rel=0.03)
+    assert np.log(factors).std() == pytest.approx(np.sqrt(np.log1p(0.27**2)), rel=0.02)
+
+
+def test_friction_creeps_up_with_wear():
+    only = effects(friction_scatter__enabled=False)
+    assert friction_factor(only, np.random.default_rng(), 0) == 1.0
+    assert friction_factor(only, np.random.default_rng(), 100) == pytest.approx(1.05)
+
+
+def test_shots_of_a_jewel_differ_in_friction_and_every_effect_can_be_switched_off():
+    varying = Bench("jewel")
+    seen = []
+    for _ in range(4):
+        varying.shot(rx=100)
+        seen.append(varying.truth()["tf_over_i_rad_per_s2"])
+    assert len(set(seen)) == 4
+    off = {f"effects__{name}__enabled": False for name in ("temperature", "friction_scatter", "wear")}
+    steady = Bench("jewel", **off)
+    for _ in range(2):
+        steady.shot(rx=100)
+        truth = steady.truth()
+        assert (truth["tf_over_i_rad_per_s2"], truth["f_nat_hz"], truth["m_r_am2"]) == (1324.0, 213.25, 12.028e-3)
+
+
+def test_wear_counts_the_shots_of_each_specimen():
+    bench = Bench("jewel", effects__friction_scatter__enabled=False, effects__temperature__enabled=False)
+    for _ in range(3):
+        bench.shot(rx=100)
+    assert bench.truth()["tf_over_i_rad_per_s2"] == pytest.approx(1324.0 * (1 + 2 * 5e-4))
+    bench.backend.mount(specimen("thread"))
+    bench.shot(rx=100)
+    assert bench.truth()["tf_over_i_rad_per_s2"] == 0.0
+    bench.backend.mount(specimen("jewel"))
+    bench.shot(rx=100)
+    assert bench.truth()["tf_over_i_rad_per_s2"] == pytest.approx(1324.0 * (1 + 3 * 5e-4))
+
+
+def test_truth_states_the_temperature_that_made_the_frequency():
+    bench = Bench("thread")
+    for _ in range(3):
+        bench.clock.sleep(70.0)
+        bench.shot(rx=100)
+        truth = bench.truth()
+        assert truth["f_nat_hz"] == pytest.approx(215.69 - 0.23 * (truth["temperature_c"] - 22.0), abs=1e-9)
+        assert bench.thermometer.temperature_c() == pytest.approx(truth["temperature_c"], abs=0.15)

@@ -1,0 +1,80 @@
+"""Angle files: their layout, and clocks that are not even."""
+
+import numpy as np
+import pytest
+
+from drivers.errors import RecordingError
+from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
+from platform_daemon.diagnosis.report import as_json
+from platform_daemon.store.angle_series import is_time_series, read_angles
+from tests.kit.specimen_files import PENDULUM, THREAD, copied, pendulum, swing
+
+
+def test_a_measured_pendulum_is_read_whole():
+    found = read_angles(PENDULUM)
+    assert found.angle_rad.shape == (1, 55001)
+    assert found.sampling_rate_hz == pytest.approx(1000.0, rel=1e-9)
+    assert found.clock == ()
+
+
+def test_recordings_and_angle_series_are_told_apart():
+    assert is_time_series(PENDULUM)
+    assert not is_time_series(THREAD)
+
+
+def test_degrees_become_radians(tmp_path):
+    t, angle = swing()
+    path = pendulum(tmp_path, t, np.degrees(angle), units="deg")
+    assert read_angles(path).angle_rad[0] == pytest.approx(angle)
+
+
+def test_a_gap_in_the_time_column_is_reported_and_never_bridged(tmp_path):
+    t, angle = swing()
+    keep = np.ones(t.size, dtype=bool)
+    keep[1500:1507] = False
+    found = read_angles(pendulum(tmp_path, t[keep], angle[keep]))
+    assert "8 steps before sample 1500" in found.clock[0]
+    # The longer side of the gap, sample by sample.
+    assert np.array_equal(found.angle_rad[0], angle[1507:])
+    assert found.sampling_rate_hz == pytest.approx(400.0, rel=1e-9)
+
+
+def test_a_clock_that_is_never_even_is_refused(tmp_path):
+    t, angle = swing()
+    t = t + np.random.default_rng(0).uniform(0.0, 0.9 / 400.0, t.size)
+    with pytest.raises(RecordingError, match="uneven"):
+        read_angles(pendulum(tmp_path, t, angle))
+
+
+@pytest.mark.parametrize(
+    ("time_s", "angle", "units", "words"),
+    [
+        (np.arange(200.0), np.zeros(199), "rad", "199 samples"),
+        (np.arange(200.0), np.zeros((2, 200)), "rad", "shape"),
+        (np.arange(200.0), np.zeros(200), "V", "units"),
+        (np.full(200, np.nan), np.zeros(200), "rad", "not finite"),
+        (np.zeros(200), np.zeros(200), "rad", "uneven"),
+    ],
+)
+def test_what_is_no_angle_series_is_refused_by_name(tmp_path, time_s, angle, units, words):
+    with pytest.raises(RecordingError, match=words) as caught:
+        read_angles(pendulum(tmp_path, time_s, angle, units=units))
+    assert "angle.h5" in str(caught.value)
+    assert "Remedy" in str(caught.value)
+
+
+def test_values_that_are_not_finite_are_said_to_be_so(tmp_path):
+    t, angle = swing()
+    angle[100] = np.nan
+    assert not read_angles(pendulum(tmp_path, t, angle)).finite
+    assert read_angles(copied(tmp_path, PENDULUM)).finite
+
+
+def test_a_loss_that_the_best_fit_wants_negative_is_held_at_zero_and_the_rest_follows():
+    found = diagnose_input(load_diagnosis_input([PENDULUM], "thread", "angle"), lambda *_: None)
+    report = as_json(found)
+    assert "lambda_per_s" in report["parameters_before"]
+    assert "lambda_per_s" not in report["parameters_after"]
+    assert any("held at 0" in note for note in report["notes"])
+    assert report["held_out"]["nrmse_after"] < 0.3 * report["held_out"]["nrmse_before"]
+    assert report["verdict"] == "partly_explained"

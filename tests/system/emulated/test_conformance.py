@@ -1,0 +1,81 @@
+"""The drivers of the real devices keep the contracts over emulated wires."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from drivers.conformance import WHOLE_PLATFORM, AmplifierContract, CardContract
+from drivers.conformance.timelines import short_shot
+from drivers.errors import DeviceStateError, ShotRefused
+from drivers.red_pitaya.reader import Reader
+
+MASTER = (
+    """{host="${io_cards.0.host}", command_port="${io_cards.0.command_port}", data_port="${io_cards.0.data_port}"}"""
+)
+
+
+@pytest.fixture(scope="module")
+def platform(lab):
+    built = lab.platform()
+    yield built
+    built.close()
+    assert lab.violations() == ()
+
+
+TestCard, TestSwitch, _, TestLna, TestPlatform = WHOLE_PLATFORM
+
+
+class TestAmplifier(AmplifierContract):
+    @pytest.fixture
+    def trip(self, lab):
+        return lambda: lab.control("trip_amplifier")
+
+
+class TestOneCard(CardContract):
+    """The master alone, without a cluster."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def card(cls, lab_of_its_own):
+        lab = lab_of_its_own()
+        built = lab.platform(f"io_card.boards=[{MASTER}]")
+        yield built.card
+        built.close()
+
+    def test_a_last_record_without_trigger_is_the_stop_not_a_bad_shot(self, card, monkeypatch):
+        """The card drops the trigger before it drops the connection, and a record may be sent in between."""
+
+        def late(reader):
+            """Whole stop meanwhile."""
+            stopper.start()
+            stopper.join()
+            raise ShotRefused("the trigger fell during the shot", where="board")
+
+        monkeypatch.setattr(Reader, "_receive", late)
+        stopper = threading.Thread(target=card.stop)
+        card.program(short_shot(card.capabilities(), rx_s=0.5))
+        card.arm()
+        card.trigger()
+        with pytest.raises(DeviceStateError):
+            card.read(1000)
+
+
+class TestLinesOnPins(CardContract):
+    """Gate and receiver by command."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def card(cls, lab_of_its_own):
+        lab = lab_of_its_own(
+            'io_cards.pa_gate={board=0, output="DIO7_P"}', 'io_cards.rx_connect={board=1, output="DIO6_P"}'
+        )
+        built = lab.platform(
+            "io_card.pin_delay_s=0.3",  # a busy test machine, not a lab's
+            'io_card.lines.pa_gate={board=0, pin="DIO7_P"}',
+            'io_card.lines.rx_connect={board=1, pin="DIO6_P"}',
+        )
+        yield built.card
+        built.close()
+        assert lab.violations() == ()

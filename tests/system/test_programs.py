@@ -1,0 +1,29 @@
+"""The programs behind `make`."""
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+MAKEFILE = Path(__file__).parents[2] / "Makefile"
+PROGRAMS = sorted(set(re.findall(r"-m (tests\.[\w.]+)", MAKEFILE.read_text())))
+
+
+def test_the_makefile_runs_programs_of_the_tests():
+    assert {
+        "tests.campaigns.accuracy",
+        "tests.campaigns.estimator_statistics",
+        "tests.campaigns.faults.campaign",
+    } <= set(PROGRAMS)
+
+
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_every_program_of_the_makefile_says_what_it_does_and_takes(name, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", [name, "--help"])
+    with pytest.raises(SystemExit) as end:
+        importlib.import_module(name).main()
+    assert end.value.code in (0, None)
+    said = capsys.readouterr().out
+    assert "usage:" in said
+    assert said.count("--") > 1
