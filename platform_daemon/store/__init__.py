@@ -12,7 +12,7 @@ read_transmit_calibration: The transmit side in a calibration file or a recordin
 DataFolder: Where a daemon keeps what it makes.
 open_data_folder: The folders, made if missing.
 describe: Summary of a recording, JSON-able, without NaN.
-dmdt_file: The bytes of an HDF5 file of one frame's dm/dt.
+dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 write_whole: Write under a temporary name in the same folder, fsync, rename.
 NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from platform_daemon import schemas
-from platform_daemon.schemas import Root, Schema, to_json
-from platform_daemon.schemas.base import attribute_docstrings
+from platform_daemon.schemas.base import Root, Schema, attribute_docstrings, to_json
 
 from .samples import CLI, REST
 
