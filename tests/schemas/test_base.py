@@ -11,17 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from platform_daemon.schemas import (
-    AcquisitionResult,
-    EffectDetail,
-    FrameFit,
-    HarmonicEstimate,
-    NextMeasurement,
-    ParameterEstimate,
-    ShotHarmonics,
-    to_json,
-    unfitted,
-)
+from platform_daemon.schemas.acquisitions import AcquisitionResult
+from platform_daemon.schemas.base import to_json
+from platform_daemon.schemas.diagnosis import EffectDetail, NextMeasurement
+from platform_daemon.schemas.fits import FrameFit, ParameterEstimate, unfitted
+from platform_daemon.schemas.harmonics import HarmonicEstimate, ShotHarmonics
 
 from .samples import text_of
 

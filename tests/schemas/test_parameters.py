@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from platform_daemon.estimation import PARAMETER_NAMES
-from platform_daemon.estimation.models import MODELS
-from platform_daemon.estimation.terms import TERMS
-from platform_daemon.schemas import PARAMETERS, RODRIGUES, definition_of, names_in_order
+from platform_daemon.estimation.physics.models import MODELS
+from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.schemas.parameters import PARAMETERS, RODRIGUES, definition_of, names_in_order
 
 
 def test_it_holds_every_parameter_of_every_model_in_the_order_of_the_fit() -> None:

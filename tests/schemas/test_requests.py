@@ -8,15 +8,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from platform_daemon.schemas import (
-    AcquisitionRequest,
-    DiagnosisRequest,
-    PredictionRequest,
-    RecordingFitRequest,
-    SequencePatch,
-    SequencePreset,
-    to_json,
-)
+from platform_daemon.schemas.analysis_requests import DiagnosisRequest, PredictionRequest, RecordingFitRequest
+from platform_daemon.schemas.base import to_json
+from platform_daemon.schemas.requests import AcquisitionRequest, SequencePatch, SequencePreset
 from platform_daemon.settings import load_sequence, shipped
 from sequences.request import SequenceRequest
 

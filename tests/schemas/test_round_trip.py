@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from platform_daemon.schemas import LedgerLine, Root, Schema, to_json
+from platform_daemon.schemas.base import Root, Schema, to_json
+from platform_daemon.schemas.fits import LedgerLine
 
 from .samples import CLI, FOLDER, REORDERED, REST, STORED, text_of
 
