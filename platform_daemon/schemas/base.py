@@ -83,7 +83,9 @@ def attribute_docstrings(cls: type[BaseModel]) -> dict[str, str]:
 class Request(Schema):
     """What somebody asks for: no value is coerced."""
 
-    model_config = ConfigDict(strict=True)
+    # Made at once: FastAPI, which silences what pydantic warns of while it builds the parameter of a route, would not
+    # be there when a deferred one is built.
+    model_config = ConfigDict(strict=True, defer_build=False)
 
 
 class Root(RootModel[T], Generic[T]):
