@@ -43,7 +43,7 @@ def test_descriptions_reach_the_json_schema() -> None:
     found = FitJob.model_json_schema(mode="serialization")
     assert found["properties"]["created"]["description"] == "When it was asked for, ISO 8601."
     frame = found["$defs"]["FrameFit"]["properties"]
-    assert frame["nrmse"]["description"].startswith("Root mean square of the residual")
+    assert frame["nrmse"]["description"].startswith("Root mean square of the residual over that of the signal")
     assert EffectDetail.model_json_schema()["properties"]["from"]["description"].startswith("Of crosstalk")
 
 
