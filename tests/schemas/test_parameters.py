@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from platform_daemon.estimation import PARAMETER_NAMES
+from platform_daemon.estimation.parameters import PARAMETER_NAMES
 from platform_daemon.estimation.physics.models import MODELS
 from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.schemas.parameters import PARAMETERS, RODRIGUES, definition_of, names_in_order
