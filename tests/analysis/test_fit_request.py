@@ -14,7 +14,7 @@ from platform_daemon.analysis.series.summary import summary
 from platform_daemon.estimation.physics.models import MODELS
 from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.store.reader import open_recording
-from tests.cli.test_main import DATA
+from tests.kit.data import DATA
 
 
 @pytest.mark.parametrize("name", MODELS)
