@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drivers.errors import InputError, PlatformError
+from platform_daemon import analysis
 from platform_daemon.reports import fit_line, fit_table_text
 
 from .interrupts import end_at_once, heed_one_interrupt
@@ -23,10 +24,10 @@ from .options import (
     TermOption,
     VariantOption,
     WindowOption,
-    progress_bar,
     variant_named,
 )
 from .output import must_not_exist, write_json
+from .progress import progress_bar
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import FitSettings, Ledger, WorkerPool
@@ -55,7 +56,8 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit the frames of one or more recordings."""
-    from platform_daemon.analysis import FitSettings, parse_frames, parse_values, parse_window
+    from platform_daemon.analysis import FitSettings
+    from platform_daemon.cli.parsing import parse_frames, parse_values, parse_window
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
@@ -100,16 +102,12 @@ def _workers(
     files: list[Path], settings: FitSettings, processes: int | None, dask: str | None
 ) -> AbstractContextManager[WorkerPool]:
     """Where to fit: the cluster, this process for few frames, else a process per core."""
-    from platform_daemon.analysis import batch
-
     if dask is not None:
-        from platform_daemon.analysis import dask_cluster
-
-        return dask_cluster(dask, files[0])
-    count = processes or batch.cores()
+        return analysis.dask_cluster(dask, files[0])
+    count = processes or analysis.cores()
     if count == 1 or not _many_frames(files, settings):
-        return batch.in_this_process()
-    return batch.processes(count)
+        return analysis.in_this_process()
+    return analysis.processes(count)
 
 
 def _many_frames(files: list[Path], settings: FitSettings) -> bool:

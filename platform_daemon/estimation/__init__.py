@@ -1,4 +1,4 @@
-"""Estimation: calibrated dm/dt, volts or an angle in, a `FitResult` out; no files, no devices, no web.
+"""From calibrated dm/dt, volts or an angle to a `FitResult`; no files, no devices, no web.
 
 calibrate: dm/dt = -P^+ H^-1 u.
 Phasors: Complex amplitudes of a tone in all channels, with their standard deviations.

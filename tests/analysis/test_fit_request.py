@@ -3,7 +3,8 @@
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.analysis.fit_request import FitRequest, check_fixed, checked_variant, parse_values, why_refused
+from platform_daemon.analysis.fit_request import FitRequest, check_fixed, checked_variant, why_refused
+from platform_daemon.cli.parsing import parse_values
 from platform_daemon.estimation.physics.models import MODELS
 from platform_daemon.estimation.physics.torques import TERMS
 

@@ -4,9 +4,10 @@ import pytest
 from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder, start_engine
+from platform_daemon.app import create_context, start_engine
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
+from platform_daemon.store.data_folder import open_data_folder
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.rest import finished
 

@@ -12,7 +12,7 @@ from drivers.errors import SequenceRejected
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
-from platform_daemon.schemas import SelfTestOptions
+from platform_daemon.schemas.requests import SelfTestOptions
 from tests.kit.acquisitions import acquire
 
 ON = "self_test.enabled=true"
