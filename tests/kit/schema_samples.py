@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from platform_daemon.schemas.acquisitions import AcquisitionSummary, SeriesReport
 from platform_daemon.schemas.base import Root, Schema
 from platform_daemon.schemas.calibrations import CalibrationReport, CalibrationsInUse
@@ -44,8 +42,9 @@ from platform_daemon.schemas.predictions import PredictionReport
 from platform_daemon.schemas.problems import Problem, ProblemKind
 from platform_daemon.schemas.recordings import DmdtSeries, RecordingInfo, RecordingListing
 from platform_daemon.schemas.sliding import SlidingReport
+from tests.kit.data import DATA
 
-FOLDER = Path(__file__).parents[1] / "data" / "schemas"
+FOLDER = DATA / "schemas"
 
 # On the command line: indented by one, floats as Python prints them.
 CLI: dict[str, type[Schema | Root]] = {
