@@ -19,7 +19,7 @@ from .goodness_of_fit.residual import Residual
 from .goodness_of_fit.verdict import assess_fit, public_parameters, residual_left
 from .initial_guess.guess import observes_dipole
 from .least_squares.constraints import held
-from .least_squares.progressive import FitProblem, Minimum
+from .least_squares.problem import FitProblem, Minimum
 from .noise.model import OWN, OWN_FLOOR, OWN_RESIDUAL, NoiseModel
 from .numerics.blas_threads import one_thread_for_products
 from .physics.models import RingDownModel, alternatives_of, model_named

@@ -12,7 +12,7 @@ from platform_daemon.estimation import Array, FitState
 from ..shots.linearisation import Linearisation, basis_at
 from ..shots.shot import PreparedShot, SampleGrid, whitening_for
 from .hypothesis import Hypothesis
-from .joint_fit import LinearisedShot
+from .linearised_shot import LinearisedShot
 
 
 def window_of(started: PreparedShot) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.progressive import FitProblem
+from ..least_squares.problem import FitProblem
 from ..least_squares.public_parameters import PublicParameters
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.problem import FitProblem, Minimum
 from ..physics.models import THREAD, RingDownModel, alternatives_of
 from ..refusal import Refusal, RefusedError
 from ..solve import find_minimum, find_minimum_coarsely

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..least_squares.gauss_newton import FitState
 from ..least_squares.nuisance import Nuisance, NuisanceFit, fit_with_nuisance
-from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.problem import FitProblem, Minimum
 from ..noise.model import NoiseModel
 from ..noise.tones_and_drift import Zones, drift_degree, find_tones, may_hold_tones
 from ..numerics.arrays import Array

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..least_squares.constraints import refuse_out_of_bounds
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.problem import FitProblem, Minimum
 from ..least_squares.public_parameters import PublicParameters, by_convention, propagate_to_public
 from ..refusal import Refusal, RefusedError
 from ..result import FitResult, FittedModel
