@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 from drivers.errors import InputError
 from platform_daemon.analysis import fit
 from platform_daemon.analysis.derived import series_quantities
-from platform_daemon.analysis.fit_request import FitRequest, check_fixed, checked_variant, parse_values, why_refused
+from platform_daemon.analysis.fit_request import FitRequest, check_fixed, checked_variant, why_refused
 from platform_daemon.analysis.series.summary import summary
+from platform_daemon.cli.parsing import parse_values
 from platform_daemon.estimation.physics.models import MODELS
 from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.store.reader import open_recording

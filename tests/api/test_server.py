@@ -7,7 +7,8 @@ import pytest
 from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder
+from platform_daemon.app import create_context
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import open_recording
 from tests.conftest import SHORT_JEWEL
 

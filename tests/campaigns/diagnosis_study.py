@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from platform_daemon.diagnosis.diagnose import candidates_for, diagnose
+from platform_daemon.diagnosis.diagnose import candidates_for, diagnose_shots
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table
@@ -214,7 +214,7 @@ def run(task: tuple[Case, int]) -> Outcome:
     """One case."""
     case, shots = task
     made, truths = shots_with(case.variant, case.effects, count=shots, seed=case.seed, pose=POSES[case.pose])
-    report = as_json(diagnose(made, model_named(case.variant)))
+    report = as_json(diagnose_shots(made, model_named(case.variant)))
     return Outcome(
         case,
         report["verdict"],
