@@ -32,7 +32,7 @@ def test_every_torque_term_counts_as_a_source_of_kernels():
 def test_importing_the_room_compiles_nothing():
     code = (
         "import platform_daemon.estimation as e, platform_daemon.estimation.physics.trajectory.direct_chain as t; "
-        "assert not t.trace_half_swings.signatures, t.trace_half_swings.signatures"
+        "assert not t.trace_half_cycles.signatures, t.trace_half_cycles.signatures"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
