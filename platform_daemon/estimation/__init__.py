@@ -25,6 +25,7 @@ estimate_from_harmonics: Read frequency, amplitude, moment, orientation and deca
     dm/dt record.
 FitState: Everything that is fitted, as one point of the parameter space.
 NormalEquations: Quadratic model of chi^2 around a state.
+coefficient_jacobian: Derivatives of the channels' coefficients in the kernel's basis, (size, channels, b).
 DipoleObservation: dm/dt through m_r and R, seen by channels that mix the world axes.
 PublicParameters: The published parameters of a fit with their covariance.
 by_convention: Resolve phi -> -phi so that the observation obeys its sign convention.

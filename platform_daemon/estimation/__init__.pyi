@@ -21,6 +21,7 @@ from .fit import fit_ring_down as fit_ring_down
 from .harmonic_estimator.estimator import estimate_from_harmonics as estimate_from_harmonics
 from .least_squares.gauss_newton import FitState as FitState
 from .least_squares.gauss_newton import NormalEquations as NormalEquations
+from .least_squares.gauss_newton import coefficient_jacobian as coefficient_jacobian
 from .least_squares.observation_model import DipoleObservation as DipoleObservation
 from .least_squares.public_parameters import PublicParameters as PublicParameters
 from .least_squares.public_parameters import by_convention as by_convention
