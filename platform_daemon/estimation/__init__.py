@@ -73,6 +73,12 @@ model_signal: The fitted model at the sample times of a record.
 Clipping: Samples of a channel that pile up at its top or bottom.
 find_clipping: The largest pile of clipped samples, None if there is none.
 saturation: Why these samples are too clipped for a fit, None if they are not.
+MAINS_HZ: Frequencies of mains.
+Zones: Frequencies that belong to the signal.
+is_mains: Near a multiple of a mains frequency.
+median_level: Medians of power (channels, bins) in bands, drawn through their middles.
+peak_shift: How far the maximum near bin k of power (bins,) lies from it, in bins.
+periodogram: Power of windowed samples (channels, n), (channels, bins).
 CalibrationError: A calibration that cannot be applied.
 LambdaMode: How sliding windows treat the viscous loss: free, held, or held where it cannot be told.
 ReferenceRefusedError: The D30 fit, from which the length of the windows was to be taken, was refused.

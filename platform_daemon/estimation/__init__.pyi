@@ -67,6 +67,12 @@ from .result import model_signal as model_signal
 from .screening.clipping import Clipping as Clipping
 from .screening.clipping import find_clipping as find_clipping
 from .screening.clipping import saturation as saturation
+from .screening.spectral_lines import MAINS_HZ as MAINS_HZ
+from .screening.spectral_lines import Zones as Zones
+from .screening.spectral_lines import is_mains as is_mains
+from .screening.spectral_lines import median_level as median_level
+from .screening.spectral_lines import peak_shift as peak_shift
+from .screening.spectral_lines import periodogram as periodogram
 from .sensitivity import CalibrationError as CalibrationError
 from .sliding_window import LambdaMode as LambdaMode
 from .sliding_window import ReferenceRefusedError as ReferenceRefusedError

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..least_squares.constraints import refuse_out_of_bounds
 from ..least_squares.gauss_newton import FitState
 from ..least_squares.problem import FitProblem, Minimum
@@ -145,7 +143,7 @@ def _second(leftover: LinearisedResidual, task: Task, best: Minimum) -> SecondOs
 def _may_be_motion(frequency_hz: float, task: Task, best: Minimum) -> bool:
     """True where the harmonics of a swing sweep along, or too near to tell: few periods hold a wide sweep."""
     margin = APART / (task.samples * task.record.dt_s)
-    return bool(zones_of(best.state, margin).holds(np.array([frequency_hz]))[0])
+    return bool(zones_of(best.state, margin).holds(frequency_hz))
 
 
 def residual_left(task: Task, problem: FitProblem, best: Minimum) -> Residual:
