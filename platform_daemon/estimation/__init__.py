@@ -50,7 +50,6 @@ rotations: Rotations of vectors (frames, 3) or (3,).
 MODELS: The declared models by name.
 RingDownModel: An equation of motion, the sum of its torque terms (in units of I w^2), and how it is observed.
 model_named: The declared model of this name, or one with further torque terms, as in "thread+quadratic_drag".
-frequency_ratio: Frequency of the orbit over the natural frequency, pi / (2 K).
 Envelopes: Envelopes of a ring-down (fig:amplitude_plot), arrays (n,).
 envelopes: Envelopes at `points` equidistant times from 0 to duration_s.
 equivalent_quality_factor: tilde Q over [0, T] (eq:tilde-Q), from the traced motion.
@@ -79,6 +78,7 @@ is_mains: Near a multiple of a mains frequency.
 median_level: Medians of power (channels, bins) in bands, drawn through their middles.
 peak_shift: How far the maximum near bin k of power (bins,) lies from it, in bins.
 periodogram: Power of windowed samples (channels, n), (channels, bins).
+Window: Which samples a fit uses: "n50", "d30" or seconds.
 CalibrationError: A calibration that cannot be applied.
 LambdaMode: How sliding windows treat the viscous loss: free, held, or held where it cannot be told.
 ReferenceRefusedError: The D30 fit, from which the length of the windows was to be taken, was refused.

@@ -45,7 +45,6 @@ from .physics.mirror import rotations as rotations
 from .physics.models import MODELS as MODELS
 from .physics.models import RingDownModel as RingDownModel
 from .physics.models import model_named as model_named
-from .physics.orbit import frequency_ratio as frequency_ratio
 from .physics.quality import Envelopes as Envelopes
 from .physics.quality import envelopes as envelopes
 from .physics.quality import equivalent_quality_factor as equivalent_quality_factor
@@ -73,6 +72,7 @@ from .screening.spectral_lines import is_mains as is_mains
 from .screening.spectral_lines import median_level as median_level
 from .screening.spectral_lines import peak_shift as peak_shift
 from .screening.spectral_lines import periodogram as periodogram
+from .screening.windows import Window as Window
 from .sensitivity import CalibrationError as CalibrationError
 from .sliding_window import LambdaMode as LambdaMode
 from .sliding_window import ReferenceRefusedError as ReferenceRefusedError

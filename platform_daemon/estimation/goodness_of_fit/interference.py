@@ -14,10 +14,9 @@ from ..screening.spectral_lines import Zones
 from ..screening.windows import SampleRange
 from .block_residual import residual_of
 from .residual import Residual
+from .thresholds import LIMITS
 
 _ROUNDS = 2  # a strong disturbance hides a weak one
-_RESOLVED = 4.0  # over the length of the window, in Hz: what is nearer to a harmonic cannot be told from it
-_KNOWN_RESOLVED = 1.5  # the same for tones that were seen in blank shots
 _SWEEP_MARGIN = 0.01
 
 
@@ -64,7 +63,7 @@ def _seen(residual: Residual, state: FitState, chosen: SampleRange, dt_s: float,
     # A cheap look first: hardly any record is disturbed.
     if first_look and not may_hold_tones(residual.transformed, residual.with_lines):
         return np.empty(0), degree
-    zones = zones_of(state, _RESOLVED / _seconds(chosen, dt_s))
+    zones = zones_of(state, LIMITS.tone_apart_cycles / _seconds(chosen, dt_s))
     return find_tones(residual.scaled, residual.rate_hz, zones), degree
 
 
@@ -73,8 +72,8 @@ def _known_tones(noise: NoiseModel, state: FitState, chosen: SampleRange, dt_s: 
     tones, seconds = np.array(noise.tones_hz), _seconds(chosen, dt_s)
     if tones.size == 0:
         return tones
-    apart = ~zones_of(state, _KNOWN_RESOLVED / seconds).holds(tones)
-    return np.asarray(tones[apart & (tones * seconds > _KNOWN_RESOLVED)])
+    apart = ~zones_of(state, LIMITS.known_tone_apart_cycles / seconds).holds(tones)
+    return np.asarray(tones[apart & (tones * seconds > LIMITS.known_tone_apart_cycles)])
 
 
 def zones_of(state: FitState, margin_hz: float) -> Zones:
