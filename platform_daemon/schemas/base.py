@@ -25,7 +25,7 @@ Verdict = Literal["good", "refused"]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Window = Literal["n50", "d30"] | Positive
-"""Evaluation window: "n50" (the first 50 periods), "d30" (down to 30 % of the amplitude), or seconds."""
+"""Evaluation window: "n50" (the first 0.24 s), "d30" (until 30 % of the maximum is left), or seconds."""
 Vector = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 """Three components, x, y, z."""
 Interval = Annotated[tuple[float, ...], Field(min_length=2, max_length=2)]
@@ -83,7 +83,9 @@ def attribute_docstrings(cls: type[BaseModel]) -> dict[str, str]:
 class Request(Schema):
     """What somebody asks for: no value is coerced."""
 
-    model_config = ConfigDict(strict=True)
+    # Made at once: FastAPI, which silences what pydantic warns of while it builds the parameter of a route, would not
+    # be there when a deferred one is built.
+    model_config = ConfigDict(strict=True, defer_build=False)
 
 
 class Root(RootModel[T], Generic[T]):

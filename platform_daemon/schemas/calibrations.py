@@ -59,7 +59,7 @@ class _Receive(_Written):
     sensitivity_t_per_a: Matrix
     """P without the frequency response, T/A, (channels, 3)."""
     sensitivity_std_t_per_a: Matrix
-    """Its standard deviation, T/A, (channels, 3)."""
+    """Its standard deviation, the dipole's included, T/A, (channels, 3)."""
     chi2_per_dof: float
     """How well one frequency response per channel explains P; 1: as well as the noise lets it."""
 

@@ -26,7 +26,7 @@ class OrientationDeviation(Schema):
     reference_rodrigues_rad: Vector
     """Rotation vector of the reference, rad."""
     angle_rad: tuple[float, ...]
-    """Angle of every frame to it, rad, (frames,)."""
+    """Angle of every frame to it, of the nearer mirror solution, rad, (frames,)."""
     mean_rad: float
     """Mean of the angles, rad."""
     std_rad: float | None
@@ -112,8 +112,8 @@ class EnvelopesReport(Schema):
     amplitude_rad: tuple[float, ...]
     """Amplitude A(t) of the swing, rad."""
     v_am2_per_s: tuple[float, ...]
-    """Envelope of dm/dt along v, the odd harmonics, A m^2/s."""
+    """Envelope of dm/dt along the local axis v, A m^2/s."""
     u_am2_per_s: tuple[float, ...]
-    """Envelope of dm/dt along u, the even harmonics, A m^2/s."""
+    """Envelope of dm/dt along the local axis u, A m^2/s."""
     frequency_minus_f_nat_hz: tuple[float, ...]
     """f(t) - f_nat, Hz: large swings are slower."""

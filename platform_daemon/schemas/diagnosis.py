@@ -72,7 +72,7 @@ class HeldOutErrors(Schema):
     """Errors of the prediction of data that were not used; null where nothing can be predicted."""
 
     nrmse_before: FiniteOrNull
-    """Root mean square error over the range of the data, of the declared model."""
+    """Root mean square of the error over that of the data, of the declared model."""
     nrmse_after: FiniteOrNull
     """The same with the named effects."""
     chi2_per_dof_before: FiniteOrNull

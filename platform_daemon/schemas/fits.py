@@ -50,15 +50,16 @@ class FrameFit(Schema):
     """By public name: standard uncertainty that comes from the calibration alone, the same error in all frames and not
     part of `std`; empty where the calibration does not say how true it is."""
     r2: float | None
-    """Coefficient of determination, 1: the model explains everything."""
+    """Coefficient of determination over all channels; 1: the model explains everything."""
     nrmse: float | None
-    """Root mean square of the residual over the range of the data, 1."""
+    """Root mean square of the residual over that of the signal, all channels, 1."""
     chi2_per_dof: float | None
     """chi^2 per degree of freedom against the measured noise; 1: nothing but noise is left."""
     chi2_per_dof_by_channel: tuple[float, ...] | None
     """The same by channel, (channels,)."""
     whiteness_by_channel: tuple[float, ...] | None
-    """By channel, 1 for noise alone, near 0 where something is left over near the oscillation, (channels,)."""
+    """Spectral flatness of the residual up to ten times the fundamental, against the colour of the noise: 1 for noise
+    alone, near 0 where something is left over, (channels,)."""
     condition: float | None
     """Condition number of the normal equations, scaled to unit diagonal."""
     window_s: float | None

@@ -31,7 +31,7 @@ class IoCardState(Schema):
     """State of the I/O card."""
 
     state: str
-    """idle, armed or running, in the card's words."""
+    """idle, programmed, armed or running."""
     inputs: int
     """Receive channels."""
     outputs: int
@@ -46,7 +46,7 @@ class SwitchState(Schema):
     position: str
     """transmit, receive, or moving."""
     total_time_s: float
-    """From its line to contacts at rest, s."""
+    """From the command until receive data are good, s."""
 
 
 class AmplifierState(Schema):
@@ -70,7 +70,7 @@ class LnaState(Schema):
     gain: float
     """Gain, V/V."""
     overloaded: bool
-    """It was overloaded since that was last looked at."""
+    """A channel was overloaded since that was last cleared, which every shot does."""
 
 
 class ThermometerState(Schema):

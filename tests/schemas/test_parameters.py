@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 
-from platform_daemon.estimation.models import MODELS
-from platform_daemon.estimation.terms import TERMS
-
 from platform_daemon.estimation.parameters import PARAMETER_NAMES
+from platform_daemon.estimation.physics.models import MODELS
+from platform_daemon.estimation.physics.torques import TERMS
 from platform_daemon.schemas.parameters import PARAMETERS, RODRIGUES, definition_of, names_in_order
 
 

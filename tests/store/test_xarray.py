@@ -27,7 +27,7 @@ from platform_daemon.store.header import FitTable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.series_writer import SeriesWriter
 from platform_daemon.store.truth import read_truth
-from tests.conftest import SHORT_JEWEL
+from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.recording_files import SEQUENCE, calibration, fit_table, header, shot, volts, write_minimal, write_series
 
 FOUR_ROWS = np.vstack([np.eye(3), np.ones(3)]) * 1e-3

@@ -27,9 +27,9 @@ class NoConvergenceError(ArithmeticError):
 
 @dataclass(frozen=True)
 class Subsample:
-    """Which samples of a window take part: those of every so many-th half swing (odd), of these every so many-th."""
+    """Which samples of a window take part: those of every so many-th half cycle (odd), of these every so many-th."""
 
-    half_swing: int = 1
+    half_cycle: int = 1
     sample: int = 1
 
 
@@ -97,7 +97,7 @@ class FitProblem:
             self._thinned[every] = np.ascontiguousarray(self.record.samples[:, ::every])
         moments = self.workspace.moments(
             state.dynamics, self._thinned[every], -(-self.first // every), -(-last // every),
-            every * self.record.dt_s, state.observation.observable, some.half_swing, digits,
+            every * self.record.dt_s, state.observation.observable, some.half_cycle, digits,
         )  # fmt: skip
         state = with_best_gains(state, moments)
         normal = self.knowledge.added(normal_equations(self.model, state, moments, self._weights), state)

@@ -11,7 +11,7 @@ from fastapi.testclient import TestClient
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, start_engine
 from platform_daemon.store.data_folder import open_data_folder
-from tests.system.emulated.test_faults import intruder
+from tests.kit.emulated_lab import intruder
 
 
 def command(*arguments):
