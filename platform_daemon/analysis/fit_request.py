@@ -5,16 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.estimation import MODELS, PARAMETER_NAMES, TERMS, RingDownModel, model_named
+from platform_daemon.estimation import MODELS, PARAMETER_NAMES, TERMS, RingDownModel, Window, model_named
 from platform_daemon.store import Recording
 
 from .model_registry.adopted_model import AdoptedModel
 from .model_registry.resolve import ModelChoice, label_of, model_of, with_receiver_correction
 
-Window = Literal["n50", "d30"] | float
 NAME_THE_VARIANT = "name the variant, thread or jewel (--variant, or `variant` of a request)"
 NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
 COEFFICIENTS = frozenset(c.name for term in TERMS.values() for c in term.coefficients)
