@@ -8,6 +8,7 @@ import threading
 import pytest
 import usb.core
 
+from drivers import entry_points
 from drivers.conformance import AmplifierContract, LnaContract
 from drivers.errors import (
     ConfigError,
@@ -362,6 +363,12 @@ def test_nobody_at_the_address_is_not_found():
 
 
 USB = {"transport": "usb", "vendor_id": 0x1209, "product_id": 0x0D0D, "timeout_s": 0.2}
+
+
+def test_an_emulated_usb_device_needs_the_package_that_emulates_it(monkeypatch):
+    monkeypatch.setattr(entry_points, "USB_BACKENDS", "platform_daemon.a_group_that_nobody_publishes_in")
+    with pytest.raises(ConfigError, match=r"no USB back end is called 'socket'.*installed are: none"):
+        ScpiBackend({}).power_amplifier({**USB, "socket": {"host": "127.0.0.1", "port": 1}})
 
 
 def test_a_usb_device_that_is_not_there_is_not_found():
