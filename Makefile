@@ -34,7 +34,7 @@ campaign: install
 	$(BIN)/python -m tests.campaigns.estimator_statistics $(CAMPAIGN)
 
 bench: install
-	$(BIN)/platform-daemon bench fit
+	$(BIN)/python -m tests.benchmarks
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install

@@ -34,16 +34,16 @@ fit_table: On-line fits of a series as the store keeps them.
 frame_report: One frame in the fixed JSON form, plus notes, warnings, chi2 by channel and where the noise came from.
 refused_report: A frame that could not even be offered to the fit.
 ring_down_plot_data: What to draw of one frame.
+FITTED_NAMES: Names of all parameters that a fit can have, in order.
 FitRefused: A fit that everything else rests on was refused.
 FitRequest: How to fit.
+NAMED_WINDOWS: Evaluation windows that have a name.
+Window: An evaluation window: n50, d30 or seconds.
 check_fixed: Raises InputError for a parameter that cannot be held or hinted at, or not at that value.
 checked_variant: The name of a declared model with further torque terms.
 choose_variant: The caller's variant, else the file's, with further torque terms.
-parse_values: `NAME=VALUE` texts as parameters by name.
-parse_window: "n50", "d30" or a positive number of seconds.
 why_refused: Why a report has no good frame, each reason once.
 chosen_frames: The frames asked for, in order, each once.
-parse_frames: "0,2,5-9" as frame numbers, in order, each once.
 frame_harmonics: The report of a stored frame.
 harmonics_report: Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there
     are none.

@@ -11,7 +11,14 @@ import numpy as np
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, PlatformError, RecordingError
-from platform_daemon.diagnosis import DataDefect, Diagnosis, DiagnosisError, DiagnosisShot, ProgressCallback, diagnose
+from platform_daemon.diagnosis import (
+    DataDefect,
+    Diagnosis,
+    DiagnosisError,
+    DiagnosisShot,
+    ProgressCallback,
+    diagnose_shots,
+)
 from platform_daemon.estimation import LostTrajectoryError, RingDownModel, SeriesNoise, find_clipping
 from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles
 
@@ -130,7 +137,7 @@ def _observed(files: Sequence[Path], observable: Observable | None) -> Observabl
 def diagnose_input(specimen: DiagnosisInput, tell: ProgressCallback) -> Diagnosis:
     """Diagnose, and add what was seen while reading.  Raises NothingToDiagnoseError."""
     try:
-        found = diagnose(specimen.shots, specimen.model, tell)
+        found = diagnose_shots(specimen.shots, specimen.model, tell)
     except (DiagnosisError, LostTrajectoryError, np.linalg.LinAlgError) as error:
         raise NothingToDiagnoseError(
             "nothing could be diagnosed", where=_named(specimen.files), why=str(error),

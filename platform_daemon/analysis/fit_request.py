@@ -83,34 +83,6 @@ def _check_value(model: RingDownModel, name: str, value: float, where: str) -> N
         raise InputError(f"{name} = {value} makes no sense", where=where, remedy=remedy)
 
 
-def parse_window(text: str) -> Window:
-    """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
-    if text in NAMED_WINDOWS:
-        return NAMED_WINDOWS[text]
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = math.nan
-    if not (math.isfinite(seconds) and seconds > 0):
-        raise InputError(f"no window {text!r}", where="window", remedy="give n50, d30, or a positive number of seconds")
-    return seconds
-
-
-def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
-    """`NAME=VALUE` texts as parameters by name; None if there are none.  Raises InputError that names the option."""
-    values: dict[str, float] = {}
-    for text in texts:
-        name, _, value = text.partition("=")
-        if name not in FITTED_NAMES:
-            remedy = f"one of: {', '.join(FITTED_NAMES)}"
-            raise InputError(f"no parameter is called {name!r}", where=option, remedy=remedy)
-        try:
-            values[name] = float(value)
-        except ValueError:
-            raise InputError(f"{text!r} holds no number", where=option, remedy="write NAME=VALUE") from None
-    return values or None
-
-
 def choose_variant(
     recording: Recording, variant: ModelChoice | None, terms: Sequence[str] = ()
 ) -> tuple[Recording, ModelChoice]:

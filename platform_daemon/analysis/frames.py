@@ -2,27 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from drivers.errors import InputError
 from platform_daemon.store import AngleSeries, Recording
-
-_PART = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
-_MOST = 1_000_000
-
-
-def parse_frames(text: str) -> tuple[int, ...]:
-    """ "0,2,5-9" as frame numbers, in order, each once.  Raises InputError."""
-    found: set[int] = set()
-    for part in text.split(","):
-        match = _PART.fullmatch(part.strip())
-        first, last = (0, -1) if match is None else (int(match[1]), int(match[2] or match[1]))
-        if not first <= last < first + _MOST:
-            remedy = "write numbers and ranges with commas, as in 0,2,5-9"
-            raise InputError(f"no frames {text!r}", where="--frames", remedy=remedy)
-        found.update(range(first, last + 1))
-    return tuple(sorted(found))
 
 
 def chosen_frames(recording: Recording | AngleSeries, asked: Sequence[int] | None) -> tuple[int, ...]:

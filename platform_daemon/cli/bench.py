@@ -1,15 +1,19 @@
-"""`platform-daemon bench fit`: times against a floor and against the paper's method, in one run."""
+"""`platform-daemon bench fit`: kept for those who call it; the benchmarks are part of a checkout (`make bench`)."""
 
 from __future__ import annotations
 
+import importlib
+import sys
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from .output import must_not_exist, write_json
+from drivers.errors import InputError
 
-bench_app = typer.Typer(help="Benchmarks.")
+PROGRAM = "tests.benchmarks"
+
+bench_app = typer.Typer(help="Benchmarks; compare ratios, not milliseconds.")
 
 
 @bench_app.callback()
@@ -17,34 +21,12 @@ def _group() -> None:
     """Benchmarks; compare ratios, not milliseconds."""
 
 
-@bench_app.command("fit")
-def bench_fit(
-    repeats: Annotated[int, typer.Option(min=3, help="Fits per dataset.")] = 25,
-    paper_s: Annotated[float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")] = 20.0,
-    shots: Annotated[int, typer.Option(min=0, help="Shots per dataset of the campaign; 0: none.")] = 100,
-    processes: Annotated[
-        bool, typer.Option(help="First fit cold and warm, memory and growth with the record: a minute more.")
-    ] = True,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-) -> None:
-    """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method.
-
-    Then the campaign of 400 fits, the first fit of a fresh process with and without compiled kernels, the memory of a
-    fit over its record's size, and its time at one, two and four times the samples of TD30.
-    """
-    from platform_daemon.analysis import cores
-    from tests.benchmarks.campaign import campaign_text, run_campaign
-    from tests.benchmarks.fits import run_bench, table
-    from tests.benchmarks.process import processes_text, run_processes
-
-    must_not_exist(json_file, force)
-    report = run_bench(repeats=repeats, paper_seconds=paper_s)
-    print(table(report))
-    if shots > 0:
-        report["campaign"] = run_campaign(shots, min(2, cores()))
-        print(campaign_text(report["campaign"]))
-    if processes:
-        report |= run_processes()
-        print(processes_text(report))
-    write_json(json_file, report)
+@bench_app.command(
+    "fit", context_settings={"allow_extra_args": True, "ignore_unknown_options": True}, add_help_option=False
+)
+def bench_fit(context: typer.Context) -> None:
+    """Time the fit of the paper's four datasets: `python -m tests.benchmarks` of the checkout in this folder."""
+    sys.path.insert(0, str(Path.cwd()))
+    if find_spec("tests") is None or find_spec(PROGRAM) is None:
+        raise InputError("there are no benchmarks here", where=str(Path.cwd()), remedy="run `make bench` in a checkout")
+    importlib.import_module(f"{PROGRAM}.__main__").app(context.args, standalone_mode=False)

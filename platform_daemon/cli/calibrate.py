@@ -14,8 +14,9 @@ from drivers.validation import validated
 from platform_daemon.reports import number
 
 from .interrupts import heed_one_interrupt
-from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption, progress_bar
+from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
 from .output import must_not_exist, write_json
+from .progress import watch
 
 calibrate_app = typer.Typer(help="Calibrate the platform; every run writes a new version of its file.")
 
@@ -89,7 +90,7 @@ def _calibrate(
     engine = start_engine(load_platform(where[0], where[1] or (), where[2]))
     try:
         job = engine.calibrate(request, out)
-        _watch(job)
+        watch(job)
     finally:
         engine.close()
     if job.error is not None:
@@ -98,20 +99,6 @@ def _calibrate(
         typer.echo(f"warning: {warning}", err=True)
     write_json(json_file, {**job.result, "warnings": list(job.warnings)})
     _show(job.result, out)
-
-
-def _watch(job: Any) -> None:
-    """A progress bar until the job has ended; the operator's part is asked for above it."""
-    with progress_bar() as bar:
-        task = bar.add_task("waiting", total=job.total, unit=job.unit)
-        while not job.ended.wait(timeout=0.1):
-            now = job.progress()
-            bar.update(task, completed=now.done, description=now.phase)
-            if job.question is not None and not job.proceed.is_set():
-                bar.stop()
-                typer.prompt(f"{job.question}, then press Enter", default="", show_default=False, err=True)
-                job.proceed.set()
-                bar.start()
 
 
 def _show(result: dict[str, Any], out: Path) -> None:

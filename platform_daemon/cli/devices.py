@@ -1,14 +1,19 @@
-"""`platform-daemon devices | reset-amplifier`."""
+"""`platform-daemon devices | reset-amplifier | config check`."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import typer
 
+from drivers.errors import ConfigError
 from platform_daemon.reports import print_devices
 
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
 from .output import must_not_exist, write_json
+
+config_app = typer.Typer(help="Configuration files.")
 
 
 def devices(
@@ -52,3 +57,29 @@ def reset_amplifier(
         engine.close()
     was = "no fault was latched" if found["fault"] is None else f"cleared: {found['fault']}"
     print(f"{was}; the amplifier is disabled and muted")
+
+
+def _check(path: Path, endpoints: Path | None = None) -> str:
+    """One sentence on a valid platform, resonator or sequence file.  Raises ConfigError, DeviceError."""
+    from platform_daemon.app import start_engine
+    from platform_daemon.settings import load_platform, load_sequence, load_specimen, read_toml
+
+    tables, _ = read_toml(path)
+    if "io_card" in tables or "limits" in tables:
+        engine = start_engine(load_platform(path, endpoints=endpoints))
+        status = engine.status()
+        engine.close()
+        return f"{path}: platform {status['platform']!r} is valid"
+    if "magnets" in tables or "variant" in tables:
+        return f"{path}: resonator {load_specimen(path)[0].name!r} is valid"
+    if "f_tx_hz" in tables or "rx_s" in tables:
+        load_sequence(path)
+        return f"{path}: sequence is valid"
+    remedy = "a platform has [io_card], a resonator [magnets], a sequence f_tx_hz"
+    raise ConfigError("is neither a platform, a resonator nor a sequence", where=str(path), remedy=remedy)
+
+
+@config_app.command("check")
+def config_check(file: Path, endpoints: EndpointsOption = None) -> None:
+    """Check a platform, resonator or sequence file; a platform's devices are built, not energised."""
+    print(_check(file, endpoints))

@@ -18,10 +18,10 @@ from .options import (
     JsonOption,
     ModelsOption,
     VariantOption,
-    progress_bar,
     variant_named,
 )
 from .output import must_not_exist, write_json, write_page
+from .progress import progress_bar
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import DiagnosisInput, Observable

@@ -20,10 +20,10 @@ from .options import (
     SetOption,
     VariantOption,
     library,
-    progress_bar,
     variant_named,
 )
 from .output import must_not_exist, write_json, write_page
+from .progress import progress_bar
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis import Measurement

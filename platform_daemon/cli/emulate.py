@@ -13,7 +13,6 @@ import typer
 
 from drivers.errors import ConfigError
 from drivers.registry import load_emulator
-from platform_daemon.engine import reduce_latency
 from platform_daemon.settings import locate, read_toml
 
 from .interrupts import heed_one_interrupt
@@ -28,6 +27,8 @@ def emulate(
 ) -> None:
     """Emulate I/O cards, serial devices and the USB amplifier until SIGTERM or Ctrl-C."""
     path = locate("emulators", config)
+    from platform_daemon.engine import reduce_latency  # here, because all commands import this module
+
     tables, _ = read_toml(path)
     heed_one_interrupt()
     try:

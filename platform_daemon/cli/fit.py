@@ -24,10 +24,10 @@ from .options import (
     TermOption,
     VariantOption,
     WindowOption,
-    progress_bar,
     variant_named,
 )
 from .output import must_not_exist, write_json
+from .progress import progress_bar
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import FitSettings, Ledger, WorkerPool
@@ -56,8 +56,10 @@ def fit(
     force: ForceOption = False,
 ) -> None:
     """Fit the frames of one or more recordings."""
-    from platform_daemon.analysis import FitSettings, parse_frames, parse_values, parse_window
+    from platform_daemon.analysis import FitSettings
     from platform_daemon.store import read_calibration
+
+    from .parsing import parse_frames, parse_values, parse_window
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library, ModelChoice
@@ -50,12 +47,3 @@ def variant_named(text: str | None, folder: Path | None) -> ModelChoice | None:
     from platform_daemon.analysis import resolve
 
     return resolve(text, library(folder))
-
-
-def progress_bar() -> Progress:
-    """A bar with count and time left, on stderr, so that standard output holds results only."""
-    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
-    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, TimeRemainingColumn())
-    # What is printed meanwhile goes above the bar, unless it goes somewhere else.
-    shown = sys.stdout.isatty()
-    return Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
-from platform_daemon.store import write_whole
 
 
 def must_not_exist(path: Path | None, force: bool) -> None:
@@ -26,6 +25,8 @@ def must_not_exist(path: Path | None, force: bool) -> None:
 def write_json(path: Path | None, content: Any) -> None:
     """Write JSON (never NaN) if a path is given.  Raises OSError."""
     if path is not None:
+        from platform_daemon.store import write_whole  # here, because HDF5 is loaded with it
+
         write_whole(path, json.dumps(content, indent=1, allow_nan=False).encode())
 
 
@@ -37,6 +38,7 @@ def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -
     """Write and print its name; without a path, nothing."""
     if path is not None:
         from platform_daemon.reports import diagnosis_html
+        from platform_daemon.store import write_whole
 
         write_whole(path, diagnosis_html(found, report))
         print(path)

@@ -30,9 +30,11 @@ def predict(
     force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
 ) -> None:
     """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
-    from platform_daemon.analysis import PAPER_DEFLECTION_DEG, checked_variant, parse_values, parse_window
+    from platform_daemon.analysis import PAPER_DEFLECTION_DEG, checked_variant
     from platform_daemon.analysis import planned_precision as bound
     from platform_daemon.settings import load_specimen
+
+    from .parsing import parse_values, parse_window
 
     specimen = load_specimen(resonator)[0]
     degrees = PAPER_DEFLECTION_DEG[specimen.variant] if deflection_deg is None else deflection_deg

@@ -2,7 +2,7 @@
 
 Diagnosis: Everything that was found out, for reports.
 DiagnosisError: The shots cannot be diagnosed.
-diagnose: Diagnose shots of one specimen that all obey the same declared model.
+diagnose_shots: Diagnose shots of one specimen that all obey the same declared model.
 MissingTorque: Torque per inertia in rad/s^2 on a grid of angles (n,) in rad and velocities (m,) in rad/s.
 Measurement: A measurement that separates effects.
 Proposal: A measurement, the ids it separates, and the difference it is expected to show, in standard deviations.
@@ -21,43 +21,6 @@ DiagnosisShot: A ring-down with its measured noise.
 shot_pool: A thread per core.
 """
 
-from .diagnose import Diagnosis, DiagnosisError, diagnose
-from .findings.missing_torque import MissingTorque
-from .findings.next_measurements import Measurement, Proposal
-from .findings.residual_analysis import (
-    HARMONICS,
-    HarmonicCourse,
-    ResidualAnalysis,
-    Scatter,
-    analyse_residual,
-    scatter,
-    sliding_windows,
-    typical_shot,
-)
-from .report import as_json
-from .selection.data_integrity import DataDefect
-from .selection.stepwise import ProgressCallback
-from .shots.shot import DiagnosisShot
-from .shots.thread_pool import shot_pool
+import lazy_loader
 
-__all__ = [
-    "HARMONICS",
-    "DataDefect",
-    "Diagnosis",
-    "DiagnosisError",
-    "DiagnosisShot",
-    "HarmonicCourse",
-    "Measurement",
-    "MissingTorque",
-    "ProgressCallback",
-    "Proposal",
-    "ResidualAnalysis",
-    "Scatter",
-    "analyse_residual",
-    "as_json",
-    "diagnose",
-    "scatter",
-    "shot_pool",
-    "sliding_windows",
-    "typical_shot",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

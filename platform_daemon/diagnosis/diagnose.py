@@ -66,7 +66,7 @@ class Diagnosis:
     seconds: float
 
 
-def diagnose(
+def diagnose_shots(
     shots: Sequence[DiagnosisShot], model: RingDownModel, tell: ProgressCallback = lambda what, share: None
 ) -> Diagnosis:
     """Diagnose shots of one specimen that all obey the same declared model.

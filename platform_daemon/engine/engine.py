@@ -8,13 +8,12 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import structlog
 
 from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
-from platform_daemon.analysis import Library
 from platform_daemon.schemas import SelfTestOptions
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
@@ -28,6 +27,9 @@ from .readback import Readback
 from .work.calibration import CalibrationRequest, calibration_work
 from .work.reset_fault import reset_amplifier
 from .work.series import SeriesWork
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import Library
 
 log = structlog.get_logger()
 ON_HARDWARE = ("acquisition", "calibration")  # kinds of jobs that move something

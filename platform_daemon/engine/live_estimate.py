@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.analysis import harmonics_report
+from platform_daemon import analysis
 
 
 class LiveEstimate:
@@ -25,5 +25,5 @@ class LiveEstimate:
         calibration: ReceiveCalibration,
     ) -> None:
         """Look at shot number `shot` (from 1) of an acquisition."""
-        found = harmonics_report(rx_volts, rate_hz, calibration)
+        found = analysis.harmonics_report(rx_volts, rate_hz, calibration)
         self.latest = {"acquisition": acquisition, "shot": shot, **found}

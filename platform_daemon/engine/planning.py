@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.errors import ConfigError, SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
-from platform_daemon.analysis import Library, ModelChoice, checked_variant, label_of, resolve
+from platform_daemon import analysis
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
 
 from .settling import Settling, settling
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import Library, ModelChoice
 
 Text = Annotated[str, Field(max_length=2000)]
 
@@ -69,7 +72,7 @@ class AcquisitionPlan:
         return {
             "resonator": self.specimen.name,
             "variant": self.specimen.variant,
-            "model": label_of(self.model),
+            "model": analysis.label_of(self.model),
             "shots": total,
             "shot": shot,
             "duration_s": total * (self.excited.timeline.duration_s + self.sequence.pause_s),
@@ -86,10 +89,10 @@ def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Li
     nothing moves.
     """
     specimen, text = load_specimen(request.resonator)
-    model = resolve(request.variant or specimen.variant, models)
+    model = analysis.resolve(request.variant or specimen.variant, models)
     assert model is not None
     if isinstance(model, str):
-        model = checked_variant(model)
+        model = analysis.checked_variant(model)
     twice = {"repetitions", "blank_shots"} & set(request.sequence)
     if twice:
         remedy = "give the counts as `shots` and `blank_shots`"

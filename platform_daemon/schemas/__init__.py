@@ -1,8 +1,9 @@
-"""What crosses a boundary: requests, results, jobs, problems.
+"""What crosses a boundary: requests, results, jobs, problems, and the table of parameters with symbol and unit.
 
-SelfTestOptions: Table `[self_test]` of a platform file.
+SelfTestOptions: The self-test before a series, table `[self_test]` of a platform file.
+SequencePatch: The keys of a sequence that differ from the resonator's preset.
 """
 
-from .requests import SelfTestOptions
+import lazy_loader
 
-__all__ = ["SelfTestOptions"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,27 +1,191 @@
-"""What users ask for."""
+"""What is asked of the hardware: a series of shots, a calibration, another calibration in use, the self-test."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from .base import Absent, Finite, Positive, Request, Schema, Window
+
+CALIBRATION_ID = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
+Text = Annotated[str, Field(max_length=2000)]
+ModelName = Annotated[str, Field(max_length=100)]
+Kind = Literal["receive", "transmit"]
+Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
 
 
-class SelfTestOptions(BaseModel):
-    """Table `[self_test]` of a platform file.
+def _direction(vector: tuple[float, ...]) -> tuple[float, ...]:
+    if not 1e-6 < max(map(abs, vector)) < 1e6:
+        raise ValueError("the axis vector must not be zero, tiny or huge")
+    return vector
 
-    enabled: None: on for real devices, off for a platform that lives in simulated time; amplifier_v: on each coil;
-    frequency_hz: far above any resonator, so that none is moved; isolation_db: of the switch at that frequency, None:
-    unknown, the channels are compared with each other; tolerance: of the gain, relative.
-    """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+ExcitationHertz = Annotated[float, Field(ge=0.01, le=20e3, allow_inf_nan=False)]
+Periods = Annotated[int, Field(ge=1, le=100_000)]
+FieldTesla = Annotated[float, Field(gt=0, le=1.0, allow_inf_nan=False)]
+Direction = Annotated[tuple[Finite, ...], Field(strict=False, min_length=3, max_length=3), AfterValidator(_direction)]
+Axis = Literal["x", "y", "z"] | Direction
+SwitchSeconds = Annotated[float, Field(gt=0, le=10.0, allow_inf_nan=False)]
+GuardSamples = Annotated[int, Field(ge=1, le=100_000)]
+RxSeconds = Annotated[float, Field(gt=0, le=600.0, allow_inf_nan=False)]
+PauseSeconds = Annotated[float, Field(ge=0, le=86_400.0, allow_inf_nan=False)]
+Shots = Annotated[int, Field(ge=0, le=1_000_000)]
+BlankShots = Annotated[int, Field(ge=0, le=10_000)]
+
+
+class SequencePreset(Schema):
+    """One shot and how often it is repeated (paper, tab:measurement_parameter)."""
+
+    f_tx_hz: ExcitationHertz
+    """Excitation frequency, Hz."""
+    tx_periods: Periods
+    """Whole periods in the TX window."""
+    field_t: FieldTesla
+    """Amplitude of the sine at the rotor, T."""
+    axis: Axis
+    """x, y, z, or a direction in world axes, of any length."""
+    switch_s: SwitchSeconds
+    """From the end of TX to the first RX sample, s."""
+    guard_samples: GuardSamples
+    """Samples between amplifier off and receiver connect."""
+    rx_s: RxSeconds
+    """RX window, s."""
+    repetitions: Shots
+    """Excited shots."""
+    blank_shots: BlankShots
+    """Shots without excitation before them."""
+    pause_s: PauseSeconds
+    """Wait between shots, s."""
+
+
+class SequencePatch(Request):
+    """The keys of a sequence that differ from the resonator's preset; how many shots is asked for by `shots` and
+    `blank_shots` of the acquisition."""
+
+    f_tx_hz: Absent[ExcitationHertz] = None
+    """Excitation frequency, Hz, 0.01 to 20000."""
+    tx_periods: Absent[Periods] = None
+    """Whole periods in the TX window, 1 to 100000."""
+    field_t: Absent[FieldTesla] = None
+    """Amplitude of the sine at the rotor, T, above 0 and at most 1; the platform's own limit is lower."""
+    axis: Absent[Axis] = None
+    """x, y, z, or a direction in world axes, of any length."""
+    switch_s: Absent[SwitchSeconds] = None
+    """From the end of TX to the first RX sample, s, at most 10."""
+    guard_samples: Absent[GuardSamples] = None
+    """Samples between amplifier off and receiver connect, 1 to 100000."""
+    rx_s: Absent[RxSeconds] = None
+    """RX window, s, at most 600."""
+    pause_s: Absent[PauseSeconds] = None
+    """Wait between shots, s, at most 86400."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _counts_belong_elsewhere(cls, keys: Any) -> Any:
+        twice = {"repetitions", "blank_shots"} & set(keys if isinstance(keys, dict) else ())
+        if twice:
+            raise ValueError(f"{min(twice)!r} does not belong here: give the counts as `shots` and `blank_shots`")
+        return keys
+
+    def changes(self) -> dict[str, Any]:
+        """The keys that were given, with their values."""
+        return {name: value for name, value in self if value is not None}
+
+
+class AcquisitionRequest(Request):
+    """A series of shots on one resonator."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"resonator": "thread", "shots": 3, "operator": "DC", "sample": "T-07"},
+                {"resonator": "jewel", "shots": 1, "blank_shots": 1, "sequence": {"field_t": 4.0e-4, "rx_s": 2.0}},
+            ]
+        }
+    )
+
+    resonator: Annotated[str, Field(min_length=1, max_length=500)]
+    """Name of a resonator, one of GET /resonators; on the command line also the path of a file."""
+    shots: Shots = 1
+    """Excited shots."""
+    blank_shots: BlankShots = 0
+    """Shots without excitation before them, which tell the noise."""
+    sequence: SequencePatch = Field(default_factory=SequencePatch)
+    """Keys that differ from the resonator's preset."""
+    window: Window | None = "d30"
+    """Evaluation window of the on-line fits: n50, d30, or seconds; null: no fit."""
+    variant: ModelName | None = None
+    """Model of the on-line fits, declared or adopted; null: the resonator's."""
+    sample: Text = ""
+    """Name of the sample, for the record."""
+    operator: Text = ""
+    """Who measures, for the record."""
+    comment: Text = ""
+    """What else is to be kept, for the record."""
+
+
+class CalibrationRequest(Request):
+    """A calibration of the receive side with a reference dipole, or of the transmit side with a field probe."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"kind": "receive", "name": "lab", "frequencies_hz": [212, 424, 636, 848]},
+                {"kind": "transmit", "amplifier_v": 1.0},
+            ]
+        }
+    )
+
+    kind: Kind
+    """receive: the dipole along x, y, z; transmit: the probe, coil after coil."""
+    name: Annotated[str, Field(max_length=61)] | None = None
+    """Name of the file, without version and date; null: the kind."""
+    frequencies_hz: Annotated[tuple[Hertz, ...], Field(strict=False, min_length=2, max_length=100)] = (
+        *(100.0, 212.0, 424.0, 636.0, 848.0, 1272.0),
+        *(2120.0, 4000.0, 8000.0),
+    )
+    """Two different frequencies at least, Hz."""
+    repetitions: Annotated[int, Field(ge=1, le=1000)] = 2
+    """Shots per direction and frequency."""
+    listen_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 0.4
+    """Length of a shot, s; receive only."""
+    amplifier_v: Positive = 1.0
+    """Amplitude on each coil, V; transmit only."""
+    temperature_span_c: Positive = 5.0
+    """It holds so far from the temperatures at which it was made, degrees Celsius."""
+
+    @property
+    def file_name(self) -> str:
+        """Name of the file, without version and date."""
+        return self.name or self.kind
+
+
+class ActivationRequest(Request):
+    """A calibration to use from the next series on."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"kind": "receive", "calibration": "lab@2_20261121"}, {"kind": "transmit"}]}
+    )
+
+    kind: Kind
+    """Which side."""
+    calibration: Annotated[str, Field(pattern=CALIBRATION_ID)] | None = None
+    """One that a job has written, as lab@2_20261121; null: the file that the platform file names, read anew."""
+
+
+class SelfTestOptions(Request):
+    """The self-test before a series, table `[self_test]` of a platform file: a low tone per coil."""
 
     enabled: bool | None = None
+    """null: on for real devices, off for a platform that lives in simulated time."""
     amplifier_v: Positive = 1.0
+    """Amplitude on each coil, V."""
     frequency_hz: Positive = 4000.0
+    """Frequency of the tones, Hz: far above any resonator, so that none is moved."""
     tone_s: Annotated[float, Field(ge=4e-3, le=1.0)] = 12e-3
+    """Length of a tone, s."""
     isolation_db: Annotated[float, Field(ge=0, le=200)] | None = None
+    """Isolation of the switch at that frequency, dB; null: unknown, the channels are compared with each other."""
     tolerance: Annotated[float, Field(gt=0, lt=1)] = 0.3
+    """Of the gain, relative."""

@@ -9,7 +9,10 @@ add_receive_calibration: A new version of a receive calibration, with what was m
 add_transmit_calibration: A new version of a transmit calibration.
 check_calibration_name: Raises InputError unless a file can be called so.
 read_transmit_calibration: The transmit side in a calibration file or a recording.
+DataFolder: Where a daemon keeps what it makes.
+open_data_folder: The folders, made if missing.
 describe: Summary of a recording, JSON-able, without NaN.
+dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 write_whole: Write under a temporary name in the same folder, fsync, rename.
 NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.
@@ -24,7 +27,6 @@ read_calibration: The calibration in a recording or in a file that holds nothing
 Excitation: What one shot was excited with.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
-recover: Put together every series in `folder` whose writer died.
 SeriesWriter: Writes one series.
 """
 
@@ -35,18 +37,20 @@ from .calibrations import (
     check_calibration_name,
     read_transmit_calibration,
 )
+from .data_folder import DataFolder, open_data_folder
 from .describe import describe
+from .dmdt_file import dmdt_file
 from .durable import write_whole
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import list_recordings, resolve
 from .reader import open_recording, read_calibration
 from .recording import Excitation, Recording, SequenceInfo
-from .recovery import recover
 from .series_writer import SeriesWriter
 
 __all__ = [
     "AngleSeries",
+    "DataFolder",
     "Excitation",
     "FitTable",
     "NotFinite",
@@ -61,13 +65,14 @@ __all__ = [
     "add_transmit_calibration",
     "check_calibration_name",
     "describe",
+    "dmdt_file",
     "is_time_series",
     "list_recordings",
+    "open_data_folder",
     "open_recording",
     "read_angles",
     "read_calibration",
     "read_transmit_calibration",
-    "recover",
     "resolve",
     "write_whole",
 ]

@@ -9,13 +9,14 @@ import h5py
 
 from drivers.errors import RecordingError
 
+from .dimensions import add_dimension_scales
 from .durable import publish, reserve, storage_error
 from .fit_tables import write_fit
 from .header import FitTable, SeriesHeader
 from .layout import DATA, ENTRY
 from .reader import open_recording
 from .recording import Recording
-from .truth import read_truth, write_truth
+from .truth import TRUTH_COLUMNS, read_truth, write_truth
 from .writer import LIBVER, create_data, empty_file, link_plot, put, write_metadata
 
 SPARE_BYTES = 4 << 20
@@ -63,6 +64,7 @@ def _write(h5: h5py.File, recordings: Sequence[Recording], unreadable: int, fits
     link_plot(h5, header, infos, with_time=True)
     for fit in fits:
         write_fit(h5, fit)
+    add_dimension_scales(h5, further_columns=TRUTH_COLUMNS)
 
 
 def _copy_chunks(shot: Path, data: h5py.Dataset, k: int) -> None:

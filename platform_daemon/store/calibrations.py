@@ -17,6 +17,7 @@ from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import InputError, RecordingError
 
 from .checks import check_calibration
+from .dimensions import add_dimension_scales
 from .durable import PART, storage_error, sync
 from .hdf5 import Hdf5File, open_hdf5
 from .layout import CALIBRATION, TRANSMIT
@@ -91,6 +92,7 @@ def _newest(folder: Path, name: str) -> int:
 def _image(identifier: str, fill: Callable[[h5py.File, str], None]) -> bytes:
     with h5py.File("calibration", "w", driver="core", backing_store=False, libver=LIBVER) as h5:
         fill(h5, identifier)
+        add_dimension_scales(h5)
         h5.flush()
         return bytes(h5.id.get_file_image())
 

@@ -12,15 +12,24 @@ import numpy as np
 from .hdf5 import ANOTHER_COPY, Hdf5File, open_hdf5
 from .header import FitTable
 from .layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
+from .units import unit_of
 from .writer import group, put, put_texts
 
 _TEXTS = ("parameters", "verdict", "reason")
 _TEXT = ("variant", "software_version")
-_UNITS = {"r2": "1", "nrmse": "1", "chi2_per_dof": "1", "window_s": "s"}
+_UNITS = {
+    "values": "see parameter_units",
+    "std": "see parameter_units",
+    "covariance": "see parameter_units, row times column",
+    "r2": "1",
+    "nrmse": "1",
+    "chi2_per_dof": "1",
+    "window_s": "s",
+}
 
 
 def write_fit(h5: h5py.File, fit: FitTable) -> None:
-    """Write one table.  The unit of each parameter is in its name, as in `fit --json`."""
+    """Write one table, with the unit of each parameter beside its name; readers need the names only."""
     made = group(h5, f"{FIT}/{fit.name}", "NXcollection")
     h5[FIT].attrs["NX_class"] = "NXcollection"
     for entry in fields(fit):
@@ -30,7 +39,10 @@ def write_fit(h5: h5py.File, fit: FitTable) -> None:
         elif entry.name in _TEXT:
             put(made, entry.name, value)
         elif entry.name != "name":
-            put(made, entry.name, np.asarray(value, np.float64), units=_UNITS.get(entry.name))
+            put(made, entry.name, np.asarray(value, np.float64), units=_UNITS[entry.name])
+    put_texts(made, "parameter_units", (unit_of(name) for name in fit.parameters))
+    for name in ("values", "std"):
+        made[name].attrs["coordinates"] = "parameter_units"
 
 
 def read_fits(path: Path | str) -> tuple[FitTable, ...]:

@@ -19,8 +19,12 @@ from drivers.errors import RecordingError
 
 from .hdf5 import open_hdf5
 from .layout import LAYOUT, LAYOUT_ATTRIBUTE, SIMULATION
+from .units import unit_of
 
 _JSON = f"{SIMULATION}/json"
+_VALUES = f"{SIMULATION}/values"
+TRUTH_COLUMNS = (SIMULATION, _VALUES)
+"""Groups of data sets with one entry per frame."""
 
 
 def read_truth(path: Path | str) -> list[dict[str, Any]] | None:
@@ -59,11 +63,12 @@ def write_truth(h5: h5py.File, truths: Sequence[Mapping[str, Any] | None]) -> No
     made.attrs["NX_class"] = "NXcollection"
     texts = [json.dumps(p, ensure_ascii=True) for p in plain]
     h5.create_dataset(_JSON, data=np.array(texts, object), dtype=h5py.string_dtype(), track_times=False)
-    values = made.create_group("values")
+    values = h5.create_group(_VALUES)
     values.attrs["NX_class"] = "NXcollection"
     numbers = [dict(_numbers(p)) for p in plain]
     for name in sorted({name for row in numbers for name in row}):
-        values.create_dataset(name, data=[row.get(name, math.nan) for row in numbers], track_times=False)
+        column = values.create_dataset(name, data=[row.get(name, math.nan) for row in numbers], track_times=False)
+        column.attrs["units"] = unit_of(name)
 
 
 def _plain(value: Any) -> Any:

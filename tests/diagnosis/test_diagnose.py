@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from platform_daemon.diagnosis.diagnose import DiagnosisError, candidates_for, diagnose
+from platform_daemon.diagnosis.diagnose import DiagnosisError, candidates_for, diagnose_shots
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table
@@ -22,7 +22,7 @@ from tests.kit.undeclared_shots import shots_with
 
 def found(variant, *undeclared, **more):
     shots, truths = shots_with(variant, undeclared, **more)
-    return as_json(diagnose(shots, model_named(variant))), truths
+    return as_json(diagnose_shots(shots, model_named(variant))), truths
 
 
 def names(report):
@@ -141,7 +141,7 @@ def test_one_shot_is_split_in_time_and_says_so():
 
 def test_copies_of_a_shot_are_reported_and_left_out():
     shots, _ = shots_with("jewel", count=3)
-    report = as_json(diagnose([*shots, replace(shots[0], name="again")], JEWEL))
+    report = as_json(diagnose_shots([*shots, replace(shots[0], name="again")], JEWEL))
     assert [i["id"] for i in report["integrity"]] == ["duplicated_shot"]
     assert report["held_out"]["n_shots"] == 3
 
@@ -151,7 +151,7 @@ def test_shots_without_a_signal_are_refused_with_the_reason():
     rng = np.random.default_rng(3)
     mute = [replace(s, record=replace(s.record, samples=rng.normal(0.0, 0.02, s.record.samples.shape))) for s in shots]
     with pytest.raises(DiagnosisError, match="no_signal"):
-        diagnose(mute, THREAD)
+        diagnose_shots(mute, THREAD)
 
 
 def test_the_basis_from_tables_is_that_of_the_direct_path():

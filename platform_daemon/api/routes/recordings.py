@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Annotated, Any, Literal
 from urllib.parse import quote
 
-import h5py
 import numpy as np
 from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
@@ -15,7 +14,7 @@ from fastapi.responses import FileResponse
 from drivers.errors import InputError
 from platform_daemon.analysis import min_max_decimate, ring_down
 from platform_daemon.estimation import RingDownRecord
-from platform_daemon.store import Recording, describe, list_recordings, open_recording, resolve
+from platform_daemon.store import Recording, describe, dmdt_file, list_recordings, open_recording, resolve
 
 from ..context import Shared
 from ..models import DmdtModel, ProblemModel
@@ -77,7 +76,8 @@ def get_dmdt(
 ) -> Any:
     """dm/dt = -P^-1 u in A m^2/s, world axes; the RX volts if the recording has no calibration.
 
-    `npy`: float64 (3, n); `h5`: datasets `dmdt` (3, n) and `time` (n,) with units.
+    `npy`: float64 (3, n); `h5`: datasets `dmdt` (3, n), `channel` (3,) and `time` (n,) as dimension scales, units, and
+    as attributes of the file the sampling rate and the source (recording, frame, calibration, software).
     """
     recording = opened(identifier, context)
     rate = recording.sequence.rate_hz
@@ -87,7 +87,7 @@ def get_dmdt(
     if format == "json":
         return {**_points(identifier, frame, record, cut, first, points), "notes": _notes(record, assumed)}
     name = f"{identifier}-frame{frame}-{record.quantity}.{format}"
-    body = _npy(cut) if format == "npy" else _h5(cut, record, first)
+    body = _npy(cut) if format == "npy" else _h5(cut, first, record, recording, frame, _notes(record, assumed))
     headers = {"Content-Disposition": f'attachment; filename="{name}"'}
     return Response(body, media_type="application/octet-stream", headers=headers)
 
@@ -104,13 +104,12 @@ def _span(samples: int, rate_hz: float, start_s: float, stop_s: float | None) ->
 def _points(identifier: str, frame: int, record: RingDownRecord, cut: Any, first: int, points: int) -> dict[str, Any]:
     size, low, high = min_max_decimate(cut, points)
     start = (first + size * np.arange(low.shape[1])) / record.sampling_rate_hz
-    calibrated = record.quantity == "dmdt"
     return {
         "recording": identifier,
         "frame": frame,
         "quantity": record.quantity,
         "unit": _unit(record),
-        "channels": list("xyz") if calibrated else [str(c) for c in range(cut.shape[0])],
+        "channels": _channels(record),
         "sampling_rate_hz": record.sampling_rate_hz,
         "samples": cut.shape[1],
         "samples_per_point": size,
@@ -125,6 +124,10 @@ def _notes(record: RingDownRecord, assumed: tuple[str, ...]) -> list[str]:
     return [*bare, *assumed]
 
 
+def _channels(record: RingDownRecord) -> list[str]:
+    return list("xyz") if record.quantity == "dmdt" else [str(c) for c in range(record.samples.shape[0])]
+
+
 def _unit(record: RingDownRecord) -> str:
     return "A m^2/s" if record.quantity == "dmdt" else "V"
 
@@ -135,11 +138,15 @@ def _npy(cut: Any) -> bytes:
     return buffer.getvalue()
 
 
-def _h5(cut: Any, record: RingDownRecord, first: int) -> bytes:
-    buffer = io.BytesIO()
-    with h5py.File(buffer, "w") as file:
-        data = file.create_dataset(record.quantity, data=cut)
-        data.attrs["units"] = _unit(record)
-        time = file.create_dataset("time", data=(first + np.arange(cut.shape[1])) / record.sampling_rate_hz)
-        time.attrs["units"] = "s"
-    return buffer.getvalue()
+def _h5(cut: Any, first: int, record: RingDownRecord, recording: Recording, frame: int, notes: list[str]) -> bytes:
+    names = () if record.quantity == "dmdt" or recording.provenance is None else recording.provenance.channel_names
+    return dmdt_file(
+        cut,
+        first,
+        quantity=record.quantity,
+        unit=_unit(record),
+        channels=names or _channels(record),
+        recording=recording,
+        frame=frame,
+        notes=notes,
+    )

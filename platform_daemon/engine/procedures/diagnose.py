@@ -9,15 +9,21 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
-from platform_daemon.analysis import ModelChoice, diagnose_input, file_digests, load_diagnosis_input
-from platform_daemon.diagnosis import Diagnosis, Measurement, ProgressCallback, Proposal, as_json
+from platform_daemon import analysis, diagnosis
 
 from ..engine import Engine
 from ..jobs import Job
 from ..planning import AcquisitionPlan, AcquisitionRequest
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import ModelChoice
+    from platform_daemon.diagnosis import Diagnosis, Measurement, ProgressCallback, Proposal
+
+    Step = tuple[str, str, AcquisitionPlan, Proposal | None]
+    """Key of the measurement, why it is made, its plan, and the proposal that it follows."""
 
 NEVER_AT_ONCE = ("calibrate_2f",)  # ends in another calibration file, not in another series
 _FIELDS = (0.5, 0.25)  # of the first series
@@ -32,10 +38,6 @@ class Budget:
 
     shots: int
     seconds: float
-
-
-Step = tuple[str, str, AcquisitionPlan, Proposal | None]
-"""Key of the measurement, why it is made, its plan, and the proposal that it follows."""
 
 
 def _wait(job: Job) -> None:
@@ -105,9 +107,9 @@ class LiveDiagnosis:
             "seconds": time.monotonic() - self._began_s,
             "rounds": self.rounds,
             "manual_steps_left": [{"id": k, "what": v} for k, v in self.left.items()],
-            "recordings": file_digests(self._files),
+            "recordings": analysis.file_digests(self._files),
             "files": [str(f) for f in self._files],
-            "diagnosis": None if self.found is None else as_json(self.found),
+            "diagnosis": None if self.found is None else diagnosis.as_json(self.found),
         }
 
     def _round(self, key: str, why: str, plan: AcquisitionPlan, proposal: Proposal | None) -> None:
@@ -142,7 +144,7 @@ class LiveDiagnosis:
             entry["seconds"] = time.monotonic() - began
 
     def _diagnosed(self) -> Diagnosis:
-        return diagnose_input(load_diagnosis_input(self._files, self.model), self.callbacks.tell)
+        return analysis.diagnose_input(analysis.load_diagnosis_input(self._files, self.model), self.callbacks.tell)
 
     def _free_path(self, key: str) -> Path:
         """A new name: an earlier loop in the same folder is not overwritten."""
@@ -252,7 +254,7 @@ def _brought(before: Diagnosis | None, now: Diagnosis) -> dict[str, Any]:
 
 
 def _effects(found: Diagnosis) -> list[dict[str, Any]]:
-    report = as_json(found)
+    report = diagnosis.as_json(found)
     return [{k: e[k] for k in ("id", "strength", "indistinguishable_from")} for e in report["effects"]]
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import structlog
 from numpy.typing import NDArray
@@ -10,20 +12,15 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import ReferenceDipole
-from platform_daemon.estimation import (
-    Phasors,
-    ReceiveResult,
-    combine,
-    receive_result,
-    segment_phasors,
-    sensitivity_from,
-    unlike_declared,
-)
+from platform_daemon import estimation
 from platform_daemon.store import add_receive_calibration
 from sequences.tones import ToneShot, dipole_shot
 
 from ..jobs import Job
 from .calibration_bench import NO_PRODUCT, CalibrationBench
+
+if TYPE_CHECKING:
+    from platform_daemon.estimation import Phasors, ReceiveResult
 
 log = structlog.get_logger()
 AXES = ("x", "y", "z")
@@ -55,14 +52,14 @@ class ReceiveCalibrationWork:
         finally:
             self._dipole.remove()
         p, std = (np.array([[c[part] for c in rows] for rows in columns]).transpose(2, 0, 1) for part in (0, 1))
-        self._keep(job, receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std()))
+        self._keep(job, estimation.receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std()))
 
     def _column(self, job: Job, axis: str, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """P of one axis at one frequency, (channel,), with its standard deviation."""
         shot = self._shot(f)
         heard = self._heard(job, shot, f, f"dipole along {axis}, {f:g} Hz")
         moment = self._dipole.moment_per_volt_am2(f) * shot.timeline.bursts[0].amplitude_v
-        return sensitivity_from(heard.value, heard.std, moment, f)
+        return estimation.sensitivity_from(heard.value, heard.std, moment, f)
 
     def _heard(self, job: Job, shot: ToneShot, f: float, phase: str) -> Phasors:
         start, rate_hz = shot.timeline.rx_start, shot.timeline.clock.rate_hz
@@ -72,8 +69,8 @@ class ReceiveCalibrationWork:
             if np.max(np.abs(volts)) > 0.98 * self._bench.side.card.input_full_scale_v:
                 why = "the receive side is more sensitive than the calibration in use says, or hears something else"
                 raise DeviceFault(f"{phase}: the ADC clips", why=why, remedy="lower the LNA gain")
-            found.append(segment_phasors(volts, f, rate_hz, start))
-        return combine(np.concatenate(found))
+            found.append(estimation.segment_phasors(volts, f, rate_hz, start))
+        return estimation.combine(np.concatenate(found))
 
     def _shot(self, f: float) -> ToneShot:
         """As loud as output and input allow, if the calibration in use is right to a factor of two."""
@@ -87,7 +84,7 @@ class ReceiveCalibrationWork:
 
     def _check_length(self, shot: ToneShot, f: float) -> None:
         try:
-            segment_phasors(np.zeros((1, shot.timeline.rx_samples)), f, shot.timeline.clock.rate_hz)
+            estimation.segment_phasors(np.zeros((1, shot.timeline.rx_samples)), f, shot.timeline.clock.rate_hz)
         except ValueError as error:
             raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
 
@@ -112,7 +109,7 @@ class ReceiveCalibrationWork:
             )
 
         path = add_receive_calibration(self._bench.folder, self._bench.request.file_name, made, calibration, found.p)
-        job.warnings += unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
+        job.warnings += estimation.unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
         if found.chi2_per_dof > NO_PRODUCT:
             job.warnings.append(
                 f"calibration_response: one frequency response per channel does not explain P (chi2/dof "

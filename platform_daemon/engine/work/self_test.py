@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from drivers.clock import SystemClock
 from drivers.errors import DeviceFault, InterlockError
 from drivers.platform import Platform
-from platform_daemon.estimation import combine, segment_phasors
+from platform_daemon import estimation
 from platform_daemon.schemas import SelfTestOptions
 from sequences.compiler import TransmitSide
 from sequences.tones import coil_drive, coil_tones, played_hz
@@ -86,7 +86,7 @@ class SelfTest:
         value, std = [], []
         for burst, (first, last) in zip(self._shot.timeline.bursts, self._spans, strict=True):
             part = volts[:, first + skipped : last]
-            found = combine(segment_phasors(part, self._frequency_hz, rate_hz, skipped, SEGMENTS))
+            found = estimation.combine(estimation.segment_phasors(part, self._frequency_hz, rate_hz, skipped, SEGMENTS))
             value.append(found.value / burst.amplitude_v / self._response())
             std.append(found.std / burst.amplitude_v)
         return np.array(value).T, np.array(std).T

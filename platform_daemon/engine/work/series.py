@@ -8,7 +8,7 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import structlog
@@ -16,19 +16,7 @@ import structlog
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
-from platform_daemon import __version__
-from platform_daemon.analysis import (
-    AdoptedModel,
-    FitRequest,
-    file_report,
-    fit_frame,
-    fit_table,
-    frame_report,
-    label_of,
-    learn_noise,
-    refused_report,
-)
-from platform_daemon.estimation import Conditions, FitResult, SeriesNoise
+from platform_daemon import __version__, analysis, estimation
 from platform_daemon.store import Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
@@ -38,6 +26,9 @@ from ..live_estimate import LiveEstimate
 from ..planning import AcquisitionPlan
 from ..shot import RawShot, run_shot
 from .self_test import SelfTest
+
+if TYPE_CHECKING:
+    from platform_daemon.estimation import FitResult
 
 log = structlog.get_logger()
 MAX_REFUSED_IN_A_ROW = 3
@@ -63,11 +54,11 @@ class SeriesWork:
         self._platform, self._plan, self._target = platform, plan, target
         self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
         self._calibration = store_calibration(platform)
-        undone = plan.model.receiver if isinstance(plan.model, AdoptedModel) else ()
+        undone = plan.model.receiver if isinstance(plan.model, analysis.AdoptedModel) else ()
         self._of_fits = replace(self._calibration, receiver=undone)
         self._live = live
         self._fits: list[Future[FitResult] | str] = []
-        self._noise = SeriesNoise()  # grows in the fits' one thread, ahead of each fit
+        self._noise = estimation.SeriesNoise()  # grows in the fits' one thread, ahead of each fit
         self._in_shot, self._self_test = in_shot, self_test
         self._refused_in_a_row = 0
         self._left: Callable[[], None] | None = None
@@ -185,14 +176,16 @@ class SeriesWork:
         if window is None:
             self._fits.append("no on-line fit was asked for")
             return
-        heard = self._executor.submit(learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
+        heard = self._executor.submit(analysis.learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
             self._fits.append("a blank shot, without excitation")
             return
-        ask = FitRequest(self._plan.model, window)
-        taken = Conditions(raw.temperature_c, self._calibration.lna_gain)
-        self._fits.append(self._executor.submit(fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken))
+        ask = analysis.FitRequest(self._plan.model, window)
+        taken = estimation.Conditions(raw.temperature_c, self._calibration.lna_gain)
+        self._fits.append(
+            self._executor.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
+        )
 
     def _finish(self, job: Job, series: SeriesWriter) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
@@ -201,7 +194,7 @@ class SeriesWork:
         started = time.monotonic()
         window = self._plan.request.window
         fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits[:stored]]
-        tables = [] if window is None else [fit_table(str(window), label_of(self._plan.model), fits)]
+        tables = [] if window is None else [analysis.fit_table(str(window), analysis.label_of(self._plan.model), fits)]
         job.at(stored, "write")
         path = series.finish(tables)
         if path is None:
@@ -209,8 +202,8 @@ class SeriesWork:
         if window is not None:
             reports = [_report(k, fit) for k, fit in enumerate(fits)]
             job.warnings += [w for k, fit in enumerate(fits) if (w := _no_fit(k, fit)) is not None]
-            ask = FitRequest(self._plan.model, window)
-            job.result = {**job.result, "fit": file_report(path.name, ask, reports, self._calibration)}
+            ask = analysis.FitRequest(self._plan.model, window)
+            job.result = {**job.result, "fit": analysis.file_report(path.name, ask, reports, self._calibration)}
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 
     def _header(self) -> SeriesHeader:
@@ -269,14 +262,14 @@ def _outcome(fit: Future[FitResult]) -> FitResult | str:
 
 def _no_fit(frame: int, fit: FitResult | str) -> str | None:
     """What to tell of a good shot that cannot be fitted: it may be silence, from a switch that cannot be read back."""
-    report = None if isinstance(fit, str) else frame_report(frame, fit)
+    report = None if isinstance(fit, str) else analysis.frame_report(frame, fit)
     return (
         f"shot {frame + 1} cannot be fitted: {report['reason']}" if report and report["verdict"] == "refused" else None
     )
 
 
 def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
-    return refused_report(frame, fit) if isinstance(fit, str) else frame_report(frame, fit)
+    return analysis.refused_report(frame, fit) if isinstance(fit, str) else analysis.frame_report(frame, fit)
 
 
 def store_calibration(platform: Platform) -> ReceiveCalibration:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import structlog
 from numpy.typing import NDArray
@@ -10,13 +12,16 @@ from drivers.calibration import TransmitCalibration
 from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import FieldProbe
-from platform_daemon.estimation import TransmitResult, combine, segment_phasors, transmit_result
+from platform_daemon import estimation
 from platform_daemon.store import add_transmit_calibration
 from sequences.tones import ToneShot, coil_drive, coil_tones
 
 from ..jobs import Job
 from .calibration_bench import NO_PRODUCT, CalibrationBench
 from .self_test import SelfTest
+
+if TYPE_CHECKING:
+    from platform_daemon.estimation import TransmitResult
 
 log = structlog.get_logger()
 COIL_TONE_S, COIL_SEGMENTS = 0.1, 8
@@ -52,7 +57,10 @@ class TransmitCalibrationWork:
             self._probe.remove()
         value, std = (np.array([[c[part] for c in rows] for rows in found]).transpose(0, 2, 1) for part in (0, 1))
         channels = self._bench.side.channels
-        self._keep(job, transmit_result(self._bench.frequencies_hz, value, std, self._probe.relative_std(), channels))
+        self._keep(
+            job,
+            estimation.transmit_result(self._bench.frequencies_hz, value, std, self._probe.relative_std(), channels),
+        )
 
     def _field_per_volt(self, job: Job, k: int, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """Field of coil k per volt at its DAC output, (3,), with its standard deviation."""
@@ -67,8 +75,8 @@ class TransmitCalibrationWork:
                 what = f"the field probe recorded {field_t.shape} instead of (3, {shot.timeline.total_samples})"
                 raise DeviceFault(what, where="field_probe", remedy="check its clock and trigger")
             heard = field_t[:, settled:last]
-            found.append(segment_phasors(heard, f, rate_hz, settled - first, COIL_SEGMENTS))
-        phasors = combine(np.concatenate(found))
+            found.append(estimation.segment_phasors(heard, f, rate_hz, settled - first, COIL_SEGMENTS))
+        phasors = estimation.combine(np.concatenate(found))
         volts = shot.timeline.bursts[0].amplitude_v
         return phasors.value / volts, phasors.std / volts
 

@@ -4,9 +4,10 @@ import pytest
 from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder
+from platform_daemon.app import create_context
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import read_calibration
 
 SHORT = {"kind": "receive", "frequencies_hz": [212.0, 424.0], "repetitions": 1}

@@ -7,10 +7,11 @@ from starlette.testclient import TestClient
 
 from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder, start_engine
+from platform_daemon.app import create_context, start_engine
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
-from tests.api.test_server import finished
+from platform_daemon.store.data_folder import open_data_folder
+from tests.kit.rest import finished
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
 FRICTION = 60.0

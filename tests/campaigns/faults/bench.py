@@ -18,7 +18,7 @@ from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
 from platform_daemon.engine.work.series import SeriesWork
 from platform_daemon.store.reader import open_recording
-from tests.system.emulated.conftest import Lab
+from tests.kit.emulated_lab import Lab
 
 RX_S = 0.6
 HALF_A_CODE_V = 0.5 / 32768

@@ -9,8 +9,9 @@ import sys
 from fastapi.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder, start_engine
-from tests.system.emulated.test_faults import intruder
+from platform_daemon.app import create_context, start_engine
+from platform_daemon.store.data_folder import open_data_folder
+from tests.kit.emulated_lab import intruder
 
 
 def command(*arguments):

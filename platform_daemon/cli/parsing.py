@@ -1,0 +1,67 @@
+"""Words of the command line as values: windows, parameters, frames."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from drivers.errors import InputError
+from platform_daemon import analysis
+
+_PART = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
+_MOST = 1_000_000
+
+
+def parse_window(text: str) -> analysis.Window:
+    """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
+    if text in analysis.NAMED_WINDOWS:
+        return analysis.NAMED_WINDOWS[text]
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not (math.isfinite(seconds) and seconds > 0):
+        raise InputError(f"no window {text!r}", where="window", remedy="give n50, d30, or a positive number of seconds")
+    return seconds
+
+
+def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
+    """`NAME=VALUE` texts as parameters by name; None if there are none.  Raises InputError that names the option."""
+    values: dict[str, float] = {}
+    for text in texts:
+        name, _, value = text.partition("=")
+        if name not in analysis.FITTED_NAMES:
+            remedy = f"one of: {', '.join(analysis.FITTED_NAMES)}"
+            raise InputError(f"no parameter is called {name!r}", where=option, remedy=remedy)
+        try:
+            values[name] = float(value)
+        except ValueError:
+            raise InputError(f"{text!r} holds no number", where=option, remedy="write NAME=VALUE") from None
+    return values or None
+
+
+def parse_frames(text: str) -> tuple[int, ...]:
+    """ "0,2,5-9" as frame numbers, in order, each once.  Raises InputError."""
+    found: set[int] = set()
+    for part in text.split(","):
+        match = _PART.fullmatch(part.strip())
+        first, last = (0, -1) if match is None else (int(match[1]), int(match[2] or match[1]))
+        if not first <= last < first + _MOST:
+            remedy = "write numbers and ranges with commas, as in 0,2,5-9"
+            raise InputError(f"no frames {text!r}", where="--frames", remedy=remedy)
+        found.update(range(first, last + 1))
+    return tuple(sorted(found))
+
+
+def parse_axis(text: str) -> str | tuple[float, ...]:
+    """x, y, z, or "1,0,0.5" as a direction in world axes.  Raises InputError."""
+    if text in ("x", "y", "z"):
+        return text
+    try:
+        direction = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        direction = ()
+    if len(direction) != 3 or not any(direction) or not all(map(math.isfinite, direction)):
+        remedy = "give x, y, z, or three numbers with commas, as in 1,0,0.5"
+        raise InputError(f"{text!r} is no axis", where="--axis", remedy=remedy)
+    return direction

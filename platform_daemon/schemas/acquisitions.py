@@ -1,0 +1,105 @@
+"""Series of shots: what one would be, and what came out of one."""
+
+from __future__ import annotations
+
+from pydantic import ConfigDict
+
+from .base import Absent, Schema, example
+from .fits import FitReport
+
+
+class ShotSummary(Schema):
+    """One shot as it would be played."""
+
+    blank: bool
+    """A shot without excitation."""
+    f_tx_requested_hz: float
+    """Excitation frequency that was asked for, Hz."""
+    f_tx_realised_hz: float
+    """The one that fits whole periods into whole samples, Hz."""
+    field_t: float
+    """Amplitude of the excitation field at the rotor, T."""
+    tx_periods: int
+    """Periods of excitation."""
+    tx_samples: int
+    """Length of the TX window, samples."""
+    switch_samples: int
+    """From the end of TX to the first RX sample, samples."""
+    rx_samples: int
+    """Length of the RX window, samples."""
+    t_tx_s: float
+    """Length of the TX window, s."""
+    t_switch_s: float
+    """From the end of TX to the first RX sample, s."""
+    t_rx_s: float
+    """Length of the RX window, s."""
+    coil_current_a: dict[str, float]
+    """Amplitude of the current by coil, A."""
+    amplifier_v: dict[str, float]
+    """Amplitude at the amplifier's output by coil, V."""
+    heat_per_shot_j: float
+    """Heat in the coils, J."""
+    duration_s: float
+    """Length of the shot, s."""
+
+
+class SettleCheck(Schema):
+    """How much of the swing remains when the next shot begins, by the expected damping."""
+
+    remaining_rad: float
+    """Largest deflection then, rad."""
+    share: float
+    """Its share in the largest deflection after TX, 0 to 1."""
+
+
+class AcquisitionSummary(Schema):
+    """A series as it would be: what would be played, how long it takes, how much disk it needs."""
+
+    model_config = ConfigDict(json_schema_extra=example("acquisition_summary"))
+
+    resonator: str
+    """Name of the resonator."""
+    variant: str
+    """Its bearing: thread or jewel."""
+    model: str
+    """Model of the on-line fits."""
+    shots: int
+    """Shots in all, blank ones included."""
+    shot: ShotSummary
+    """One excited shot."""
+    duration_s: float
+    """Length of the series, pauses included, s."""
+    disk_bytes: int
+    """Size of the samples on disk, bytes."""
+    settle: SettleCheck
+    """Does the resonator come to rest between the shots?"""
+    warnings: tuple[str, ...]
+    """What may spoil the series."""
+
+
+class AcquisitionResult(Schema):
+    """What a series has brought so far; empty before its first shot is on disk."""
+
+    recording: Absent[str] = None
+    """Id of the recording."""
+    file: Absent[str] = None
+    """Name of its file."""
+    shots: Absent[int] = None
+    """Shots on disk."""
+    fit: Absent[FitReport] = None
+    """The on-line fits, once the series has ended."""
+
+
+class SeriesReport(Schema):
+    """What `measure --json` writes: a series and its fits."""
+
+    model_config = ConfigDict(json_schema_extra=example("series_report"))
+
+    file: str
+    """Path of the recording."""
+    recording: Absent[str] = None
+    """Its id."""
+    shots: Absent[int] = None
+    """Shots on disk."""
+    fit: Absent[FitReport] = None
+    """The on-line fits, if they were asked for."""

@@ -1,0 +1,146 @@
+"""What all schemas share: one base class, one way to leave a key out, one way to write JSON."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import itertools
+import json
+import math
+import textwrap
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetJsonSchemaHandler, RootModel
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
+
+T = TypeVar("T")
+EXAMPLES = Path(__file__).parent / "examples"
+
+Verdict = Literal["good", "refused"]
+"""Whether there is a result, or a reason why there is none."""
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Window = Literal["n50", "d30"] | Positive
+"""Evaluation window: "n50" (the first 0.24 s), "d30" (until 30 % of the maximum is left), or seconds."""
+Vector = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
+"""Three components, x, y, z."""
+Interval = Annotated[tuple[float, ...], Field(min_length=2, max_length=2)]
+"""Lowest and highest value."""
+
+
+class Schema(BaseModel):
+    """Something that crosses a boundary: REST, a file, the command line.
+
+    Immutable; unknown keys are refused; the keys of its JSON come in the order of its fields.  A field `X | None`
+    is always written, null where there is nothing to say; an `Absent[X]` is not written at all where it is None.
+    Every field has a docstring with its unit: it becomes the description in the OpenAPI schema.
+    """
+
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        defer_build=True,  # a command pays for the schemas that it uses, not for all
+        validate_by_name=True,
+        validate_by_alias=True,
+        serialize_by_alias=True,
+    )
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        found = handler(core)
+        properties = handler.resolve_ref_schema(found).get("properties", {})
+        for name, text in attribute_docstrings(cls).items():
+            info = cls.model_fields[name]
+            key = info.serialization_alias or name
+            if key in properties:
+                properties[key]["description"] = text
+        return found
+
+
+@cache
+def attribute_docstrings(cls: type[BaseModel]) -> dict[str, str]:
+    """Field -> the text below it, of a class and those that it is made from.
+
+    Read from the source when a JSON schema is made: pydantic's own `use_attribute_docstrings` reads it at import, which
+    every command would pay for with more than all the classes take to be made.
+    """
+    found: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        if not issubclass(base, Schema) or "[" in base.__name__:  # Job[...] is written down as Job
+            continue
+        definition = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0]
+        assert isinstance(definition, ast.ClassDef)
+        for field, text in itertools.pairwise(definition.body):
+            if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant):
+                found[ast.unparse(field.target)] = " ".join(str(text.value.value).split())
+    return found
+
+
+class Request(Schema):
+    """What somebody asks for: no value is coerced."""
+
+    # Made at once: FastAPI, which silences what pydantic warns of while it builds the parameter of a route, would not
+    # be there when a deferred one is built.
+    model_config = ConfigDict(strict=True, defer_build=False)
+
+
+class Root(RootModel[T], Generic[T]):
+    """Something whose JSON is a list, a mapping, or one of several schemas."""
+
+    model_config = ConfigDict(frozen=True, defer_build=True)
+
+
+class NoResult(Schema):
+    """There is no result: not yet, or the job ended without one."""
+
+
+def _is_none(value: Any) -> bool:
+    return value is None
+
+
+def _never_null(schema: dict[str, Any]) -> None:
+    """Of a key that may be missing: what it is where it is there."""
+    schema.pop("default", None)
+    kinds = [kind for kind in schema.get("anyOf", ()) if kind != {"type": "null"}]
+    if len(kinds) == 1:
+        del schema["anyOf"]
+        schema.update(kinds[0])
+    elif kinds:
+        schema["anyOf"] = kinds
+
+
+Absent = Annotated[T | None, Field(exclude_if=_is_none, json_schema_extra=_never_null)]
+"""A key that may be missing; give it the default None."""
+
+
+def _finite_or_none(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+FiniteOrNull = Annotated[float | None, BeforeValidator(_finite_or_none)]
+"""A number; null in the place of what JSON cannot hold: NaN and infinity."""
+
+
+def example(*names: str, listed: bool = False) -> Callable[[dict[str, Any]], None]:
+    """For `json_schema_extra`: the examples of these names, read when a schema is made and not before.
+
+    listed: as the one entry of a list.
+    """
+
+    def add(schema: dict[str, Any]) -> None:
+        found = [json.loads((EXAMPLES / f"{name}.json").read_text(encoding="utf-8")) for name in names]
+        schema["examples"] = [found] if listed else found
+
+    return add
+
+
+def to_json(content: Schema | Root[Any], *, indent: int | None = None, allow_nan: bool = False) -> str:
+    """The JSON text of files and of the command line; floats as Python prints them.
+
+    Raises ValueError for NaN or infinity, unless `allow_nan`: then they are written as Python's json reads them.
+    """
+    return json.dumps(content.model_dump(), indent=indent, allow_nan=allow_nan)

@@ -1,0 +1,64 @@
+"""One frame's dm/dt as an HDF5 file: samples, channels and time as dimension scales, and where it all comes from."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from platform_daemon import __version__
+
+from .recording import Recording
+from .writer import LIBVER, clean, put, put_texts
+
+
+def dmdt_file(
+    samples: NDArray[np.float64],
+    first: int,
+    *,
+    quantity: str,
+    unit: str,
+    channels: Sequence[str],
+    recording: Recording,
+    frame: int,
+    notes: Iterable[str] = (),
+) -> bytes:
+    """The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
+
+    samples: (channel, n) in `unit`, beginning with sample `first` of the RX window of `frame` of `recording`.
+    """
+    rate_hz = recording.sequence.rate_hz
+    buffer = io.BytesIO()  # not HDF5's own files in memory: two at a time may not have one name
+    with h5py.File(buffer, "w", libver=LIBVER) as h5:
+        h5.attrs.update({"sampling_rate_hz": rate_hz, **_source(recording, frame, notes)})
+        put_texts(h5, "channel", channels)
+        time_s = (first + np.arange(samples.shape[1])) / rate_hz
+        put(h5, "time", time_s, units="s", long_name="time since the first RX sample")
+        put(h5, quantity, samples, units=unit)
+        for dimension, name in zip(h5[quantity].dims, ("channel", "time"), strict=True):
+            h5[name].make_scale(name)
+            dimension.attach_scale(h5[name])
+    return buffer.getvalue()
+
+
+def _source(recording: Recording, frame: int, notes: Iterable[str]) -> dict[str, str | int]:
+    """Attributes that lead back to the recording; what it does not say is left out."""
+    info, origin, calibration = recording.frame_info[frame], recording.provenance, recording.calibration
+    said = {
+        "recording": recording.path.stem,
+        "file": recording.path.name,
+        "time_stamp": info.time_stamp,
+        "verdict": info.verdict,
+        "series_id": origin and origin.series_id,
+        "sample": origin and origin.sample_name,
+        "recorded_with": origin and f"platform-daemon {origin.software_version}",
+        "calibration": calibration and calibration.identifier,
+        "calibration_date": calibration and calibration.date,
+        "notes": "; ".join(notes),
+        "creator": "platform-daemon",
+        "creator_version": __version__,
+    }
+    return {"frame": frame, "shot": info.shot, **{name: clean(text) for name, text in said.items() if text}}

@@ -1,0 +1,48 @@
+"""`make bench`: times against a floor and against the paper's method, in one run; compare ratios, not milliseconds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from platform_daemon.analysis.batch.executors import cores
+from platform_daemon.cli.output import must_not_exist, write_json
+from tests.benchmarks.campaign import campaign_text, run_campaign
+from tests.benchmarks.fits import run_bench, table
+from tests.benchmarks.process import processes_text, run_processes
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def bench(
+    repeats: Annotated[int, typer.Option(min=3, help="Fits per dataset.")] = 25,
+    paper_s: Annotated[float, typer.Option(min=0.0, help="Time box of the paper's method; 0: none.")] = 20.0,
+    shots: Annotated[int, typer.Option(min=0, help="Shots per dataset of the campaign; 0: none.")] = 100,
+    processes: Annotated[
+        bool, typer.Option(help="First fit cold and warm, memory and growth with the record: a minute more.")
+    ] = True,
+    json_file: Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+) -> None:
+    """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method.
+
+    Then the campaign of 400 fits, the first fit of a fresh process with and without compiled kernels, the memory of a
+    fit over its record's size, and its time at one, two and four times the samples of TD30.
+    """
+    must_not_exist(json_file, force)
+    report = run_bench(repeats=repeats, paper_seconds=paper_s)
+    print(table(report))
+    if shots > 0:
+        report["campaign"] = run_campaign(shots, min(2, cores()))
+        print(campaign_text(report["campaign"]))
+    if processes:
+        report |= run_processes()
+        print(processes_text(report))
+    write_json(json_file, report)
+
+
+if __name__ == "__main__":
+    app()
