@@ -186,12 +186,16 @@ def test_the_reset_command_is_that_of_the_table():
 
 
 def test_a_fault_between_the_question_and_the_command_is_seen_in_the_error_queue():
-    device = Standard()
+    class Trips(Standard):
+        def __call__(self, text):
+            self.fault = "over-current" if text == "OUTP ON" else self.fault
+            return super().__call__(text)
+
+    device = Trips()
     made = amplifier(device)
-    made._fault = lambda: None
-    device.fault = "over-current"
     with pytest.raises(DeviceFault, match="fault latched"):
         made.enable()
+    assert not device.on
 
 
 def test_an_amplifier_that_stays_on_is_a_fault_not_a_success():
