@@ -72,7 +72,9 @@ def _fit_record(
         return FitResult.refused(refused)
     record, assumed = calibrated
     of_shot = (noise or SeriesNoise()).for_shot(record)
-    fit = fit_ring_down(record, ask.model, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints)
+    fit = fit_ring_down(
+        record, ask.model, ask.window, noise=of_shot.model, fixed=ask.fixed, hold_if_inseparable=ask.hold_if_inseparable
+    )
     notes = (*fit.notes, *assumed, *([of_shot.note] if of_shot.note else []))
     few = (f"saturated: {clipped}, too few to spoil the result",) if clipped is not None and fit.parameters else ()
     return replace(fit, warnings=(*fit.warnings, *few), notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)

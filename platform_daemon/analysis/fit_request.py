@@ -38,13 +38,13 @@ class FitRequest:
         variant: a declared model, with further torque terms after "+" if there are any; or an adopted one.
         window: "n50", "d30" or seconds.
         fixed: parameters held, by name.
-        hints: losses held only in frames whose window cannot tell them apart.
+        hold_if_inseparable: losses held only in frames whose window cannot tell them apart.
     """
 
     variant: ModelChoice
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
-    hints: Mapping[str, float] | None = None
+    hold_if_inseparable: Mapping[str, float] | None = None
 
     @property
     def model(self) -> RingDownModel:
@@ -66,7 +66,7 @@ def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
             why = f"a {ask.label} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
             raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
         _check_value(model, name, value, "fixed")
-    for name, value in (ask.hints or {}).items():
+    for name, value in (ask.hold_if_inseparable or {}).items():
         if name not in model.losses:
             why = f"the losses of a {ask.label} are {', '.join(model.losses)}"
             raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")

@@ -47,7 +47,9 @@ def refuse_calibration(series: AngleSeries, calibration: tuple[ReceiveCalibratio
 
 def fit_angles(series: AngleSeries, ask: FitRequest) -> dict[str, Any]:
     """The one frame of an angle file, fitted or refused."""
-    fit = fit_ring_down(angle_record(series), ask.model, ask.window, fixed=ask.fixed, hints=ask.hints)
+    fit = fit_ring_down(
+        angle_record(series), ask.model, ask.window, fixed=ask.fixed, hold_if_inseparable=ask.hold_if_inseparable
+    )
     return frame_report(0, replace(fit, notes=(*fit.notes, *series.clock)))
 
 

@@ -27,7 +27,7 @@ class FitSettings:
     Attributes:
         variant: a declared or an adopted model; None: what each file says.  terms: further torque terms.
         window: "n50", "d30" or seconds.
-        fixed, hints: parameters held, by name: always, or where the window cannot tell them.
+        fixed, hold_if_inseparable: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
         derived: give derived quantities too.
         frames: of every file; None: all.
@@ -38,7 +38,7 @@ class FitSettings:
     fixed: dict[str, float] | None = None
     calibration: tuple[ReceiveCalibration, str] | None = None
     derived: bool = False
-    hints: dict[str, float] | None = None
+    hold_if_inseparable: dict[str, float] | None = None
     terms: tuple[str, ...] = ()
     frames: tuple[int, ...] | None = None
 
@@ -75,7 +75,7 @@ def _angles(path: Path, settings: FitSettings) -> tuple[AngleSeries, FitRequest]
 
 def _asked(variant: ModelChoice, settings: FitSettings, *, calibrated: bool) -> FitRequest:
     """Raises InputError for what cannot be held."""
-    ask = FitRequest(variant, settings.window, settings.fixed, settings.hints)
+    ask = FitRequest(variant, settings.window, settings.fixed, settings.hold_if_inseparable)
     check_fixed(ask, calibrated=calibrated)
     return ask
 

@@ -20,7 +20,7 @@ from platform_daemon.analysis import (
     why_refused,
 )
 from platform_daemon.engine import Cancelled, Job
-from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles, write_whole
+from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles, write_file
 from platform_daemon.store import resolve as path_of
 
 from ..context import Shared, job_body
@@ -57,7 +57,7 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
         refused = why_refused(job.result["frames"])
         if refused is not None:
             job.warnings.append(f"every frame was refused: {refused}")
-        write_whole(context.fits / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
+        write_file(context.fits / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
 
     job = context.engine.analyse(body.model_dump(mode="json"), len(frames), work)
     response.headers["Location"] = f"/fits/{job.identifier}"

@@ -37,19 +37,19 @@ class AcceptedEffect:
     std: float
     log_p: float
     held_out_gain: float
-    alike: tuple[Confounder, ...]
+    confounders: tuple[Confounder, ...]
 
     @property
     def rise(self) -> float:
         """Of chi^2 for the look-alike that is told apart least."""
-        return min((r.rise for r in self.alike), default=0.0)
+        return min((r.rise for r in self.confounders), default=0.0)
 
 
 def accepted_effects(
     found: Selection, seen: ScoreTable, after: CrossValidation, passed: ReplacedEffects, pool: Executor
 ) -> tuple[AcceptedEffect, ...]:
     """Accepted effects with their evidence."""
-    named, final = [], seen.refit
+    named, final = [], seen.joint_fit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     for c in final.hypothesis.effects:
         alike: tuple[Confounder, ...] = ()

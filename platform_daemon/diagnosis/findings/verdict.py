@@ -41,7 +41,7 @@ def assess_diagnosis(
     after: CrossValidation,
 ) -> tuple[Verdict, tuple[str, ...]]:
     """The verdict, and why an explanation is only a part of one."""
-    left = found.residues
+    left = found.omnibus_test
     if not named:
         if _significant(found, final) or found.forbidden or found.best.hypothesis.effects:
             return "unexplained", ()
@@ -67,14 +67,14 @@ def _noise_excess(final: JointFit) -> float:
 
 def _significant(found: Selection, final: JointFit) -> bool:
     """Something is left that matters."""
-    left = found.residues
+    left = found.omnibus_test
     visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
     return visible or final.noise_factor > _NOISY
 
 
 def _chance_of_rest(found: Selection) -> float:
     """Logarithm."""
-    return math.log(max(found.residues.p_value, 1e-300))
+    return math.log(max(found.omnibus_test.p_value, 1e-300))
 
 
 def _doubts(
@@ -92,10 +92,10 @@ def _doubts(
     if len(gains) > 1 and min(gains) < _PATCH * max(gains):
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.
-    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.alike)
+    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.confounders)
     if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
         yield f"{len(together)} effects together may imitate one that has no name here"
-    if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.alike):
+    if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):
         yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
     if any(_on_harmonic(n.candidate, final) for n in named if n.candidate.effect is SIDE_MODE):
         yield "a decaying oscillation at a harmonic of the motion may be the motion itself, changed by something else"
@@ -124,7 +124,7 @@ def _on_harmonic(mode: Candidate, final: JointFit) -> bool:
 
 def _sure_share(found: Selection, final: JointFit) -> float:
     """Of all that may be missing, what is explained; what may be left is an upper limit."""
-    explained, left = _explained(found, final), found.residues
+    explained, left = _explained(found, final), found.omnibus_test
     return explained / (explained + max(_most(left.torque), _most(left.envelopes), 1e-300))
 
 

@@ -1,7 +1,7 @@
 """Which effects explain what is left: score tests of everything, refits of the leaders, alone and in combination.
 
 Effects are added until nothing significant is left, or nothing helps any more. Two effects that act together can hide
-behind a third that mimics their sum; therefore sets of every size are drawn from the first picture too, not only by
+behind a third that mimics their sum; therefore sets of every size are drawn from the first score table too, not only by
 adding to the best smaller set.
 """
 
@@ -57,23 +57,23 @@ class Selection:
     Attributes:
         base: the joint fit of the declared model.
         best: the joint fit with everything that was accepted.
-        picture: of all other candidates beside it.
-        residues: what is left without a name.
+        score_table: of all other candidates beside it.
+        omnibus_test: of what is left without a name.
         before: the same beside the declared model.
         tried: single candidates beside the declared model, best first.
         trials: number of candidates, by which chances are corrected.
-        look_again: all candidates beside another refit.
+        score_table_of: all candidates beside another refit.
         forbidden: the best set fits only with a sign that physics does not allow.
     """
 
     base: JointFit
     best: JointFit
-    picture: ScoreTable
-    residues: OmnibusTest
+    score_table: ScoreTable
+    omnibus_test: OmnibusTest
     before: OmnibusTest
     tried: tuple[CandidateTest, ...]
     trials: float
-    look_again: Callable[[JointFit], ScoreTable]
+    score_table_of: Callable[[JointFit], ScoreTable]
     forbidden: tuple[Candidate, ...] = ()
 
 
@@ -103,7 +103,7 @@ class _Search:
         before = omnibus_test(self._base, self._pool)
         self._tell("scores of all candidates", 0.25)
         root, best = self._base, self._base
-        first = seen = self._picture(root)
+        first = seen = self._score_table(root)
         tried = self._singles(first)
         forbidden: tuple[Candidate, ...] = ()
         size = additive = 0
@@ -115,8 +115,8 @@ class _Search:
                 sharp = self._sharpened_own(best, own[1])
                 root = self._refit(root.hypothesis.plus(sharp), root) or root
                 best = self._refit(best.hypothesis.plus(sharp), best) or best
-                first = self._picture(root)
-                seen = first if size == 0 else self._picture(best)
+                first = self._score_table(root)
+                seen = first if size == 0 else self._score_table(best)
                 additive += 1
                 continue
             if common >= LEVEL or size == _LARGEST_SET:
@@ -129,9 +129,9 @@ class _Search:
                 forbidden = banned or forbidden
                 continue
             better, forbidden = self._sharpened(better), ()
-            best, seen = better, self._picture(better)
+            best, seen = better, self._score_table(better)
         after = omnibus_test(best, self._pool) if best is not self._base else before
-        return Selection(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
+        return Selection(self._base, best, seen, after, before, tried, self._trials, self._score_table, forbidden)
 
     def _scan(self, at: JointFit) -> tuple[list[Candidate], list[Candidate]]:
         """(tones, side modes) in what a refit leaves over; looked for once."""
@@ -148,7 +148,7 @@ class _Search:
         near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
         return bool(near) and max(self._own_gain(at, c)[0] for c in near) >= self._own_gain(at, side)[0]
 
-    def _picture(self, at: JointFit) -> ScoreTable:
+    def _score_table(self, at: JointFit) -> ScoreTable:
         taken = {c.key for c in at.hypothesis.effects}
         shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [
@@ -173,7 +173,7 @@ class _Search:
 
     def _best_common(self, seen: ScoreTable) -> float:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
-        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.refit.chi2, 0.0) / seen.refit.noise_factor
+        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.joint_fit.chi2, 0.0) / seen.joint_fit.noise_factor
         best = 0.0
         for sets, trials in ((singles(seen), 1.0), (pairs(seen), 0.5 * self._trials)):
             for blocks, score in sets:
@@ -272,7 +272,7 @@ class _Search:
         sets = {1: singles, 2: pairs, 3: triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if step_allowed(blocks, score)]
         if size > 1:
-            explained = (first.refit.chi2 - seen.refit.chi2) / seen.refit.noise_factor
+            explained = (first.joint_fit.chi2 - seen.joint_fit.chi2) / seen.joint_fit.noise_factor
             proposals += [
                 (explained + score.gain, seen, blocks, score)
                 for blocks, score in singles(seen) if step_allowed(blocks, score)
@@ -283,11 +283,11 @@ class _Search:
         for gain, at, blocks, _ in proposals:
             if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
                 break
-            hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
+            hypothesis = at.joint_fit.hypothesis.plus(*(b.candidate for b in blocks))
             keys = frozenset(c.key for c in hypothesis.effects)
             if keys not in known:
                 known.add(keys)
-                chosen.append((hypothesis, at.refit))
+                chosen.append((hypothesis, at.joint_fit))
         return chosen
 
     def _allowed_refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:

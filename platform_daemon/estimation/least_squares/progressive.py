@@ -1,6 +1,6 @@
 """The fit's schedule: Gauss-Newton on growing windows, from a few periods to the whole.
 
-The quick schedule looks at some of the half swings only until the last passes over everything; the careful one looks
+The quick schedule looks at some of the half cycles only until the last passes over everything; the careful one looks
 at all of them, on windows that double, and takes over where the quick one fails.
 """
 
@@ -38,7 +38,7 @@ _LOST = 0.1  # of the standard deviation of chi^2: so much rounding may take
 _NEGLIGIBLE_FALL = 0.2  # of chi^2, in its standard deviations
 _CHUNK = 4096  # samples whose residual is in memory at once
 _ENOUGH_SAMPLES = 3000  # for an early pass
-_ENOUGH_IN_HALF_SWING = 24
+_ENOUGH_IN_HALF_CYCLE = 24
 _MOST_LEFT_OUT = 15  # an early pass looks at no less than one in so many samples
 _PRIOR_WIDTH = 3.0  # of a coefficient's typical size
 _PRIOR_AMPLITUDE = 0.5  # of the start value
@@ -56,8 +56,8 @@ class FitStages:
         growth: of the window from stage to stage, at most.
         early, late, final: fall of chi^2 still to come at which a stage ends: the growing windows, a last look at some
             of the whole, all of it.
-        half_swings: of so many the early passes take a sample, evenly spread over the window.
-        last_share: the last of them looks at no smaller share of the half swings than this.
+        half_cycles: of so many the early passes take a sample, evenly spread over the window.
+        last_share: the last of them looks at no smaller share of the half cycles than this.
         digits: of the trajectory in the early passes.
     """
 
@@ -65,7 +65,7 @@ class FitStages:
     early: float
     late: float
     final: float
-    half_swings: int
+    half_cycles: int
     last_share: float
     digits: float
 
@@ -76,9 +76,9 @@ CAREFUL = FitStages(2.0, 0.3, 0.3, 1e-4, 1 << 60, 1.0, EXACT)
 
 @dataclass(frozen=True)
 class Subsample:
-    """Which samples of a window take part: those of every so many-th half swing (odd), of these every so many-th."""
+    """Which samples of a window take part: those of every so many-th half cycle (odd), of these every so many-th."""
 
-    half_swing: int = 1
+    half_cycle: int = 1
     sample: int = 1
 
 
@@ -122,7 +122,7 @@ class FitProblem:
             self._thinned[every] = np.ascontiguousarray(self.record.samples[:, ::every])
         moments = self.workspace.moments(
             state.dynamics, self._thinned[every], -(-self.first // every), -(-last // every),
-            every * self.record.dt_s, state.observation.observable, some.half_swing, digits,
+            every * self.record.dt_s, state.observation.observable, some.half_cycle, digits,
         )  # fmt: skip
         state = with_best_gains(state, moments)
         normal = self.knowledge.added(normal_equations(self.model, state, moments, self._weights), state)
@@ -241,14 +241,14 @@ def fit_progressively(
     prior = weak_prior(problem.model, start)
     state = start
     while problem.first + length < last:
-        some = _subsample(length, period, schedule.half_swings)
+        some = _subsample(length, period, schedule.half_cycles)
         found = _Stage(problem, problem.first + length, some, schedule.digits, prior).minimise(state, schedule.early)
         state = found.state
         wanted = min(schedule.growth, (last - problem.first) / length)
         length = math.ceil(length * _growth(problem, found, length, wanted))
     if schedule.digits < EXACT:
         whole = last - problem.first
-        some = _subsample(whole, period, max(schedule.half_swings, int(schedule.last_share * 2.0 * whole / period)))
+        some = _subsample(whole, period, max(schedule.half_cycles, int(schedule.last_share * 2.0 * whole / period)))
         state = _Stage(problem, last, some, schedule.digits, None).minimise(state, schedule.late).state
     final = _Stage(problem, last, ALL_SAMPLES, EXACT, None).minimise(state, schedule.final)
     normal = problem.after(final.before, final.step)
@@ -276,12 +276,12 @@ def _growth(problem: FitProblem, found: _StageEnd, length: int, growth: float) -
     return 2.0
 
 
-def _subsample(samples: int, period: float, half_swings: int) -> Subsample:
-    """So many half swings of a window, and of their samples no more than an early pass needs; period: in samples."""
-    stride = int(2.0 * samples / (period * half_swings)) | 1  # odd, so that both directions are seen
-    if half_swings > samples:
+def _subsample(samples: int, period: float, half_cycles: int) -> Subsample:
+    """So many half cycles of a window, and of their samples no more than an early pass needs; period: in samples."""
+    stride = int(2.0 * samples / (period * half_cycles)) | 1  # odd, so that both directions are seen
+    if half_cycles > samples:
         return Subsample(stride)
-    most = min(samples / _ENOUGH_SAMPLES, _MOST_LEFT_OUT) / stride, 0.5 * period / _ENOUGH_IN_HALF_SWING
+    most = min(samples / _ENOUGH_SAMPLES, _MOST_LEFT_OUT) / stride, 0.5 * period / _ENOUGH_IN_HALF_CYCLE
     return Subsample(stride, max(1, int(min(most))))
 
 
@@ -344,7 +344,7 @@ class _Stage:
 
 
 def _is_better(trial: NormalEquations, normal: NormalEquations) -> bool:
-    """Not worse than rounding, or than the few samples that changed sides where half swings are left out."""
+    """Not worse than rounding, or than the few samples that changed sides where half cycles are left out."""
     slack = 1e-12 if trial.samples == normal.samples else 0.02
     rounding = 1e-6 + _ROUNDING * normal.data_chi2
     return trial.chi2 / trial.samples <= (normal.chi2 * (1.0 + slack) + rounding) / normal.samples

@@ -1,6 +1,6 @@
-"""One half swing as a whole: the acceleration at Chebyshev nodes by Newton's method, with exact derivatives.
+"""One half cycle as a whole: the acceleration at Chebyshev nodes by Newton's method, with exact derivatives.
 
-Written in the mirrored frame of its direction (`side`, +1 or -1): every half swing begins at angle -size, at rest,
+Written in the mirrored frame of its direction (`side`, +1 or -1): every half cycle begins at angle -size, at rest,
 and moves up. With a(x) the acceleration as a polynomial on the unit interval and D the duration,
     phi = -size + D^2 (integral twice of a),   v = D (integral of a),   a = tau(phi, v)  at the nodes,  v(end) = 0.
 The sensitivities solve the same linear system, so they are exact derivatives of what is computed.
@@ -33,7 +33,7 @@ def _integrate(once, twice, a, single, double):  # type: ignore[no-untyped-def]
 def solve_half_cycle(  # type: ignore[no-untyped-def]
     size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, end
 ):
-    """Solve the half swing from -size (mirrored frame), given guesses of its `duration` and acceleration a (m,).
+    """Solve the half cycle from -size (mirrored frame), given guesses of its `duration` and acceleration a (m,).
 
     settled: size of the last Newton step, relative; the error after it is about its square.
     Out: a, phi, v (m,) at the nodes; slopes (columns, 3, m) d a, d phi, d v by size and by c at fixed time; end
@@ -101,7 +101,7 @@ def _finish(  # type: ignore[no-untyped-def]
     """Final values, sensitivities and end values from a settled solution.
 
     The factors are those of the last Newton step; one refinement with the final derivatives makes the sensitivities
-    exact. It matters: their errors add up over a thousand half swings.
+    exact. It matters: their errors add up over a thousand half cycles.
     """
     m = a.size
     square = duration * duration
