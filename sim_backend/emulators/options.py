@@ -1,4 +1,7 @@
-"""What an emulator can be told: its TOML file.  config/emulators/lab.toml is the commented original."""
+"""What an emulator can be told: its TOML file, of which `io_card/options.py` has the cards.
+
+config/emulators/lab.toml is the commented original.
+"""
 
 from __future__ import annotations
 
