@@ -8,8 +8,8 @@ from typing import Any
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
+from platform_daemon.design import expected_moment, expected_omega
 from platform_daemon.estimation import MeasurementPlan, RefusedError, model_named, planned_window_s, predict_precision
-from sequences.settle import expected_moment, expected_omega
 
 from .fit_request import COEFFICIENTS, Window
 
