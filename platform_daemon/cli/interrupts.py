@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import util
 from types import FrameType
 from typing import NoReturn
 
@@ -83,4 +84,5 @@ def end_at_once() -> NoReturn:
         sys.stderr.flush()
     for child in multiprocessing.active_children():
         child.kill()
+    util._run_finalizers(0)  # what atexit would: named semaphores are given back, else Python complains
     os._exit(INTERRUPTED)

@@ -39,7 +39,6 @@ REACH: Samples that `derivative` looks at on either side.
 derivative: Time derivative of (..., n), n >= 9, from the nearest nine samples.
 kernel: Compile `function` at its first call (nogil, float64, cached on disk).
 Estimate: A value and its standard deviation.
-PARAMETER_NAMES: Names of the published parameters, in order.
 RODRIGUES: Orientation of the resonator, e_u, e_v, e_w in world axes, as a Rodrigues vector.
 mean_over_mirror_images: Chordal mean on SO(3) of vectors (frames, 3), each by its twin nearest to that mean.
 mirror_images: The same motions with phi -> -phi.
@@ -50,7 +49,6 @@ MODELS: The declared models by name.
 RingDownModel: An equation of motion, the sum of its torque terms (in units of I w^2), and how it is observed.
 model_named: The declared model of this name, or one with further torque terms, as in "thread+quadratic_drag".
 frequency_ratio: Frequency of the orbit over the natural frequency, pi / (2 K).
-Envelopes: Envelopes of a ring-down (fig:amplitude_plot), arrays (n,).
 envelopes: Envelopes at `points` equidistant times from 0 to duration_s.
 equivalent_quality_factor: tilde Q over [0, T] (eq:tilde-Q), from the traced motion.
 quality_factor: Q = omega_nat / (2 lambda) of viscous damping alone (eq:lambda).
