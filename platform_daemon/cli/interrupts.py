@@ -84,5 +84,5 @@ def end_at_once() -> NoReturn:
         sys.stderr.flush()
     for child in multiprocessing.active_children():
         child.kill()
-    util._run_finalizers(0)  # what atexit would: named semaphores are given back, else Python complains
+    util._run_finalizers(0)  # type: ignore[attr-defined]  # else Python complains of semaphores that are left over
     os._exit(INTERRUPTED)
