@@ -14,9 +14,9 @@ from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.job_records import JobRecords
-from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.settings import load_platform
+
+pytest.register_assert_rewrite("tests.kit")  # what is compared there is shown as in a test
 
 # The same examples every time: a red run must be red again.  `make campaign` draws new ones.
 settings.register_profile("repeatable", derandomize=True)
@@ -26,9 +26,6 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
-
-SHORT_JEWEL = {"resonator": "jewel", "sequence": {"rx_s": 0.6}}
-"""A jewel shot of 0.6 s: long enough for a fit, quick to simulate."""
 
 
 @pytest.fixture
@@ -43,11 +40,3 @@ def engine_with() -> Iterator[Callable[..., Engine]]:
     yield make
     for engine in made:
         engine.close()
-
-
-def acquire(engine: Engine, target: Path, **keys: object) -> Job:
-    """Run one acquisition to its end."""
-    request = AcquisitionRequest(**{**SHORT_JEWEL, **keys})  # type: ignore[arg-type]
-    job = engine.acquire(engine.plan(request), target, target.parent)
-    assert job.ended.wait(timeout=120)
-    return job

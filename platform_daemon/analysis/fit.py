@@ -66,9 +66,8 @@ def fit_signal(
     except RefusedError as refused:
         return FitResult.refused(refused)
     of_shot = (noise or SeriesNoise()).for_shot(signal.record)
-    fit = fit_ring_down(
-        signal.record, ask.model, ask.window, noise=of_shot.model, fixed=ask.fixed, hints=ask.hints
-    )  # fmt: skip
+    held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
+    fit = fit_ring_down(signal.record, ask.model, ask.window, noise=of_shot.model, **held)
     notes = (*fit.notes, *signal.notes, *([of_shot.note] if of_shot.note else []))
     fit = replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
     if not fit.parameters:

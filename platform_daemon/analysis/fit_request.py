@@ -31,7 +31,7 @@ class FitSettings:
     Attributes:
         variant: a declared or an adopted model; None: what each file says.  terms: further torque terms.
         window: "n50", "d30" or seconds.
-        fixed, hints: parameters held, by name: always, or where the window cannot tell them.
+        fixed, hold_if_inseparable: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
         derived: give derived quantities too.
         frames: of every file; None: all.
@@ -42,7 +42,7 @@ class FitSettings:
     fixed: dict[str, float] | None = None
     calibration: tuple[ReceiveCalibration, str] | None = None
     derived: bool = False
-    hints: dict[str, float] | None = None
+    hold_if_inseparable: dict[str, float] | None = None
     terms: tuple[str, ...] = ()
     frames: tuple[int, ...] | None = None
 
@@ -55,14 +55,14 @@ class FitRequest:
         variant: a declared model, with further torque terms after "+" if there are any; or an adopted one.
         window: "n50", "d30" or seconds.
         fixed: parameters held, by name.
-        hints: losses held only in frames whose window cannot tell them apart.
+        hold_if_inseparable: losses held only in frames whose window cannot tell them apart.
         moment_am2: what is known of the resonator's moment, A m^2; a fit that disagrees is warned of.
     """
 
     variant: ModelChoice
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
-    hints: Mapping[str, float] | None = None
+    hold_if_inseparable: Mapping[str, float] | None = None
     moment_am2: float | None = None
 
     @property
@@ -85,7 +85,7 @@ def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
             why = f"a {ask.label} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
             raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
         _check_value(model, name, value, "fixed")
-    for name, value in (ask.hints or {}).items():
+    for name, value in (ask.hold_if_inseparable or {}).items():
         if name not in model.losses:
             why = f"the losses of a {ask.label} are {', '.join(model.losses)}"
             raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")

@@ -7,9 +7,9 @@ import tomllib
 from pydantic import ValidationError
 
 from drivers.specimen import Specimen
+from platform_daemon.design import expected_moment
 from platform_daemon.estimation import FitResult
 from platform_daemon.store import Recording
-from sequences.settle import expected_moment
 
 _UNLIKE = 1.2  # times: further apart than magnets of one batch, or the turns and the gain of a chain that is right
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
+from platform_daemon.design import expected_moment, expected_omega
 from platform_daemon.estimation import MeasurementPlan, RefusedError, model_named, planned_window_s, predict_precision
 from platform_daemon.schemas import PAPER_NOISE_AM2_PER_S, RODRIGUES, PredictionReport, Window, WindowPrecision
-from sequences.settle import expected_moment, expected_omega
 
 from .fit_request import COEFFICIENTS
 

@@ -60,7 +60,8 @@ def fit(
 ) -> None:
     """Fit the frames of one or more recordings."""
     from platform_daemon.analysis import FitSettings
-    from platform_daemon.cli.parsing import parse_frames, parse_values, parse_window
+
+    from .parsing import parse_frames, parse_values, parse_window
 
     other = calibration_in(calibration)
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")

@@ -84,5 +84,6 @@ def end_at_once() -> NoReturn:
         sys.stderr.flush()
     for child in multiprocessing.active_children():
         child.kill()
-    util._run_finalizers(0)  # type: ignore[attr-defined]  # else Python complains of semaphores that are left over
+    # As at any other exit; else Python complains of semaphores that nobody gave back.
+    util._run_finalizers(0)  # type: ignore[attr-defined]  # noqa: SLF001  (atexit does not run here)
     os._exit(INTERRUPTED)

@@ -26,14 +26,14 @@ def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
 
 
 def write_json(path: Path | None, content: Any) -> None:
-    """Write a result as JSON (never NaN) if a path is given.  Raises OSError."""
+    """Write a result as JSON (never NaN) if a path is given.  Raises StorageError."""
     if path is not None:
         from platform_daemon.schemas import Root, Schema, to_json
-        from platform_daemon.store import write_whole  # here, because HDF5 is loaded with it
+        from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
 
         typed = isinstance(content, Schema | Root)
         text = to_json(content, indent=1) if typed else json.dumps(content, indent=1, allow_nan=False)
-        write_whole(path, text.encode())
+        write_file(path, text.encode())
 
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -
     """Write and print its name; without a path, nothing."""
     if path is not None:
         from platform_daemon.reports import diagnosis_html
-        from platform_daemon.store import write_whole
+        from platform_daemon.store import write_file
 
-        write_whole(path, diagnosis_html(found, report))
+        write_file(path, diagnosis_html(found, report))
         print(path)

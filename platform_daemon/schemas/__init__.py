@@ -41,6 +41,7 @@ names_in_order: Parameters of the table in the order in which they are told.
 PredictionReport: How precise a planned measurement can be at best, per window.
 WindowPrecision: The smallest standard deviations that an evaluation window can reach.
 SelfTestOptions: The self-test before a series, table `[self_test]` of a platform file.
+SequencePatch: The keys of a sequence that differ from the resonator's preset.
 FlatnessReport: Do the windows agree on one value of a parameter? In the SI unit that its name holds.
 SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.

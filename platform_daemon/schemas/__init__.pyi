@@ -39,6 +39,7 @@ from .parameters import names_in_order as names_in_order
 from .predictions import PredictionReport as PredictionReport
 from .predictions import WindowPrecision as WindowPrecision
 from .requests import SelfTestOptions as SelfTestOptions
+from .requests import SequencePatch as SequencePatch
 from .sliding import FlatnessReport as FlatnessReport
 from .sliding import SlidingReport as SlidingReport
 from .sliding import WindowFitReport as WindowFitReport

@@ -4,46 +4,10 @@ import time
 import h5py
 import numpy as np
 import pytest
-from starlette.testclient import TestClient
 
-from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context
-from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import open_recording
-from tests.conftest import SHORT_JEWEL
-
-
-@pytest.fixture(scope="module")
-def client(tmp_path_factory):
-    from platform_daemon.app import start_engine
-    from platform_daemon.engine.job_records import JobRecords
-    from platform_daemon.settings import load_platform
-
-    folder = open_data_folder(tmp_path_factory.mktemp("data"))
-    engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs))
-    api = create_api(create_context(engine, folder))
-    with TestClient(api, raise_server_exceptions=False) as test_client:
-        test_client.folder = folder
-        # Made first, at rest: what still swings after a cancelled series can make a shot too weak for a fit.
-        answer = test_client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 2, "operator": "me"})
-        test_client.recording = finished(test_client, answer.headers["location"])["result"]["recording"]
-        yield test_client
-    engine.close()
-
-
-def finished(client, location):
-    deadline = time.monotonic() + 120
-    while time.monotonic() < deadline:
-        job = client.get(location).json()
-        if job["state"] in ("done", "failed", "cancelled"):
-            return job
-        time.sleep(0.05)
-    raise AssertionError(f"{location} did not end")
-
-
-@pytest.fixture(scope="module")
-def recording(client):
-    return client.recording
+from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.rest import finished, problem
 
 
 def test_an_acquisition_is_accepted_with_a_location_and_ends_with_fits(client):
@@ -177,15 +141,6 @@ def test_a_broken_file_in_the_folder_is_listed_with_its_defect(client):
     assert [b["identifier"] for b in listing["broken"]] == ["broken"]
     assert listing["broken"][0]["error"]["remedy"]
     assert client.get("/recordings/broken").status_code == 422
-
-
-def problem(answer, status):
-    assert answer.status_code == status
-    assert answer.headers["content-type"] == "application/problem+json"
-    body = answer.json()
-    assert body["status"] == status
-    assert body["title"]
-    return body
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from pathlib import Path
 from drivers.conformance.timelines import short_shot
 from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.options import card_table
-from tests.campaigns.emulated_series import emulator
+from tests.kit.emulator_process import emulator
 
 LIMIT = 0.05  # of a core
 STEP_S = 0.1  # as the engine reads

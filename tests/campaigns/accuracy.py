@@ -25,8 +25,9 @@ from platform_daemon.settings import load_platform
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import Recording
 from platform_daemon.store.truth import read_truth
+from tests.kit.data import ROOT
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "accuracy.md"
+DOCUMENT = ROOT / "docs" / "accuracy.md"
 RX_S = {"thread": 6.0, "jewel": 2.0}
 """RX windows: long enough for D30 (4.9 s and about 1.3 s); the thread's next shot then starts from 23 % of the last."""
 

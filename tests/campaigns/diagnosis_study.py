@@ -29,11 +29,12 @@ from platform_daemon.diagnosis.report import as_json
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.physics.models import model_named
+from tests.kit.data import ROOT
 from tests.kit.undeclared_shots import shots_with
 
 from .diagnosis_study_page import RATE_HZ, SAMPLE_SD, document, limits, row
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "diagnosis-study.md"
+DOCUMENT = ROOT / "docs" / "diagnosis-study.md"
 POSES: dict[str, tuple[float, float, float] | None] = {"as mounted": None, "tilted": (0.6, -0.3, -1.1)}
 TORQUES = (
     "coulomb_friction", "hertz_friction", "quadratic_drag", "angle_dependent_damping", "restoring_anharmonicity",

@@ -12,15 +12,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -29,16 +26,15 @@ from typing import Any
 import numpy as np
 
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V
-from platform_daemon.settings import locate
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.header import FitTable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import Recording
 from platform_daemon.store.truth import read_truth
 from tests.campaigns.standstill import LATE_S, Standstills, idle_late_s
+from tests.kit.command_line import COMMAND
+from tests.kit.emulator_process import STEADY, emulator
 
-COMMAND = str(Path(sys.executable).with_name("platform-daemon"))
-STEADY = ("effects.temperature", "effects.friction_scatter", "effects.wear")
 SETTLED_S = 0.2  # after a shot has begun its truth can be asked for
 AT_START = ("phi_max_rad", "psi_start_rad")
 """Of the first shot only: later ones begin with what is left of the one before, at a phase that the pause decides; and
@@ -72,25 +68,6 @@ def control(endpoints: dict[str, Any], do: str, **more: Any) -> Any:
     if not answer["ok"]:
         raise SystemExit(answer["error"])
     return answer["result"]
-
-
-@contextmanager
-def emulator(folder: Path, resonator: str) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """The emulated lab as a process of its own; the file of its endpoints, and what it says."""
-    shipped = locate("emulators", "lab")
-    text = shipped.read_text().replace('"../', f'"{shipped.parent.parent}/').replace("thread.toml", f"{resonator}.toml")
-    config, found = folder / "lab.toml", folder / "endpoints.json"
-    config.write_text(text + "".join(f"\n[world.{table}]\nenabled = false\n" for table in STEADY))
-    process = subprocess.Popen([COMMAND, "emulate", "--config", config, "--json", found], stdout=subprocess.DEVNULL)
-    try:
-        while not found.exists():
-            if process.poll() is not None:
-                raise SystemExit("the emulator did not start")
-            time.sleep(0.05)
-        yield found, json.loads(found.read_text())
-    finally:
-        process.send_signal(signal.SIGTERM)
-        process.wait(timeout=30)
 
 
 def measured(out: Path, resonator: str, shots: int, *options: str) -> None:

@@ -27,16 +27,11 @@ from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.result import FitResult
+from tests.kit.data import ROOT
+from tests.kit.paper_datasets import DATASETS
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, random_truth, with_noise
 
-DOCUMENT = Path(__file__).parents[2] / "docs" / "estimator-statistics.md"
-JEWEL = Truth(f_nat_hz=213.25, m_r_am2=0.01226, tf_over_i_rad_per_s2=1190.0, phi_max_rad=0.93, psi_start_rad=3.86)
-DATASETS = {
-    "JN50": ("jewel", JEWEL, 0.24),
-    "JD30": ("jewel", JEWEL, 1.28),
-    "TN50": ("thread", Truth(), 0.24),
-    "TD30": ("thread", Truth(), 4.90),
-}
+DOCUMENT = ROOT / "docs" / "estimator-statistics.md"
 SHARES = (math.erf(1.0 / math.sqrt(2.0)), 0.95)
 FLOOR = 0.05  # relative error of m_r beyond which a result must be refused
 NEAR = (0.03, 0.08)  # predicted errors for which the estimated one may fall on either side of the floor

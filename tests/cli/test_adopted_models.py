@@ -2,7 +2,7 @@ import json
 
 import pytest
 
-from tests.cli.test_main import assert_one_line_error, here, run
+from tests.kit.command_line import assert_one_line_error, here, run
 from tests.kit.diagnosis_json import diagnosis, effect
 from tests.kit.example_copies import copies
 

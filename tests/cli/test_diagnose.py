@@ -7,7 +7,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from tests.cli.test_main import COMMAND, assert_one_line_error, here, run
+from tests.kit.command_line import COMMAND, assert_one_line_error, here, run
 from tests.kit.specimen_files import JEWEL, RUNS, THREAD, first_frames, pendulum, swing, without
 
 KEYS = {

@@ -1,8 +1,6 @@
-"""`platform-daemon fit` of many files, as a user meets it."""
+"""`platform-daemon fit` of one file, as a user meets it: what it gives, what can be asked, what it refuses."""
 
 import json
-import signal
-import subprocess
 
 import h5py
 import numpy as np
@@ -12,74 +10,125 @@ from platform_daemon.analysis.fit import fit_frame
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.estimation.refusal import Refusal
 from platform_daemon.store.reader import open_recording
-from tests.cli.test_main import COMMAND, assert_one_line_error, here, run, wait_for
-from tests.kit.example_copies import copies, links, same
+from tests.kit.command_line import assert_one_line_error, here, run
+from tests.kit.example_copies import copies
 from tests.kit.specimen_files import pendulum, swing
 
 SHORT = ("--window", "0.1")
 
 
-def lines(path):
-    return path.read_text().splitlines() if path.exists() else []
-
-
-def test_a_bad_file_among_others_costs_the_exit_code_only(tmp_path):
-    paths = copies(tmp_path, 2)
-    bad = tmp_path / "bad.h5"
-    bad.write_bytes(b"no hdf5")
-    done = run("fit", bad, *paths, *SHORT, "--json", tmp_path / "all.json")
-    assert done.returncode == 2
-    assert "bad.h5" in done.stderr
-    assert "2 of 2 frames good" in done.stdout
-    entries = json.loads((tmp_path / "all.json").read_text())["files"]
-    assert [("error" in e, e["file"]) for e in entries] == [(True, str(bad)), *((False, str(p)) for p in paths)]
-    assert "HDF5" in entries[0]["error"]["detail"]
-
-
-MANY = 24  # files: more than are fitted before a signal arrives
-
-
-def test_a_batch_interrupted_goes_on_where_it_was(tmp_path):
-    paths = links(tmp_path, MANY)
-    kept, whole = tmp_path / "r.jsonl", tmp_path / "all.json"
-    command = [COMMAND, "fit", *paths, *SHORT, "--jsonl", kept, "--processes", "2"]
-    process = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    wait_for(lambda: len(lines(kept)) >= 2)
-    process.send_signal(signal.SIGINT)
-    errors = process.communicate(timeout=30)[1]
-    assert process.returncode == 130
-    assert "Traceback" not in errors
-    before = lines(kept)
-    assert f"{len(before)} of {MANY} files are finished" in errors
-    done = run("fit", *paths, *SHORT, "--jsonl", kept, "--resume", "--json", whole)
+def test_fit_writes_the_fixed_json_form(measured):
+    done = run("fit", measured / "j.h5", "--json", measured / "fit.json", "--window", "n50")
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count("finished before") == len(before) < MANY
-    assert lines(kept)[: len(before)] == before
-    assert len(lines(kept)) == MANY
-    reports = json.loads(whole.read_text())["files"]
-    assert [r["file"] for r in reports] == [str(p) for p in paths]
-    assert all(same(r["frames"], reports[k % 2]["frames"]) for k, r in enumerate(reports))
+    report = json.loads((measured / "fit.json").read_text(), parse_constant=lambda c: pytest.fail(f"{c} in JSON"))
+    assert set(report) >= {"file", "variant", "window_s", "frames", "summary"}
+    frame = report["frames"][0]
+    assert set(frame) >= {"frame", "verdict", "reason", "parameters", "r2", "nrmse", "chi2_per_dof", "seconds"}
+    assert set(frame["parameters"]) == {
+        "f_nat_hz", "m_r_am2", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad",
+        "rodrigues_x", "rodrigues_y", "rodrigues_z",
+    }  # fmt: skip
+    assert set(report["summary"]["f_nat_hz"]) == {"mean", "std"}
 
 
-def test_a_killed_batch_leaves_no_process_and_only_its_last_line_can_be_cut(tmp_path):
-    paths = links(tmp_path, 16)
-    kept = tmp_path / "r.jsonl"
-    command = [COMMAND, "fit", *paths, *SHORT, "--jsonl", kept, "--processes", "2"]
-    process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-    wait_for(lambda: len(lines(kept)) >= 2)
-    process.kill()
-    # Standard output is at its end only when all processes that inherited it have ended.
-    process.communicate(timeout=30)
-    assert all(json.loads(line)["report"]["frames"] for line in lines(kept)[:-1])
+def test_a_parameter_held_fixed_has_no_standard_deviation(measured):
+    done = here("fit", measured / "j.h5", "--fix", "lambda_per_s=0.0978", "--json", measured / "fixed.json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads((measured / "fixed.json").read_text())["frames"][0]["parameters"]["lambda_per_s"]
+    assert found == {"value": 0.0978, "std": None}
 
 
-def test_results_kept_before_are_not_overwritten_unasked(tmp_path):
-    (path,) = copies(tmp_path, 1)
-    (tmp_path / "r.jsonl").write_text("something\n")
-    assert_one_line_error(here("fit", path, "--jsonl", tmp_path / "r.jsonl"), 2, "r.jsonl", "--force")
-    assert_one_line_error(here("fit", path, "--jsonl", tmp_path / "r.jsonl", "--resume"), 2, "line 1")
-    assert_one_line_error(here("fit", path, "--resume"), 2, "--jsonl")
-    assert (tmp_path / "r.jsonl").read_text() == "something\n"
+def test_a_hint_holds_a_loss_only_where_the_window_cannot_tell_it(measured):
+    found = {}
+    for window in ("0.05", "0.5"):
+        path = measured / f"hint{window}.json"
+        done = here("fit", measured / "j.h5", "--window", window, "--hint", "lambda_per_s=0.24", "--json", path)
+        assert done.returncode == 0, done.stderr
+        found[window] = json.loads(path.read_text())["frames"][0]
+    assert found["0.05"]["parameters"]["lambda_per_s"] == {"value": 0.24, "std": None}
+    assert any(note.startswith("hint used: lambda_per_s") for note in found["0.05"]["notes"])
+    assert found["0.5"]["parameters"]["lambda_per_s"]["std"] > 0
+    assert not any("hint" in note for note in found["0.5"]["notes"])
+
+
+@pytest.mark.parametrize("sensitivity", [np.ones((3, 3)), np.eye(3)[:2]])
+def test_a_calibration_that_cannot_be_inverted_is_bad_input(measured, tmp_path, sensitivity):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "cal.h5", "w") as target:
+        source.copy("calibration", target)
+        del target["calibration/sensitivity"]
+        target["calibration/sensitivity"] = sensitivity
+    done = here("fit", measured / "j.h5", "--calibration", tmp_path / "cal.h5", "--json", tmp_path / "f.json")
+    assert_one_line_error(done, 2, "sensitivity")
+    assert not (tmp_path / "f.json").exists()
+
+
+def test_fit_with_another_calibration_scales_the_moment(measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(measured / "cal.h5", "w") as target:
+        source.copy("calibration", target)
+        target["calibration/sensitivity"][...] *= 2
+    done = here("fit", measured / "j.h5", "--calibration", measured / "cal.h5", "--json", measured / "halved.json")
+    assert done.returncode == 0, done.stderr
+    halved = json.loads((measured / "halved.json").read_text())["summary"]["m_r_am2"]["mean"]
+    plain = json.loads((measured / "j.json").read_text())["fit"]["summary"]["m_r_am2"]["mean"]
+    assert halved == pytest.approx(plain / 2, rel=1e-6)
+
+
+def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_says_so(measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(measured / "bare.mmr", "w") as target:
+        for name in ("data", "sequence"):
+            source.copy(name, target)
+    done = here("fit", measured / "bare.mmr", "--variant", "jewel", "--json", measured / "bare.json")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((measured / "bare.json").read_text())
+    names = {"f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2", "phi_max_rad", "psi_start_rad"}
+    assert set(report["frames"][0]["parameters"]) == names
+    assert "voltage-domain" in report["notes"][0]
+    assert_one_line_error(here("fit", measured / "bare.mmr"), 2, "--variant")
+
+
+def test_noise_alone_is_refused_with_exit_code_3(tmp_path, measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "noise.h5", "w") as target:
+        for name in ("sequence", "calibration", "resonator"):
+            source.copy(name, target)
+        shape = (1, *source["data"].shape[1:])
+        target["data"] = np.random.default_rng(0).normal(0, 1e-3, shape).astype("f4")
+    done = here("fit", tmp_path / "noise.h5", "--json", tmp_path / "noise.json")
+    assert done.returncode == 3
+    frame = json.loads((tmp_path / "noise.json").read_text())["frames"][0]
+    assert (frame["verdict"], frame["parameters"]) == ("refused", {})
+    assert frame["reason"]
+
+
+@pytest.mark.parametrize(
+    ("fixed", "word"),
+    [("rodrigues_x=3", "rodrigues_x"), ("lambda_per_s=nan", "nan"), ("f_nat_hz=0", "f_nat_hz"), ("x=1", "x")],
+)
+def test_what_cannot_be_held_fixed_is_said_in_one_line(measured, fixed, word):
+    assert_one_line_error(here("fit", measured / "j.h5", "--fix", fixed), 2, word)
+    assert_one_line_error(here("fit", measured / "j.h5", "--hint", fixed), 2, word)
+
+
+def test_a_file_whose_only_frame_holds_nan_is_bad_input_naming_the_sample(tmp_path, measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "nan.h5", "w") as target:
+        for name in ("sequence", "calibration", "resonator"):
+            source.copy(name, target)
+        volts = source["data"][:1].copy()
+        volts[0, 1, 5000] = np.nan
+        target["data"] = volts
+    assert_one_line_error(here("fit", tmp_path / "nan.h5"), 2, "frame 0", "channel 1", "sample 5000")
+
+
+def test_clipped_volts_are_refused_whatever_the_calibration_mixes(tmp_path, measured):
+    with h5py.File(measured / "j.h5") as source, h5py.File(tmp_path / "clipped.h5", "w") as target:
+        for name in ("sequence", "calibration", "resonator"):
+            source.copy(name, target)
+        target["calibration/sensitivity"][0, 1] = 0.01
+        target["calibration/sensitivity"][1, 0] = 0.013
+        limit = 0.97 * np.abs(source["data"][0, 0, -20000:]).max()
+        target["data"] = np.clip(source["data"][:1], -limit, limit)
+    done = here("fit", tmp_path / "clipped.h5", "--json", tmp_path / "c.json")
+    assert done.returncode == 3
+    assert "saturated" in json.loads((tmp_path / "c.json").read_text())["frames"][0]["reason"]
 
 
 def test_derived_quantities_are_added_to_the_fixed_form(tmp_path):
@@ -92,20 +141,6 @@ def test_derived_quantities_are_added_to_the_fixed_form(tmp_path):
     assert derived["equivalent_quality_factor_to_infinity"] == pytest.approx(458, rel=0.2)
     assert len(report["derived"]["orientation_error"]["against_best"]["angle_rad"]) == 2
     assert any("allan" in note for note in report["derived"]["notes"])
-
-
-def test_slide_draws_flat_lines_and_says_how_flat(tmp_path):
-    (path,) = copies(tmp_path, 1)
-    done = here("slide", path, "--window", "0.12", "--out", tmp_path / "s.png", "--json", tmp_path / "s.json")
-    assert done.returncode == 0, done.stderr
-    assert "f_nat_hz" in done.stdout
-    assert (tmp_path / "s.png").read_bytes().startswith(b"\x89PNG")
-    report = json.loads((tmp_path / "s.json").read_text())
-    assert [w["verdict"] for w in report["windows"]] == ["good"] * 8
-    assert report["flatness"]["m_r_am2"]["probability"] > 1e-4
-    assert_one_line_error(here("slide", path, "--window", "5"), 2, "--window")
-    assert_one_line_error(here("slide", path, "--lambda", "loose"), 2, "--lambda")
-    assert_one_line_error(here("slide", path, "--frame", "9"), 2, "frame 9")
 
 
 def with_a_bad_sample(folder):
@@ -127,22 +162,6 @@ def test_a_sample_that_is_no_number_is_named_with_its_place_and_its_frame_can_be
     assert "not_finite" not in here("fit", path, *SHORT, "--frames", "0").stdout
     assert_one_line_error(here("fit", path, *SHORT, "--frames", "1"), 2, "not_finite", "--frames", "`frames`")
     assert_one_line_error(here("fit", path, *SHORT, "--frames", "2"), 2, "frame 2 does not exist", "0 to 1")
-
-
-@pytest.mark.parametrize("processes", ["1", "2"])
-def test_only_the_frames_asked_for_are_fitted_however_the_work_is_split(tmp_path, processes):
-    paths = copies(tmp_path, 2)
-    for path in paths:
-        with h5py.File(path, "r+") as file:
-            volts = np.repeat(file["data"][:], 3, axis=0)
-            del file["data"]
-            file["data"] = volts
-    asked = (*SHORT, "--frames", "1,3-5", "--processes", processes, "--json", tmp_path / "r.json")
-    done = here("fit", *paths, *asked)
-    assert done.returncode == 0, done.stderr
-    for report in json.loads((tmp_path / "r.json").read_text())["files"]:
-        assert [f["frame"] for f in report["frames"]] == [1, 3, 4, 5]
-        assert all(f["verdict"] == "good" for f in report["frames"])
 
 
 def test_a_clipped_frame_is_refused_with_what_to_do(tmp_path):
@@ -182,12 +201,3 @@ def test_what_an_angle_has_not_is_an_error_that_says_so(tmp_path):
     assert_one_line_error(here("fit", angle, "--variant", "rubber"), 2, "rubber")
     assert_one_line_error(here("slide", angle, "--frame", "1"), 2, "frame 1")
     assert_one_line_error(here("info", angle), 2, "fit, slide and diagnose take an angle")
-
-
-def test_slide_goes_along_an_angle(tmp_path):
-    angle = pendulum(tmp_path, *swing(seconds=40.0, decay_per_s=0.02))
-    done = here("slide", angle, "--variant", "thread_small_angle", "--window", "8", "--json", tmp_path / "s.json")
-    assert done.returncode == 0, done.stderr
-    report = json.loads((tmp_path / "s.json").read_text())
-    assert [w["verdict"] for w in report["windows"]] == ["good"] * 5
-    assert report["flatness"]["f_nat_hz"]["mean"] == pytest.approx(2.0, abs=1e-3)

@@ -11,7 +11,8 @@ from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.analysis.harmonics import frame_harmonics
 from platform_daemon.cli.parsing import parse_frames
 from platform_daemon.store.reader import open_recording
-from tests.cli.test_main import DATA, assert_one_line_error, here
+from tests.kit.command_line import assert_one_line_error, here
+from tests.kit.data import DATA
 
 JEWEL = DATA / "example_jewel.mmr.h5"
 

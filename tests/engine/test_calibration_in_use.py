@@ -18,7 +18,8 @@ from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.engine.work.calibration_bench import CalibrationRequest
 from platform_daemon.store.calibrations import read_transmit_calibration
 from platform_daemon.store.reader import open_recording
-from tests.conftest import SHORT_JEWEL, acquire
+from tests.kit.acquisitions import SHORT_JEWEL, acquire
+from tests.kit.data import DATA
 
 WEAK = "backends.simulated.wiring.factors=[0.8, 1.0, 1.0]"
 
@@ -39,7 +40,7 @@ def stored(path: Path) -> str | None:
 
 
 def adopt(engine: Engine, folder: Path, kind: str, calibration: str | None = None) -> dict[str, Any]:
-    return engine.adopt(ActivationRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
+    return engine.activate(ActivationRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
 
 
 def test_a_series_uses_the_old_calibration_until_the_new_one_is_adopted(
@@ -105,7 +106,7 @@ def test_nothing_is_adopted_under_a_series_that_runs_or_waits(
     request = AcquisitionRequest(**{**SHORT_JEWEL, "shots": 1000})  # type: ignore[arg-type]
     job = engine.acquire(engine.plan(request), tmp_path / "long.h5", tmp_path)
     before = engine.platform.calibration
-    shutil.copy(Path(__file__).parents[1] / "data" / "example_jewel.mmr.h5", tmp_path / "lab@1_20260101.h5")
+    shutil.copy(DATA / "example_jewel.mmr.h5", tmp_path / "lab@1_20260101.h5")
     with pytest.raises(DeviceStateError, match="runs or waits"):
         adopt(engine, tmp_path, "receive", "lab@1_20260101")
     job.request_cancel()

@@ -5,7 +5,7 @@ import pytest
 from drivers.errors import DeviceFault
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Cancelled, Job, JobState
-from tests.conftest import acquire
+from tests.kit.acquisitions import acquire
 
 
 def raises(error):

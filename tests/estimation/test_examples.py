@@ -1,7 +1,6 @@
 """The independent simulator's example recordings: conventions, values, errors, noise."""
 
 import json
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,9 +11,9 @@ from platform_daemon.estimation.calibration.apply import calibrate
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import estimate_noise
 from platform_daemon.estimation.record import RingDownRecord
+from tests.kit.data import DATA
 from tests.kit.ring_down_generator import Truth, errors, joint_chi2
 
-DATA = Path(__file__).parents[1] / "data"
 SHOTS = [(variant, frame) for variant in ("thread", "jewel") for frame in (0, 1)]
 
 

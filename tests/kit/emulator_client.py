@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from sim_backend.emulators.emulator import LabEmulator
-from tests.kit.simulated_bench import QUIET, ROOT, options
+from tests.kit.data import CONFIG
+from tests.kit.simulated_bench import QUIET, options
 
-LAB = ROOT / "config/emulators/lab.toml"
+LAB = CONFIG / "emulators" / "lab.toml"
 RECORD = struct.Struct("<BQQ4B")
 RATE = 125e6 / 2048
 SPEED = 10.0

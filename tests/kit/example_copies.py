@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-DATA = Path(__file__).parents[1] / "data"
+from tests.kit.data import DATA
+
 WINDOW_S = 0.1
 
 

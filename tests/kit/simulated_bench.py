@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,8 @@ import numpy as np
 from drivers.specimen import Specimen
 from drivers.timeline import Burst, DigitalLine, LineLevel, SampleClock, Timeline
 from sim_backend.backend import SimulatedBackend
+from tests.kit.data import CONFIG
 
-ROOT = Path(__file__).parents[2]
 CLOCK = SampleClock(125e6, 2048)
 TX = 2879
 SWITCH = 671  # 11 ms
@@ -21,7 +20,7 @@ FIELD_T = {"thread": 215e-6, "jewel": 490e-6}
 
 
 def table() -> dict[str, Any]:
-    return tomllib.loads((ROOT / "config/platforms/simulated.toml").read_text())
+    return tomllib.loads((CONFIG / "platforms" / "simulated.toml").read_text())
 
 
 def options(**changes: Any) -> dict[str, Any]:
@@ -47,7 +46,7 @@ QUIET: dict[str, Any] = {
 
 
 def specimen(name: str) -> Specimen:
-    return Specimen.model_validate(tomllib.loads((ROOT / f"config/resonators/{name}.toml").read_text()))
+    return Specimen.model_validate(tomllib.loads((CONFIG / "resonators" / f"{name}.toml").read_text()))
 
 
 def timeline(

@@ -1,12 +1,12 @@
 """Files for diagnoses: the examples and measured pendulums, whole, cut or damaged."""
 
 import shutil
-from pathlib import Path
 
 import h5py
 import numpy as np
 
-DATA = Path(__file__).parents[1] / "data"
+from tests.kit.data import DATA
+
 THREAD, JEWEL = DATA / "example_thread.mmr.h5", DATA / "example_jewel.mmr.h5"
 PENDULUM = DATA / "measured" / "r1_single_pendulum_55s.h5"
 RUNS = tuple(DATA / "measured" / f"r2_rotary_pendulum_run{k}.h5" for k in (1, 2, 3))

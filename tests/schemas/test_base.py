@@ -16,8 +16,7 @@ from platform_daemon.schemas.base import to_json
 from platform_daemon.schemas.diagnosis import EffectDetail, NextMeasurement
 from platform_daemon.schemas.fits import FrameFit, ParameterEstimate, unfitted
 from platform_daemon.schemas.harmonics import HarmonicEstimate, ShotHarmonics
-
-from .samples import text_of
+from tests.kit.schema_samples import text_of
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

@@ -17,8 +17,7 @@ from platform_daemon.schemas.base import Request, Root, Schema, attribute_docstr
 from platform_daemon.schemas.diagnosis import EffectDetail
 from platform_daemon.schemas.jobs import FitJob
 from platform_daemon.schemas.problems import Problem
-
-from .samples import CLI, REST
+from tests.kit.schema_samples import CLI, REST
 
 MODULES = [importlib.import_module(f"{schemas.__name__}.{m.name}") for m in pkgutil.iter_modules(schemas.__path__)]
 MODELS = [

@@ -10,8 +10,7 @@ import pytest
 
 from platform_daemon.schemas.base import Root, Schema, to_json
 from platform_daemon.schemas.fits import LedgerLine
-
-from .samples import CLI, FOLDER, REORDERED, REST, STORED, text_of
+from tests.kit.schema_samples import CLI, FOLDER, REORDERED, REST, STORED, text_of
 
 
 def indented(model: Any) -> str:

@@ -17,7 +17,8 @@ from platform_daemon.estimation.calibration.receiver_correction import correct_r
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
-from tests.conftest import acquire
+from tests.kit.acquisitions import acquire
+from tests.kit.data import DATA
 from tests.kit.diagnosis_json import diagnosis, effect
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
@@ -88,7 +89,7 @@ def test_an_unknown_model_is_refused_before_anything_moves(engine_with, tmp_path
 def test_a_model_with_receiver_effects_needs_a_sensitivity(tmp_path):
     library = Library(tmp_path)
     made = library.add(model_from_diagnosis(diagnosis(EFFECTS[2][1]), "better", "me", library, recordings=[]))
-    recording = replace(open_recording("tests/data/example_thread.mmr.h5"), calibration=None)
+    recording = replace(open_recording(DATA / "example_thread.mmr.h5"), calibration=None)
     with pytest.raises(InputError, match="sensitivity"):
         choose_variant(recording, made)
     with pytest.raises(InputError, match="no further terms"):

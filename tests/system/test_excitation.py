@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from platform_daemon.settings import load_specimen
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.truth import read_truth
-from tests.conftest import acquire
+from tests.kit.acquisitions import acquire
 
 QUIET = (
     "backends.simulated.effects.temperature.enabled=false",

@@ -2,11 +2,12 @@
 
 import importlib
 import re
-from pathlib import Path
 
 import pytest
 
-MAKEFILE = Path(__file__).parents[2] / "Makefile"
+from tests.kit.data import ROOT
+
+MAKEFILE = ROOT / "Makefile"
 PROGRAMS = sorted(set(re.findall(r"-m (tests\.[\w.]+)", MAKEFILE.read_text())))
 
 

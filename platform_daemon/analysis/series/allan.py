@@ -21,8 +21,6 @@ _FEWEST = 4
 _IRREGULAR = 0.1  # of the cadence
 _ENOUGH_AVERAGES = 30  # for identifying the noise type
 _NOISE_NAMES: dict[int, FrequencyNoise] = {
-    2: "white_phase", 1: "flicker_phase", 0: "white", -1: "flicker", -2: "random_walk"
-}  # fmt: skip
     2: "white_phase",
     1: "flicker_phase",
     0: "white",
@@ -81,9 +79,7 @@ def allan_deviation(time_s: Array, frequency_hz: Array, confidence: float = 0.68
         low_hz=deviation * np.sqrt(edf / chdtri(edf, tail)),
         high_hz=deviation * np.sqrt(edf / chdtri(edf, 1.0 - tail)),
         edf=edf,
-        noise=tuple(_NOISE_NAMES: dict[int, FrequencyNoise] = {
-    2: "white_phase", 1: "flicker_phase", 0: "white", -1: "flicker", -2: "random_walk"
-}  # fmt: skip
+        noise=tuple(_NOISE_NAMES[a] for a in exponents),
         slope=slope,
         slope_sd=slope_sd,
         mean_hz=float(y.mean()),

@@ -60,7 +60,7 @@ def adopt_calibration(body: AdoptionBody, context: Shared) -> dict[str, Any]:
     It holds until the daemon ends: name it in the platform file to keep it.  409 while a series or a calibration runs
     or waits.
     """
-    return context.engine.adopt(body, context.calibrations)
+    return context.engine.activate(body, context.calibrations)
 
 
 @router.get("", summary="All calibrations", response_model=list[CalibrationJobModel])

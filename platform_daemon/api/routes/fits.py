@@ -10,7 +10,7 @@ from platform_daemon.analysis import FitSettings, chosen_frames, fit_measurement
 from platform_daemon.engine import Cancelled, Job
 from platform_daemon.schemas import to_json
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store import write_whole
+from platform_daemon.store import write_file
 
 from ..context import Shared, job_body
 from ..models import FitBody, JobModel, ProblemModel
@@ -34,7 +34,7 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
         variant=resolve(body.variant, context.models),
         window=body.window,
         fixed=body.fixed or None,
-        hints=body.hints or None,
+        hold_if_inseparable=body.hints or None,
         terms=tuple(body.terms),
     )
     measurement, ask = open_for_fit(path, settings)
@@ -51,7 +51,7 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
         refused = why_refused(report.frames)
         if refused is not None:
             job.warnings.append(f"every frame was refused: {refused}")
-        write_whole(context.fits / f"{job.identifier}.json", to_json(report, indent=1).encode())
+        write_file(context.fits / f"{job.identifier}.json", to_json(report, indent=1).encode())
 
     job = context.engine.analyse(body.model_dump(mode="json"), len(frames), work)
     response.headers["Location"] = f"/fits/{job.identifier}"

@@ -17,10 +17,10 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__, analysis, estimation
+from platform_daemon.design import expected_moment
 from platform_daemon.schemas import FrameFit, unfitted
 from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
-from sequences.settle import expected_moment
 
 from ..jobs import Cancelled, Job
 from ..latency import reduce_latency

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from platform_daemon.analysis import RingDownPlotData, min_max_decimate
 from platform_daemon.estimation import FitResult
+from platform_daemon.store import write_file
 
 from ..numbers import estimates_text
 
@@ -45,9 +47,14 @@ def save_png(picture: RingDownPlotData, path: Path) -> None:
 
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as PNG; the file appears whole or not at all."""
-    partial = path.with_name(f".{path.name}.part")
-    figure.savefig(partial, dpi=110, format="png")
-    partial.replace(path)
+    write_file(path, png_of(figure, 110))
+
+
+def png_of(figure: Figure, dpi: int) -> bytes:
+    """A figure as the bytes of a PNG file."""
+    buffer = BytesIO()
+    figure.savefig(buffer, dpi=dpi, format="png")
+    return buffer.getvalue()
 
 
 def _time(n: int, rate_hz: float) -> NDArray[np.float64]:

@@ -4,12 +4,12 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.api.test_server import client, finished, problem, recording  # noqa: F401
+from tests.kit.rest import finished, problem
 from tests.kit.specimen_files import pendulum, swing
 
 
 @pytest.fixture(scope="module")
-def fit(client, recording):  # noqa: F811
+def fit(client, recording):
     answer = client.post("/fits", json={"recording": recording, "window": 0.5})
     return finished(client, answer.headers["location"])
 
@@ -18,7 +18,7 @@ def value(job, name, frame=0):
     return job["result"]["frames"][frame]["parameters"][name]["value"]
 
 
-def test_a_fit_gives_quality_factors_and_orientation_errors(client, fit):  # noqa: F811
+def test_a_fit_gives_quality_factors_and_orientation_errors(client, fit):
     found = client.get(f"/fits/{fit['id']}/derived").json()
     first = found["frames"][0]
     assert first["quality_factor"] == pytest.approx(math.pi * value(fit, "f_nat_hz") / value(fit, "lambda_per_s"))
@@ -29,7 +29,7 @@ def test_a_fit_gives_quality_factors_and_orientation_errors(client, fit):  # noq
     assert any("allan" in note for note in found["notes"])
 
 
-def test_envelopes_begin_at_the_fitted_amplitude_and_the_frequency_rises_to_f_nat(client, fit):  # noqa: F811
+def test_envelopes_begin_at_the_fitted_amplitude_and_the_frequency_rises_to_f_nat(client, fit):
     found = client.get(f"/fits/{fit['id']}/frames/0/envelopes", params={"points": 50}).json()
     assert len(found["t_s"]) == 50
     assert found["amplitude_rad"][0] == pytest.approx(value(fit, "phi_max_rad"), rel=0.02)
@@ -38,7 +38,7 @@ def test_envelopes_begin_at_the_fitted_amplitude_and_the_frequency_rises_to_f_na
     assert np.all(shift < 0)
 
 
-def test_an_angle_in_the_folder_of_recordings_is_fitted_with_its_quality_factor(client):  # noqa: F811
+def test_an_angle_in_the_folder_of_recordings_is_fitted_with_its_quality_factor(client):
     path = pendulum(client.folder.recordings, *swing(), name="pendulum.h5")
     try:
         answer = client.post("/fits", json={"recording": "pendulum", "window": 10.0})
@@ -52,7 +52,7 @@ def test_an_angle_in_the_folder_of_recordings_is_fitted_with_its_quality_factor(
         path.unlink()
 
 
-def test_harmonics_of_a_frame_and_of_the_last_shot_agree_with_the_fit(client, recording, fit):  # noqa: F811
+def test_harmonics_of_a_frame_and_of_the_last_shot_agree_with_the_fit(client, recording, fit):
     found = client.get(f"/recordings/{recording}/frames/1/harmonics").json()
     assert found["f_nat_hz"] == pytest.approx(value(fit, "f_nat_hz", 1), abs=0.02)
     assert found["m_r_am2"] == pytest.approx(value(fit, "m_r_am2", 1), rel=2e-3)
@@ -61,7 +61,7 @@ def test_harmonics_of_a_frame_and_of_the_last_shot_agree_with_the_fit(client, re
     assert live["f_nat_hz"] == pytest.approx(found["f_nat_hz"], abs=1e-3)
 
 
-def test_sliding_windows_come_with_their_flatness(client, recording):  # noqa: F811
+def test_sliding_windows_come_with_their_flatness(client, recording):
     query = {"window_s": 0.12, "lambda": "fixed"}
     found = client.get(f"/recordings/{recording}/frames/0/sliding", params=query).json()
     assert [w["verdict"] for w in found["windows"]] == ["good"] * len(found["windows"])
@@ -69,7 +69,7 @@ def test_sliding_windows_come_with_their_flatness(client, recording):  # noqa: F
     assert found["flatness"]["m_r_am2"]["windows"] == len(found["windows"]) == 5
 
 
-def test_the_precision_of_a_plan_is_predicted(client):  # noqa: F811
+def test_the_precision_of_a_plan_is_predicted(client):
     body = {"resonator": "thread", "windows": ["n50", 4.9]}
     short, long = client.post("/predict", json=body).json()["windows"]
     assert short["std"]["f_nat_hz"] == pytest.approx(0.0008, rel=0.15)
@@ -88,7 +88,7 @@ def test_the_precision_of_a_plan_is_predicted(client):  # noqa: F811
         {"resonator": "thread", "fixed": ["psi_start_rad"]},
     ],
 )
-def test_a_plan_that_makes_no_sense_is_a_problem(client, body):  # noqa: F811
+def test_a_plan_that_makes_no_sense_is_a_problem(client, body):
     problem(client.post("/predict", json=body), 422)
 
 
@@ -105,18 +105,18 @@ def test_a_plan_that_makes_no_sense_is_a_problem(client, body):  # noqa: F811
         ("/recordings/{recording}/frames/9/harmonics", 422),
     ],
 )
-def test_what_is_not_there_is_a_problem(client, recording, fit, path, status):  # noqa: F811
+def test_what_is_not_there_is_a_problem(client, recording, fit, path, status):
     problem(client.get(path.format(fit=fit["id"], recording=recording)), status)
 
 
-def test_a_plan_that_a_fit_would_refuse_is_a_problem_with_the_fits_name(client):  # noqa: F811
+def test_a_plan_that_a_fit_would_refuse_is_a_problem_with_the_fits_name(client):
     found = problem(client.post("/predict", json={"resonator": "thread", "windows": [0.009]}), 422)
     assert "too_short: 1.9 periods" in found["detail"]
     slow = {"resonator": "thread", "windows": ["n50"], "sampling_rate_hz": 500.0}
     assert "sampling_too_slow" in problem(client.post("/predict", json=slow), 422)["detail"]
 
 
-def test_a_fit_of_some_frames_leaves_the_others_alone(client, recording):  # noqa: F811
+def test_a_fit_of_some_frames_leaves_the_others_alone(client, recording):
     asked = {"recording": recording, "window": 0.1, "frames": [1]}
     job = finished(client, client.post("/fits", json=asked).headers["location"])
     assert [f["frame"] for f in job["result"]["frames"]] == [1]
@@ -125,7 +125,7 @@ def test_a_fit_of_some_frames_leaves_the_others_alone(client, recording):  # noq
     problem(client.post("/fits", json={**asked, "frames": []}), 422)
 
 
-def test_a_frame_that_is_not_finite_is_called_so_with_its_place(client, recording):  # noqa: F811
+def test_a_frame_that_is_not_finite_is_called_so_with_its_place(client, recording):
     source = client.folder.recordings / f"{recording}.h5"
     (path := source.with_name("with-nan.h5")).write_bytes(source.read_bytes())
     with h5py.File(path, "r+") as file:
@@ -141,7 +141,7 @@ def test_a_frame_that_is_not_finite_is_called_so_with_its_place(client, recordin
     path.unlink()
 
 
-def test_a_refused_fit_says_so_and_why_wherever_it_is_asked(client, recording):  # noqa: F811
+def test_a_refused_fit_says_so_and_why_wherever_it_is_asked(client, recording):
     asked = {"recording": recording, "window": 0.5, "variant": "undamped"}
     job = finished(client, client.post("/fits", json=asked).headers["location"])
     assert any("model_does_not_explain" in warning for warning in job["warnings"])
@@ -152,7 +152,7 @@ def test_a_refused_fit_says_so_and_why_wherever_it_is_asked(client, recording): 
         assert "wait" not in found["detail"]
 
 
-def test_models_and_terms_of_the_catalogue_can_be_asked_for(client, recording):  # noqa: F811
+def test_models_and_terms_of_the_catalogue_can_be_asked_for(client, recording):
     asked = {"recording": recording, "window": 0.5, "terms": ["quadratic_drag"]}
     job = finished(client, client.post("/fits", json=asked).headers["location"])
     assert "quadratic_drag_per_rad" in job["result"]["frames"][0]["parameters"]

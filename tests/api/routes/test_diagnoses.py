@@ -11,7 +11,7 @@ from platform_daemon.app import create_context, start_engine
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
-from tests.api.test_server import finished
+from tests.kit.rest import finished
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
 FRICTION = 60.0

@@ -18,7 +18,7 @@ from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
 from platform_daemon.engine.work.series import SeriesWork
 from platform_daemon.store.reader import open_recording
-from tests.system.emulated.conftest import Lab
+from tests.kit.emulated_lab import Lab
 
 RX_S = 0.6
 HALF_A_CODE_V = 0.5 / 32768
@@ -106,7 +106,7 @@ class Bench:
         self.made += 1
         target = self.folder / f"{self.made}.h5"
 
-        engine._chain.self_test.enabled = self_test
+        engine._calibration_in_use.self_test.enabled = self_test
         work = WatchedAcquisition(
             before_shot,
             engine.platform,
@@ -117,7 +117,7 @@ class Bench:
             engine.live,
             overwrite=True,
             in_shot=partial(engine._refresh, busy=True),
-            self_test=engine._chain.self_test,
+            self_test=engine._calibration_in_use.self_test,
         )
 
         def behind_interlock(job: Job) -> None:

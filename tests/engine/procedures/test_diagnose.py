@@ -9,7 +9,7 @@ import pytest
 from drivers.errors import InputError
 from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.engine.procedures.diagnose import Budget, Callbacks, LiveDiagnosis, variations
-from tests.cli.test_main import COMMAND, assert_one_line_error, here, wait_for
+from tests.kit.command_line import COMMAND, assert_one_line_error, here, wait_for
 
 
 def loop(engine, folder, budget=6, seconds=600.0, callbacks=None, **keys):

@@ -20,7 +20,7 @@ from platform_daemon.store.calibrations import read_transmit_calibration
 from platform_daemon.store.reader import open_recording, read_calibration
 from sim_backend.receive.chain import frequency_response
 from sim_backend.transmit.coils import sensitivity_t_per_a
-from tests.conftest import acquire
+from tests.kit.acquisitions import acquire
 
 MADE_OTHERWISE = (
     "backends.simulated.coils.x.axis_error_rad=[0.0, 0.03, -0.02]",

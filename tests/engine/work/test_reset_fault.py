@@ -13,7 +13,7 @@ from drivers.errors import DeviceFault, DeviceStateError
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.engine.work.calibration_bench import CalibrationRequest
-from tests.conftest import SHORT_JEWEL, acquire
+from tests.kit.acquisitions import SHORT_JEWEL, acquire
 
 TRANSMIT = CalibrationRequest(kind="transmit", frequencies_hz=(212.0, 424.0), repetitions=1)
 

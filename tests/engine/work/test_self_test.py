@@ -13,7 +13,7 @@ from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
 from platform_daemon.schemas.requests import SelfTestOptions
-from tests.conftest import acquire
+from tests.kit.acquisitions import acquire
 
 ON = "self_test.enabled=true"
 WIRING = "backends.simulated.wiring"

@@ -13,7 +13,7 @@ from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.truth import read_truth
-from tests.conftest import SHORT_JEWEL, acquire
+from tests.kit.acquisitions import SHORT_JEWEL, acquire
 
 
 def assert_everything_off(engine):

@@ -9,15 +9,7 @@ from scipy.signal import lfilter
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.goodness_of_fit.noise_floor import noise_floor_of
 from platform_daemon.estimation.record import RingDownRecord
-from tests.kit.pendulum import half_swings
-
-RATE, NATURAL_HZ = 400.0, 2.0
-
-
-def swing(amplitude, periods, viscous=0.004, dry=0.0):
-    """Angle of a pendulum of 2 Hz at 400 Hz, without noise."""
-    s = 2 * math.pi * NATURAL_HZ * np.arange(int(periods * RATE / NATURAL_HZ)) / RATE
-    return half_swings(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]
+from tests.kit.pendulum import NATURAL_HZ, RATE, swing
 
 
 def fitted(angle, variant="thread", noise=1e-3, seed=0):

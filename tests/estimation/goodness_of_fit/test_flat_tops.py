@@ -10,9 +10,8 @@ from platform_daemon.estimation.physics.models import JEWEL, THREAD
 from platform_daemon.estimation.physics.torques.quadratic_drag import QUADRATIC_DRAG
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.clipping import peaks_at
+from tests.kit.pendulum import RATE, swing
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt
-
-from .test_angle_lack_of_fit import RATE, swing
 
 TRUTHS = {"thread": Truth(phi_max_rad=0.5), "jewel": Truth(phi_max_rad=0.9, tf_over_i_rad_per_s2=1100.0)}
 

@@ -6,7 +6,7 @@ import pytest
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.record import RingDownRecord
-from tests.campaigns.estimator_statistics import DATASETS
+from tests.kit.paper_datasets import DATASETS
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, dmdt, with_noise
 
 CASES = [

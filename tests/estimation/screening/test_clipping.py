@@ -1,9 +1,13 @@
+"""Flat tops and extremes of a record."""
+
+import math
+
 import numpy as np
 import pytest
 
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.record import RingDownRecord
-from platform_daemon.estimation.screening.clipping import find_clipping, saturation
+from platform_daemon.estimation.screening.clipping import extremes, find_clipping, flat_runs, saturation
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt
 
 T = np.arange(60_000) / 61_035.0
@@ -58,3 +62,31 @@ def test_a_small_pile_is_clipping_but_not_severe():
     found = find_clipping(np.minimum(y, limit))
     assert (found.samples, found.side, found.severe) == (10, "top", False)
     assert saturation(np.minimum(y, limit)) is None
+
+
+@pytest.mark.parametrize("n", [64, 511, 512, 513, 5000])
+def test_extremes_are_those_of_numpy(n):
+    y = np.random.default_rng(n).standard_normal(n)
+    assert extremes(y)[:2] == (y.min(), y.max())
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("place", [0, 700, 999])
+def test_a_sample_that_is_not_finite_makes_the_lowest_one_nan(bad, place):
+    y = np.zeros(1000)
+    y[place] = bad
+    assert math.isnan(extremes(y)[0])
+
+
+def test_flat_tops_are_reached_by_at_least_as_many_fourth_samples_as_there_are_runs():
+    y = np.clip(np.sin(0.05 * np.arange(4000)), -2.0, 0.99)
+    low, high, reached = extremes(y)
+    tops, bottoms = flat_runs(y, low, high)
+    assert (tops, bottoms) == (32, 0)
+    assert reached >= tops
+
+
+def test_extremes_do_not_depend_on_how_the_record_lies_in_memory():
+    whole = np.random.default_rng(0).standard_normal((3, 2000))
+    for row in whole[:, 100:1500]:
+        assert extremes(row) == extremes(row.copy())

@@ -1,12 +1,11 @@
-"""The frequency of a short stretch, and its medians."""
+"""The frequency of a short stretch, and its means block by block."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.numerics.arrays import medians
-from platform_daemon.estimation.screening.frequency_search import best_frequency
+from platform_daemon.estimation.screening.frequency_search import best_frequency, block_means
 
 STEP_S = 2e-4
 
@@ -22,7 +21,8 @@ def test_the_search_finds_the_fundamental_though_its_second_harmonic_be_stronger
     assert found == pytest.approx(frequency_hz, abs=0.1 * resolved_hz)
 
 
-@pytest.mark.parametrize("n", [1, 2, 7, 10])
-def test_medians_are_those_of_numpy(n):
-    values = np.random.default_rng(n).standard_normal((3, n))
-    assert np.array_equal(medians(values), np.median(values, axis=1))
+@pytest.mark.parametrize(("first", "block", "blocks"), [(0, 1, 50), (7, 8, 100), (3, 23, 40)])
+def test_block_means_are_those_of_numpy(first, block, blocks):
+    y = np.random.default_rng(1).standard_normal((2, 1000))
+    expected = y[:, first : first + block * blocks].reshape(2, blocks, block).mean(axis=2)
+    assert np.allclose(block_means(y, first, block, blocks), expected, rtol=1e-13, atol=1e-15)

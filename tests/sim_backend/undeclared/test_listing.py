@@ -11,7 +11,8 @@ from drivers.errors import ConfigError
 from drivers.validation import validated
 from sim_backend.options import SimulatedOptions
 from sim_backend.undeclared.listing import AnyEffect
-from tests.kit.simulated_bench import QUIET, ROOT, Bench, options
+from tests.kit.data import ROOT
+from tests.kit.simulated_bench import QUIET, Bench, options
 
 ALL = tomllib.loads("""
 [[undeclared]]

@@ -9,7 +9,7 @@ import numpy as np
 from platform_daemon.app import start_engine
 from platform_daemon.engine.work.calibration_bench import CalibrationRequest
 from platform_daemon.store.reader import read_calibration
-from tests.system.emulated.conftest import Lab
+from tests.kit.emulated_lab import Lab
 
 DIPOLE = "output=3, turns_area_m2=0.05, resistance_ohm=100.0, inductance_h=2e-3, relative_std=1e-3"
 BOARDS = """io_cards.boards=[{inputs=["x", "y"], outputs=["x", "y"]}, {inputs=["z", ""], outputs=["z", "dipole"]}]"""

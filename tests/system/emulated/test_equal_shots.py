@@ -17,7 +17,7 @@ from platform_daemon.cli.parsing import parse_window
 from platform_daemon.engine.work.series import store_calibration
 from platform_daemon.settings import load_platform, load_sequence, load_specimen
 from sequences.compiler import TransmitSide, compile_shot
-from tests.system.emulated.conftest import watched_shot
+from tests.kit.emulated_lab import watched_shot
 
 STEADY = ("effects.temperature.enabled=false", "effects.friction_scatter.enabled=false", "effects.wear.enabled=false")
 RX_S = 0.6

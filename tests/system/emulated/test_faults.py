@@ -13,12 +13,11 @@ from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceDenied, DeviceError, DeviceFault, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.inventory import find_devices
 from drivers.io_card import CardState
-from drivers.red_pitaya.connection import Connection
 from drivers.registry import build_platform
 from platform_daemon.engine.shot import run_shot
 from platform_daemon.settings import load_sequence
 from sequences.compiler import TransmitSide, compile_shot
-from tests.system.emulated.conftest import watched_shot
+from tests.kit.emulated_lab import intruder, watched_shot
 
 
 @pytest.fixture
@@ -39,12 +38,6 @@ def whole_shot(card):
 def rest_of_shot(card):
     while card.state() is CardState.RUNNING:
         card.read(1000)
-
-
-def intruder(lab, board=0):
-    """Another client of the card, as a daemon on another computer would be."""
-    at = lab.emulator.endpoints()["io_cards"][board]
-    return Connection.take_over(at["host"], at["command_port"], at["data_port"], 2.0)
 
 
 @pytest.mark.parametrize("board", [0, 1])

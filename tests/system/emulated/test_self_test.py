@@ -9,7 +9,7 @@ import pytest
 from platform_daemon.app import start_engine
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
 from platform_daemon.schemas.requests import SelfTestOptions
-from tests.system.emulated.conftest import Lab
+from tests.kit.emulated_lab import Lab
 
 OPTIONS = SelfTestOptions(isolation_db=80.0)
 

@@ -1,0 +1,56 @@
+"""Does the resonator come to rest before the next shot?  A bound from the expected damping, before hardware moves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from drivers.specimen import Specimen
+from platform_daemon.design import expected_inertia, expected_moment, expected_omega
+from sequences.compiler import ShotPlan
+
+
+@dataclass(frozen=True)
+class Settling:
+    """Deflection right after TX (upper bound) and right before the next TX, rad; `share` of the one in the other."""
+
+    start_rad: float
+    remaining_rad: float
+    share: float
+    warning: str | None
+
+
+def deflection_bound(plan: ShotPlan, specimen: Specimen) -> float:
+    """Deflection after TX if every period pushed in phase (linear, lossless), at most 90 deg; rad."""
+    drive = expected_moment(specimen) / expected_inertia(specimen) * (0.0 if plan.blank else plan.request.field_t)
+    tx_s = plan.timeline.tx_samples / plan.timeline.clock.rate_hz
+    return min(drive * tx_s / (2 * expected_omega(specimen)), math.pi / 2)
+
+
+def remaining_amplitude(start_rad: float, lambda_per_s: float, tf_over_i: float, omega: float, time_s: float) -> float:
+    """Amplitude after `time_s` under viscous and dry friction, rad.
+
+    Averaged over a period, dA/dt = -lambda A - (2/pi) (T_f/I)/omega (small angles); zero once friction has won.
+    """
+    friction = 2 * tf_over_i / (math.pi * omega)
+    if lambda_per_s == 0:
+        return max(0.0, start_rad - friction * time_s)
+    decay = math.exp(-lambda_per_s * time_s)
+    return max(0.0, start_rad * decay - friction / lambda_per_s * (1 - decay))
+
+
+def settling(plan: ShotPlan, specimen: Specimen, threshold: float) -> Settling:
+    """The settle check of a series with this plan; `warning` is set if more than `threshold` remains."""
+    rest_s = plan.timeline.duration_s - plan.timeline.tx_samples / plan.timeline.clock.rate_hz + plan.request.pause_s
+    start = deflection_bound(plan, specimen)
+    m = specimen.measured
+    args = (m.lambda_per_s, m.tf_over_i_rad_per_s2 or 0.0, expected_omega(specimen), rest_s)
+    remaining = remaining_amplitude(start, *args)
+    share = remaining / start if start > 0 else 0.0
+    warning = None
+    if share > threshold:
+        warning = (
+            f"not_settled: about {share:.1%} of the deflection ({math.degrees(remaining):.2f} deg) remains at the next "
+            f"shot, more than {threshold:.0%}; lengthen rx_s or pause_s"
+        )
+    return Settling(start, remaining, share, warning)

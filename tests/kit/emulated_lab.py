@@ -1,0 +1,66 @@
+"""An emulated lab in this process, and platforms that are joined to it by the real wires."""
+
+from __future__ import annotations
+
+import json
+import socket
+from pathlib import Path
+from typing import Any
+
+from drivers.platform import Platform
+from drivers.red_pitaya.connection import Connection
+from drivers.registry import build_platform
+from platform_daemon.engine.shot import RawShot, run_shot
+from platform_daemon.settings import PlatformFile, apply_override, load_platform, locate, read_toml
+from sequences.compiler import ShotPlan
+from sim_backend.emulators.emulator import LabEmulator
+
+
+class Lab:
+    """An emulator and the file of its endpoints."""
+
+    def __init__(self, folder: Path, *overrides: str) -> None:
+        path = locate("emulators", "lab")
+        tables, _ = read_toml(path)
+        for override in overrides:
+            apply_override(tables, override)
+        self.emulator = LabEmulator(tables, path.parent)
+        self.endpoints = folder / "endpoints.json"
+        self.endpoints.write_text(json.dumps(self.emulator.endpoints()))
+
+    def file(self, *overrides: str) -> PlatformFile:
+        """The shipped platform file of the emulated lab."""
+        return load_platform("emulated", overrides, self.endpoints)
+
+    def platform(self, *overrides: str) -> Platform:
+        """A platform on the emulated wires."""
+        return build_platform(self.file(*overrides).section)
+
+    def control(self, do: str, **arguments: Any) -> Any:
+        """Ask the emulator's door into the world."""
+        at = self.emulator.endpoints()["control"]
+        with socket.create_connection((at["host"], at["port"]), 5) as link, link.makefile("rwb") as stream:
+            stream.write(json.dumps({"do": do, **arguments}).encode() + b"\n")
+            stream.flush()
+            answer = json.loads(stream.readline())
+        assert answer["ok"], answer
+        return answer["result"]
+
+    def violations(self) -> tuple[Any, ...]:
+        """Every time power met a connected receiver."""
+        return self.emulator.world.violations()
+
+
+def watched_shot(platform: Platform, shot: ShotPlan) -> RawShot:
+    """A shot whose switch this machine could watch: a busy one is sometimes too late for that, and says so."""
+    for _ in range(10):
+        raw = run_shot(platform, shot)
+        if "the host was too late" not in (raw.reason or ""):
+            break
+    return raw
+
+
+def intruder(lab: Lab, board: int = 0) -> Connection:
+    """Another client of the card, as a daemon on another computer would be."""
+    at = lab.emulator.endpoints()["io_cards"][board]
+    return Connection.take_over(at["host"], at["command_port"], at["data_port"], 2.0)

@@ -1,0 +1,139 @@
+"""What the daemon wrote before its results had types: real output, with the schema that it must still be."""
+
+from __future__ import annotations
+
+from platform_daemon.schemas.acquisitions import AcquisitionSummary, SeriesReport
+from platform_daemon.schemas.base import Root, Schema
+from platform_daemon.schemas.calibrations import CalibrationReport, CalibrationsInUse
+from platform_daemon.schemas.derived import DerivedReport, EnvelopesReport
+from platform_daemon.schemas.diagnosis import DiagnosisReport
+from platform_daemon.schemas.fits import FitBatch, FitReport
+from platform_daemon.schemas.harmonics import HarmonicsBatch, HarmonicsReport, ShotHarmonics
+from platform_daemon.schemas.job_records import StoredJob
+from platform_daemon.schemas.jobs import (
+    AcquisitionJob,
+    AcquisitionJobs,
+    CalibrationJob,
+    CalibrationJobs,
+    DiagnosisJob,
+    FitJob,
+    FitJobs,
+)
+from platform_daemon.schemas.live_diagnosis import LiveDiagnosisLog
+from platform_daemon.schemas.models import (
+    AdoptedModelListing,
+    AdoptedModelRecord,
+    AdoptedModelReport,
+    AdoptedModelSummary,
+    ModelListing,
+)
+from platform_daemon.schemas.platform import (
+    DeviceListing,
+    DeviceSurvey,
+    EntryPoints,
+    FaultReset,
+    Health,
+    PlatformStatus,
+    Readiness,
+    ResonatorListing,
+    StopReport,
+)
+from platform_daemon.schemas.predictions import PredictionReport
+from platform_daemon.schemas.problems import Problem, ProblemKind
+from platform_daemon.schemas.recordings import DmdtSeries, RecordingInfo, RecordingListing
+from platform_daemon.schemas.sliding import SlidingReport
+from tests.kit.data import DATA
+
+FOLDER = DATA / "schemas"
+
+# On the command line: indented by one, floats as Python prints them.
+CLI: dict[str, type[Schema | Root]] = {
+    "fit_thread_derived": FitReport,
+    "fit_jewel_n50": FitReport,
+    "fit_example_jewel": FitReport,
+    "fit_angle": FitReport,
+    "fit_batch": FitBatch,
+    "sliding": SlidingReport,
+    "harmonics": HarmonicsReport,
+    "harmonics_batch": HarmonicsBatch,
+    "prediction": PredictionReport,
+    "prediction_term": PredictionReport,
+    "devices": DeviceSurvey,
+    "devices_missing": DeviceSurvey,
+    "measure": SeriesReport,
+    "info": RecordingInfo,
+    "diagnosis": DiagnosisReport,
+    "live_diagnosis": LiveDiagnosisLog,
+    "models": AdoptedModelListing,
+    "model_show_retired": AdoptedModelReport,
+    "calibration_receive": CalibrationReport,
+    "calibration_transmit": CalibrationReport,
+}
+# Records of jobs in the data folder: the same form.
+STORED: dict[str, type[Schema | Root]] = dict.fromkeys(
+    (
+        *("acquisition_done", "acquisition_cancelled", "calibration_done", "calibration_done_transmit"),
+        *("diagnosis_failed", "fit_done"),
+    ),
+    StoredJob,
+)
+# By REST: as FastAPI writes a response model, which is pydantic's own JSON.
+REST: dict[str, type[Schema | Root]] = {
+    "root": EntryPoints,
+    "health": Health,
+    "ready": Readiness,
+    "ready_503": Readiness,
+    "platform": PlatformStatus,
+    "platform_after": PlatformStatus,
+    "devices": DeviceListing,
+    "resonators": ResonatorListing,
+    "reset": FaultReset,
+    "stop": StopReport,
+    "problem_kind": ProblemKind,
+    "dry_run": AcquisitionSummary,
+    "acquisition_queued": AcquisitionJob,
+    "acquisition_done": AcquisitionJob,
+    "acquisition_cancelled": AcquisitionJob,
+    "acquisitions": AcquisitionJobs,
+    "live": ShotHarmonics,
+    "harmonics": ShotHarmonics,
+    "harmonics_blank": ShotHarmonics,
+    "recordings": RecordingListing,
+    "recording": RecordingInfo,
+    "dmdt": DmdtSeries,
+    "sliding": SlidingReport,
+    "fit_queued": FitJob,
+    "fit_done": FitJob,
+    "fit_blank": FitJob,
+    "fit_angle": FitJob,
+    "fits": FitJobs,
+    "derived": DerivedReport,
+    "envelopes": EnvelopesReport,
+    "predict": PredictionReport,
+    "diagnosis_queued": DiagnosisJob,
+    "diagnosis_done": DiagnosisJob,
+    "diagnosis_failed": DiagnosisJob,
+    "adopt": AdoptedModelRecord,
+    "models": ModelListing,
+    "models_retired": ModelListing,
+    "retire": AdoptedModelSummary,
+    "calibration_queued": CalibrationJob,
+    "calibration_receive": CalibrationJob,
+    "calibration_transmit": CalibrationJob,
+    "calibrations": CalibrationJobs,
+    "activate": CalibrationsInUse,
+    **dict.fromkeys(
+        (
+            *("live_none", "dry_run_error", "dry_run_invalid", "recording_404", "activate_422", "continue_409"),
+            *("not_found", "not_allowed"),
+        ),
+        Problem,
+    ),
+}
+# A frame that was never offered to the fit had its `samples` before `r2`; now every frame has the same order.
+REORDERED = {"cli/measure", "rest/fit_blank"}
+
+
+def text_of(folder: str, name: str) -> str:
+    """The file as it was written."""
+    return (FOLDER / folder / f"{name}.json").read_text(encoding="utf-8")
