@@ -35,7 +35,6 @@ from .numerics.arrays import Array as Array
 from .numerics.finite_differences import REACH as REACH
 from .numerics.finite_differences import derivative as derivative
 from .numerics.jit import kernel as kernel
-from .parameters import PARAMETER_NAMES as PARAMETER_NAMES
 from .parameters import RODRIGUES as RODRIGUES
 from .parameters import Estimate as Estimate
 from .physics.mirror import mean_over_mirror_images as mean_over_mirror_images
@@ -45,7 +44,6 @@ from .physics.mirror import rotations as rotations
 from .physics.models import MODELS as MODELS
 from .physics.models import RingDownModel as RingDownModel
 from .physics.models import model_named as model_named
-from .physics.quality import Envelopes as Envelopes
 from .physics.quality import envelopes as envelopes
 from .physics.quality import equivalent_quality_factor as equivalent_quality_factor
 from .physics.quality import quality_factor as quality_factor
@@ -72,7 +70,6 @@ from .screening.spectral_lines import is_mains as is_mains
 from .screening.spectral_lines import median_level as median_level
 from .screening.spectral_lines import peak_shift as peak_shift
 from .screening.spectral_lines import periodogram as periodogram
-from .screening.windows import Window as Window
 from .sensitivity import CalibrationError as CalibrationError
 from .sliding_window import LambdaMode as LambdaMode
 from .sliding_window import ReferenceRefusedError as ReferenceRefusedError

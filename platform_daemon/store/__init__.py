@@ -25,6 +25,7 @@ resolve: The file of an id.
 open_recording: Open and check a recording of docs/file-format.md.
 read_calibration: The calibration in a recording or in a file that holds nothing but `/calibration`.
 Excitation: What one shot was excited with.
+RESONATOR: Between the configuration of the platform and the declaration of the resonator.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
 SeriesWriter: Writes one series.
@@ -45,10 +46,11 @@ from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import list_recordings, resolve
 from .reader import open_recording, read_calibration
-from .recording import Excitation, Recording, SequenceInfo
+from .recording import RESONATOR, Excitation, Recording, SequenceInfo
 from .series_writer import SeriesWriter
 
 __all__ = [
+    "RESONATOR",
     "AngleSeries",
     "DataFolder",
     "Excitation",

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from drivers.specimen import Specimen
-from platform_daemon.design import expected_inertia, expected_moment, expected_omega
+from platform_daemon.design.expected import expected_inertia, expected_moment, expected_omega
 from platform_daemon.settings import load_specimen
 from sim_backend.rotor.rotor import design
 

@@ -8,10 +8,9 @@ import pytest
 from drivers.errors import InputError, PlatformError
 from platform_daemon.analysis.batch import run
 from platform_daemon.analysis.batch.executors import WorkerPool, in_this_process, processes
-from platform_daemon.analysis.batch.part import FitSettings
 from platform_daemon.analysis.batch.run import Advanced, Failed, Finished, fit_files
 from platform_daemon.analysis.fit import fit_recording
-from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.analysis.fit_request import FitRequest, FitSettings
 from platform_daemon.store.reader import open_recording
 from tests.kit.example_copies import WINDOW_S, copies, same
 
