@@ -20,7 +20,6 @@ frame_quantities: Q of the viscous losses alone, and the equivalent Q over the w
 frame_times_s: When each frame was triggered, s from any zero.
 series_quantities: Orientation errors against mean and best, and the Allan deviation of f_nat, over the frames of a
     report.
-DiagnosisInput: What is to be diagnosed.
 NothingToDiagnoseError: The files can be read, but none of their shots can be diagnosed.
 OBSERVABLES: What a recording can hold: dm/dt or an angle.
 Observable: One of OBSERVABLES.

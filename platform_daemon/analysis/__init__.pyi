@@ -17,7 +17,6 @@ from .derived import frame_quantities as frame_quantities
 from .derived import frame_times_s as frame_times_s
 from .derived import series_quantities as series_quantities
 from .diagnose import OBSERVABLES as OBSERVABLES
-from .diagnose import DiagnosisInput as DiagnosisInput
 from .diagnose import NothingToDiagnoseError as NothingToDiagnoseError
 from .diagnose import Observable as Observable
 from .diagnose import check_diagnosis_input as check_diagnosis_input

@@ -147,67 +147,6 @@ class FitBody(BaseModel):
 Identifier = Annotated[str, Field(pattern=NAME, max_length=200)]
 
 
-class PartBody(BaseModel):
-    """Some frames of a recording, from 0; null: all."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    recording: Identifier
-    frames: FrameNumbers = None
-
-
-class DiagnosisBody(BaseModel):
-    """A diagnosis of one specimen.  recordings: ids, or objects with `frames`; several are diagnosed together.
-
-    variant: the declared model, default what the recordings say; base: a declared or adopted model to start from in its
-    place; observable: default what the recordings hold.
-    """
-
-    model_config = ConfigDict(
-        extra="forbid",
-        strict=True,
-        json_schema_extra={
-            "examples": [
-                {"recordings": ["acquisition-20261121T101500-1a2b3c"]},
-                {"recordings": ["a", "b"], "base": "quiet"},
-            ]
-        },
-    )
-
-    recordings: Annotated[list[Identifier | PartBody], Field(min_length=1, max_length=200)]
-    variant: Annotated[str, Field(max_length=100)] | None = None
-    base: Annotated[str, Field(max_length=100)] | None = None
-    observable: Literal["dmdt", "angle"] | None = None
-
-    def parts(self) -> list[PartBody]:
-        """Every recording with its frames."""
-        return [p if isinstance(p, PartBody) else PartBody(recording=p) for p in self.recordings]
-
-
-class AdoptBody(BaseModel):
-    """Adoption of what a diagnosis names.  effects: ids, empty: all; free: torque effects whose strength fits estimate
-    anew; force: why it is adopted although the data are not explained, is kept as evidence."""
-
-    model_config = ConfigDict(
-        extra="forbid", strict=True, json_schema_extra={"examples": [{"name": "quiet", "by": "DC"}]}
-    )
-
-    name: Annotated[str, Field(max_length=64)]
-    by: Annotated[str, Field(min_length=1, max_length=200)]
-    effects: Annotated[list[str], Field(max_length=20)] = []
-    free: Annotated[list[str], Field(max_length=20)] = []
-    force: Annotated[str, Field(max_length=2000)] = ""
-
-
-class RetireBody(BaseModel):
-    """Why a version of an adopted model is taken out of use, and by whom; both are kept."""
-
-    model_config = ConfigDict(extra="forbid", strict=True)
-
-    reason: Annotated[str, Field(min_length=1, max_length=2000)]
-    by: Annotated[str, Field(max_length=200)] = ""
-
-
 class PredictBody(BaseModel):
     """A planned measurement; phi_max_rad: default the paper's; noise of x, y, z per sample; fixed: names held.
 

@@ -26,7 +26,7 @@ from .options import (
 )
 from .output import must_not_exist, write_json
 from .parsing import parse_axis, parse_window
-from .progress import watch
+from .progress import progress
 
 
 def measure(
@@ -90,7 +90,8 @@ def measure(
         _prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
         try:
-            watch(job)
+            with progress() as display:
+                display.watch(job)
         except KeyboardInterrupt:
             interrupted = True
             engine.outputs_off()

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
+from platform_daemon.schemas import Root, Schema, to_json
+
+if TYPE_CHECKING:
+    from platform_daemon.diagnosis import Diagnosis
+    from platform_daemon.schemas import DiagnosisReport
 
 
 def must_not_exist(path: Path | None, force: bool) -> None:
@@ -27,18 +31,17 @@ def write_json(path: Path | None, content: Any) -> None:
     if path is not None:
         from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
 
-        write_file(path, json.dumps(content, indent=1, allow_nan=False).encode())
+        typed = isinstance(content, Schema | Root)
+        text = to_json(content, indent=1) if typed else json.dumps(content, indent=1, allow_nan=False)
+        write_file(path, text.encode())
 
 
-if TYPE_CHECKING:
-    from platform_daemon.diagnosis import Diagnosis
-
-
-def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -> None:
+def write_page(path: Path | None, found: Diagnosis, report: DiagnosisReport) -> None:
     """Write and print its name; without a path, nothing."""
     if path is not None:
+        from platform_daemon.diagnosis import compare_residuals
         from platform_daemon.reports import diagnosis_html
         from platform_daemon.store import write_file
 
-        write_file(path, diagnosis_html(found, report))
+        write_file(path, diagnosis_html(report, compare_residuals(found)))
         print(path)

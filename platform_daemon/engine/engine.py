@@ -299,7 +299,9 @@ class Engine:
     def _keep(self, job: Job) -> None:
         try:
             self._journal.save(job)
-        except StorageError as error:  # a full disk must not end the thread; the job still answers until the daemon stops
+        except (
+            StorageError
+        ) as error:  # a full disk must not end the thread; the job still answers until the daemon stops
             log.error("job_not_saved", job=job.identifier, error=str(error))
 
     def _warm_up(self) -> None:

@@ -2,7 +2,6 @@
 
 diagnosis_html: The page in UTF-8.
 summary_text: For the terminal.
-diagnosed: The report as JSON and as an HTML page.
 save_png: Write the picture as PNG.
 save_sliding_png: Write the picture as PNG.
 COLUMNS: The columns of the table of fits.

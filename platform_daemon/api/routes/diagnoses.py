@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -13,18 +12,21 @@ from drivers.errors import InputError
 from platform_daemon.analysis import (
     ModelChoice,
     check_diagnosis_input,
+    diagnose_input,
     file_digests,
     load_diagnosis_input,
     model_from_diagnosis,
     resolve,
 )
+from platform_daemon.diagnosis import compare_residuals, diagnosis_report
 from platform_daemon.engine import Cancelled, Job, UnknownId
-from platform_daemon.reports import diagnosed
+from platform_daemon.reports import diagnosis_html
+from platform_daemon.schemas import AdoptedModelRecord, AdoptionRequest, DiagnosisRequest, to_json
 from platform_daemon.store import resolve as path_of
 from platform_daemon.store import write_file
 
 from ..context import Context, Shared, job_body
-from ..models import AdoptBody, DiagnosisBody, JobModel, ProblemModel
+from ..models import JobModel, ProblemModel
 
 router = APIRouter(prefix="/diagnoses", tags=["diagnoses"])
 ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
@@ -36,7 +38,7 @@ def _body(job: Job) -> dict[str, Any]:
 
 
 @router.post("", summary="Diagnose recordings", status_code=202, response_model=JobModel, responses=ERRORS)
-def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) -> dict[str, Any]:
+def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> dict[str, Any]:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
@@ -49,11 +51,15 @@ def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) ->
                 raise Cancelled
 
         tell("reading", 0.0)
-        report, page = diagnosed(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
-        job.result = report | {"files": [f.name for f in files], "recordings": file_digests(files)}
+        found = diagnose_input(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
+        known = {"files": tuple(f.name for f in files), "recordings": file_digests(files)}
+        report = diagnosis_report(found).model_copy(update=known)
+        tell("page", 0.95)
+        page = diagnosis_html(report, compare_residuals(found))
         job.at(1.0, "write")
         write_file(_page(job.identifier, context), page)
-        write_file(context.diagnoses / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
+        write_file(context.diagnoses / f"{job.identifier}.json", to_json(report, indent=1).encode())
+        job.result = report.model_dump()
 
     job = context.engine.analyse(body.model_dump(mode="json"), 1.0, work, "diagnosis", "share")
     response.headers["Location"] = f"/diagnoses/{job.identifier}"
@@ -95,17 +101,16 @@ def get_report(identifier: str, context: Shared) -> FileResponse:
 
 
 @router.post("/{identifier}/adopt", summary="Adopt what it names", status_code=201, responses=ERRORS)
-def adopt(identifier: str, body: AdoptBody, response: Response, context: Shared) -> dict[str, Any]:
+def adopt(identifier: str, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
     result = _result(identifier, context)
     made = context.models.add(
         model_from_diagnosis(
-            result, body.name, body.by, context.models,
-            recordings=result["recordings"], effects=body.effects, free=body.free, force=body.force,
+            result, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
         )
     )  # fmt: skip
     response.headers["Location"] = f"/models/{made.label}"
-    return made.as_json()
+    return made.record()
 
 
 def _result(identifier: str, context: Context) -> dict[str, Any]:
