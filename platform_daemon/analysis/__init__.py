@@ -24,7 +24,7 @@ DiagnosisInput: What is to be diagnosed.
 NothingToDiagnoseError: The files can be read, but none of their shots can be diagnosed.
 OBSERVABLES: What a recording can hold: dm/dt or an angle.
 Observable: One of OBSERVABLES.
-check_diagnosis_input: What load_specimen raises before it has read any samples.
+check_diagnosis_input: What load_diagnosis_input raises before it has read any samples.
 diagnose_input: Diagnose, and add what was seen while reading.
 load_diagnosis_input: Read recordings or angle series of one specimen.
 file_report: The fixed JSON form for one file from its frames' reports.

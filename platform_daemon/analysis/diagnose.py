@@ -111,7 +111,7 @@ def check_diagnosis_input(
     calibration: tuple[ReceiveCalibration, str] | None = None,
     frames: FramesByFile | None = None,
 ) -> None:
-    """What load_specimen raises before it has read any samples."""
+    """What load_diagnosis_input raises before it has read any samples."""
     if _observed(files, observable) == "angle":
         _checked(variant or _PENDULUM)
         for path in files:

@@ -22,8 +22,8 @@ _LENGTHS = (1, 2, 4)
 _FIRST_FIT = f"""
 import json, time
 from {fit_ring_down.__module__} import fit_ring_down
-from {synthetic_record.__module__} import made_up
-record, noise = made_up()
+from {synthetic_record.__module__} import synthetic_record
+record, noise = synthetic_record()
 verdict = fit_ring_down(record, "thread", noise=noise).verdict
 print(json.dumps({{"verdict": verdict, "processor_s": time.process_time()}}))
 """

@@ -79,7 +79,7 @@ def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: in
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
     linear, chain = seen.linear(d.w), d.chain(model)
     gains = linear[0]
-    # Two functions, their derivatives, and the constant (sampling.py).
+    # Two functions, their derivatives, and the constant (basis_functions.py).
     functions = 2 + 2 * chain.shape[0] + 1
     jacobian = np.empty((gains.shape[0], functions, state.size))
     unused = np.empty(functions)
