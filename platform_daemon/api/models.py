@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from platform_daemon.analysis import PAPER_NOISE_AM2_PER_S
 from platform_daemon.engine import AcquisitionRequest, ActivationRequest, CalibrationRequest
+from platform_daemon.schemas import PAPER_NOISE_AM2_PER_S
 from platform_daemon.settings import shipped
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -12,6 +12,7 @@ from rich.console import Console
 from drivers.errors import ConfigError
 from drivers.validation import validated
 from platform_daemon.reports import fit_table_text
+from platform_daemon.schemas import FitReport
 
 from .interrupts import INTERRUPTED, heed_one_interrupt
 from .options import (
@@ -81,8 +82,8 @@ def measure(
         "comment": comment,
     }
     request = validated(AcquisitionRequest, asked, "measure")
-    must_not_exist(json_file, force)
-    must_not_exist(out, force)
+    must_not_exist(json_file, force, ".json")
+    must_not_exist(out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     interrupted = False
@@ -138,7 +139,7 @@ def _report_series(job: Any, out: Path, json_file: Path | None) -> None:
     for warning in job.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     if "fit" in job.result:
-        print(fit_table_text(job.result["fit"]))
+        print(fit_table_text(FitReport.model_validate(job.result["fit"])))
     print(f"{job.result.get('shots', 0)} of {int(job.total)} shots" + (f" in {out}" if job.result else ""))
     if job.result:
         write_json(json_file, {"file": str(out), **job.result})

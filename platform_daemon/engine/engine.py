@@ -15,6 +15,7 @@ import structlog
 from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
 from platform_daemon.schemas import SelfTestOptions
+from platform_daemon.store import StorageError
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
@@ -298,7 +299,8 @@ class Engine:
     def _keep(self, job: Job) -> None:
         try:
             self._journal.save(job)
-        except OSError as error:  # a full disk must not end the thread; the job still answers until the daemon stops
+        # A full disk must not end the thread; the job still answers until the daemon stops.
+        except StorageError as error:
             log.error("job_not_saved", job=job.identifier, error=str(error))
 
     def _warm_up(self) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import structlog
 
 from drivers import errors
-from platform_daemon.store import write_whole
+from platform_daemon.store import write_file
 
 from .jobs import Job, JobState
 
@@ -28,9 +28,9 @@ class JobRecords:
         self._folder = folder
 
     def save(self, job: Job) -> None:
-        """Write the job as it is now.  Raises OSError."""
+        """Write the job as it is now.  Raises StorageError."""
         if self._folder is not None:
-            write_whole(self._folder / f"{job.identifier}.json", json.dumps(_record(job), indent=1).encode())
+            write_file(self._folder / f"{job.identifier}.json", json.dumps(_record(job), indent=1).encode())
 
     def load(self) -> list[Job]:
         """All jobs of earlier runs, oldest first; those cut off are failed and saved so.  Bad files are logged."""

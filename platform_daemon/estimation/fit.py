@@ -17,10 +17,11 @@ from .goodness_of_fit.held_losses import held_loss_notes, holdable_losses, loss_
 from .goodness_of_fit.interference import without_interference
 from .goodness_of_fit.model_comparison import Comparison, ModelSummary, compare, refuse_decided
 from .goodness_of_fit.residual import Residual
+from .goodness_of_fit.thresholds import LIMITS
 from .goodness_of_fit.verdict import assess_fit, public_parameters, residual_left
 from .initial_guess.guess import observes_dipole
 from .least_squares.constraints import held
-from .least_squares.progressive import FitProblem, Minimum
+from .least_squares.problem import FitProblem, Minimum
 from .noise.model import OWN, OWN_FLOOR, OWN_RESIDUAL, NoiseModel
 from .numerics.blas_threads import one_thread_for_products
 from .physics.models import RingDownModel, alternatives_of, model_named
@@ -31,9 +32,6 @@ from .screening.screening import few_at_full_scale
 from .screening.windows import Window, check_window
 from .solve import FAILURES, find_minimum
 from .task import Task, task_of
-
-_HARDLY_ANY = 0.1  # of a misfit
-_SLOW_MISFIT = 2.5  # standard deviations, from which it is worth a second fit
 
 
 def fit_ring_down(
@@ -177,7 +175,7 @@ def _can_matter(task: Task, problem: FitProblem, best: Minimum, residual: Residu
     """A law with as many coefficients is always asked: what one leaves of another's record is little."""
     normal, dof = best.normal, task.degrees(problem)
     alike = len(other.coefficients) == len(problem.model.coefficients)
-    seen = residual.coloured or envelope_lack_of_fit_sigma(residual, best.left) > _SLOW_MISFIT
+    seen = residual.coloured or envelope_lack_of_fit_sigma(residual, best.left) > LIMITS.envelope_sigma
     return alike or seen or is_much_or_hidden(normal.chi2, normal.data_chi2, dof)
 
 
@@ -217,6 +215,6 @@ def _without_interference(
     chosen, after = replace(task.chosen, notes=(*task.chosen.notes, *beside.notes)), beside.problem
     freed = replace(task, record=after.record, noise=beside.noise, noise_sd=after.noise_sd, chosen=chosen)
     left = residual_left(freed, after, beside.fitted)
-    if task.record.quantity == "angle" and left.surplus > _HARDLY_ANY * residual.surplus:
+    if task.record.quantity == "angle" and left.surplus > LIMITS.drift_left_share * residual.surplus:
         return task, problem, best, residual
     return freed, after, beside.fitted, left

@@ -21,7 +21,7 @@ from platform_daemon.analysis import (
 from platform_daemon.engine import Cancelled, Job, UnknownId
 from platform_daemon.reports import diagnosed
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store import write_whole
+from platform_daemon.store import write_file
 
 from ..context import Context, Shared, job_body
 from ..models import AdoptBody, DiagnosisBody, JobModel, ProblemModel
@@ -52,8 +52,8 @@ def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) ->
         report, page = diagnosed(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
         job.result = report | {"files": [f.name for f in files], "recordings": file_digests(files)}
         job.at(1.0, "write")
-        write_whole(_page(job.identifier, context), page)
-        write_whole(context.diagnoses / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
+        write_file(_page(job.identifier, context), page)
+        write_file(context.diagnoses / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
 
     job = context.engine.analyse(body.model_dump(mode="json"), 1.0, work, "diagnosis", "share")
     response.headers["Location"] = f"/diagnoses/{job.identifier}"

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
-from platform_daemon.analysis import min_max_decimate, ring_down
+from platform_daemon.analysis import calibrated_signal, min_max_decimate
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.store import Recording, describe, dmdt_file, list_recordings, open_recording, resolve
 
@@ -81,7 +81,8 @@ def get_dmdt(
     """
     recording = opened(identifier, context)
     rate = recording.sequence.rate_hz
-    record, assumed = ring_down(recording.rx_volts(frame), rate, recording.calibration)
+    signal = calibrated_signal(recording.rx_volts(frame), rate, recording.calibration)
+    record, assumed = signal.record, signal.notes
     first, last = _span(record.samples.shape[1], rate, start_s, stop_s)
     cut = record.samples[:, first:last]
     if format == "json":

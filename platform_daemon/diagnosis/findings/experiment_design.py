@@ -19,7 +19,8 @@ from platform_daemon.estimation import Array, DipoleObservation, FitState, LostT
 
 from ..effects.effect import Candidate
 from ..regression.information import solved
-from ..regression.joint_fit import JointFit, linearise_shot
+from ..regression.joint_fit import JointFit
+from ..regression.linearised_shot import linearise_shot
 from ..regression.score_test import score_table
 from ..shots.shot import PreparedShot, grids_for, whitening_for
 

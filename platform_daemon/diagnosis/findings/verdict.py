@@ -9,10 +9,11 @@ from typing import Literal
 from scipy.optimize import brentq
 from scipy.stats import ncx2
 
+from platform_daemon.estimation import Zones
+
 from ..effects.additive import SIDE_MODE
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
-from ..selection.component_search import sweep_hz
 from ..selection.confounders import gain_of
 from ..selection.data_integrity import DataDefect
 from ..selection.omnibus_test import OmnibusScore
@@ -113,13 +114,10 @@ def _kind(candidate: Candidate) -> str:
 
 def _on_harmonic(mode: Candidate, final: JointFit) -> bool:
     """Within its line width of what a harmonic of the motion sweeps through, in any shot."""
-    f_hz, tau_s = mode.detail.frequency_hz or 0.0, mode.detail.tau_s or math.inf
-    for state in final.states:
-        slowest, natural = sweep_hz(state)
-        n, width = max(round(f_hz / natural), 1), 1.0 / (math.pi * tau_s)
-        if n * slowest - width < f_hz < n * natural + width:
-            return True
-    return False
+    f_hz, width_hz = mode.detail.frequency_hz or 0.0, 1.0 / (math.pi * (mode.detail.tau_s or math.inf))
+    motions = [state.dynamics for state in final.states]
+    zones = [Zones.of_sweep(d.w, d.amplitude, relative=0.0, margin_hz=width_hz) for d in motions]
+    return any(bool(z.holds(f_hz)) for z in zones)
 
 
 def _sure_share(found: Selection, final: JointFit) -> float:

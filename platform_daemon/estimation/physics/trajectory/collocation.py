@@ -30,6 +30,25 @@ def _integrate(once, twice, a, single, double):  # type: ignore[no-untyped-def]
 
 
 @fast_part
+def _linearise(  # type: ignore[no-untyped-def]
+    size, side, duration, codes, widths, c, once, twice, a, single, double, grad, phi, v, matrix, residual, by_duration
+):
+    """What Newton's method solves for the acceleration a (m,): residual (m,) = tau - a, minus its
+    derivatives by a, matrix (m, m), and those by the duration, by_duration (m,); phi, v (m,) are those of a.
+    """
+    square = duration * duration
+    for i in range(a.size):
+        phi[i] = square * double[i] - size
+        v[i] = duration * single[i]
+        tau, tau_phi, tau_v = acceleration(side * phi[i], side * v[i], side, codes, widths, c, grad)
+        residual[i] = side * tau - a[i]
+        by_duration[i] = tau_phi * 2.0 * duration * double[i] + tau_v * single[i]
+        for j in range(a.size):
+            matrix[i, j] = -square * tau_phi * twice[i, j] - duration * tau_v * once[i, j]
+        matrix[i, i] += 1.0
+
+
+@fast_part
 def solve_half_cycle(  # type: ignore[no-untyped-def]
     size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, end
 ):
@@ -50,17 +69,11 @@ def solve_half_cycle(  # type: ignore[no-untyped-def]
     double = np.empty(m + 1)
     done = False
     for _ in range(_MOST_STEPS):
-        square = duration * duration
         _integrate(once, twice, a, single, double)
-        for i in range(m):
-            phi[i] = square * double[i] - size
-            v[i] = duration * single[i]
-            tau, tau_phi, tau_v = acceleration(side * phi[i], side * v[i], side, codes, widths, c, grad)
-            residual[i] = side * tau - a[i]
-            by_duration[i] = tau_phi * 2.0 * duration * double[i] + tau_v * single[i]
-            for j in range(m):
-                matrix[i, j] = -square * tau_phi * twice[i, j] - duration * tau_v * once[i, j]
-            matrix[i, i] += 1.0
+        _linearise(
+            size, side, duration, codes, widths, c, once, twice, a, single, double, grad, phi, v, matrix, residual,
+            by_duration,
+        )  # fmt: skip
         if not factorise(matrix, order):
             return False
         substitute(matrix, order, residual)

@@ -92,6 +92,22 @@ def _continued(size, k, sizes, ends, accelerations, a):  # type: ignore[no-untyp
     return duration
 
 
+@fast_part
+def _first_guess(size, k, alike, sizes, ends, accelerations, nodes, a):  # type: ignore[no-untyped-def]
+    """First guess of the k-th half cycle: from an earlier table that is alike, from its neighbours, or undamped.
+
+    a (m,): its acceleration in that table, if there was one; returns the duration.
+    """
+    duration = ends[k, 0]
+    if alike and duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
+        for i in range(a.size):
+            a[i] *= size / sizes[k]
+        return duration
+    if k > 0 and size > 0.8 * sizes[k - 1]:
+        return _continued(size, k, sizes, ends, accelerations, a)
+    return undamped(size, nodes, a)
+
+
 @fast_kernel
 def build_table(  # type: ignore[no-untyped-def]
     walk, s_end, columns, codes, widths, c, mirrored, observable, digits, nodes, once, twice, bands, all_sizes,
@@ -130,14 +146,7 @@ def build_table(  # type: ignore[no-untyped-def]
     for k in range(count):
         size = 0.5 * (low + high) + 0.5 * (high - low) * math.cos(math.pi * (2 * k + 1) / (2 * count))
         a = accelerations[k]
-        duration = ends[k, 0]
-        if alike and duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
-            for i in range(m):
-                a[i] *= size / sizes[k]
-        elif k > 0 and size > 0.8 * sizes[k - 1]:
-            duration = _continued(size, k, sizes, ends, accelerations, a)
-        else:
-            duration = undamped(size, nodes, a)
+        duration = _first_guess(size, k, alike, sizes, ends, accelerations, nodes, a)
         sizes[k] = size
         if not solve_half_cycle(
             size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]

@@ -276,8 +276,8 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
     """The same motion from the turning point before t = 0 and from the one after it."""
     before = MotionParameters(W, THETA, 0.9, (0.3, 1190.0))
     trajectory = Trajectory(JEWEL, before, 0.01)
-    start = trajectory._heads[1, 0]
-    after = MotionParameters(W, THETA - start, float(trajectory._nodes[1, 0, 0]), (0.3, 1190.0))
+    start, amplitude = trajectory._heads[1, 0], trajectory._nodes[1, 0, 0]  # noqa: SLF001 its second turning point
+    after = MotionParameters(W, THETA - start, float(amplitude), (0.3, 1190.0))
     assert after.theta < 0.0
     samples = np.arange(200)
     late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))
