@@ -57,8 +57,9 @@ def fit(
 ) -> None:
     """Fit the frames of one or more recordings."""
     from platform_daemon.analysis import FitSettings
-    from platform_daemon.cli.parsing import parse_frames, parse_values, parse_window
     from platform_daemon.store import read_calibration
+
+    from .parsing import parse_frames, parse_values, parse_window
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")

@@ -24,8 +24,9 @@ def harmonics(
     force: ForceOption = False,
 ) -> None:
     """Read f_nat, m_r, amplitude and decay off the harmonics of the first 24 periods: a cross-check of the fit."""
-    from platform_daemon.cli.parsing import parse_frames
     from platform_daemon.store import read_calibration
+
+    from .parsing import parse_frames
 
     chosen = None if frames is None else parse_frames(frames)
     must_not_exist(json_file, force)

@@ -9,8 +9,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+from drivers.errors import ConfigError
 from drivers.validation import validated
-from platform_daemon.cli.parsing import parse_window
 from platform_daemon.reports import fit_table_text
 
 from .interrupts import INTERRUPTED, heed_one_interrupt
@@ -25,6 +25,7 @@ from .options import (
     library,
 )
 from .output import must_not_exist, write_json
+from .parsing import parse_axis, parse_window
 from .progress import watch
 
 
@@ -33,9 +34,15 @@ def measure(
     out: Annotated[Path, typer.Option(help="Recording to write.")],
     shots: Annotated[int, typer.Option(min=0, help="Excited shots.")] = 1,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 0,
-    sequence: Annotated[str | None, typer.Option(help="Sequence file; default: the resonator's preset.")] = None,
+    sequence: Annotated[
+        str | None, typer.Option(help="Sequence file with the keys that differ from the resonator's preset.")
+    ] = None,
+    f_tx_hz: Annotated[float | None, typer.Option(help="Excitation frequency, Hz; default: the preset's.")] = None,
+    tx_periods: Annotated[int | None, typer.Option(help="Periods of excitation; default: the preset's.")] = None,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
+    axis: Annotated[str | None, typer.Option(help="x, y, z or a direction as 1,0,0.5; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
+    pause_s: Annotated[float | None, typer.Option(help="Wait between shots, s; default: the preset's.")] = None,
     window: WindowOption = "d30",
     variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
     models: ModelsOption = None,
@@ -51,10 +58,17 @@ def measure(
     """Measure a series of shots and fit each; every shot is on disk before it counts."""
     from platform_daemon.app import start_engine
     from platform_daemon.engine import AcquisitionRequest
-    from platform_daemon.settings import load_platform, load_sequence
+    from platform_daemon.settings import load_platform
 
-    changed: dict[str, Any] = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
-    base = {} if sequence is None else load_sequence(sequence).model_dump(exclude={"repetitions", "blank_shots"})
+    changed: dict[str, Any] = {
+        "f_tx_hz": f_tx_hz,
+        "tx_periods": tx_periods,
+        "field_t": None if field_ut is None else field_ut * 1e-6,
+        "axis": None if axis is None else parse_axis(axis),
+        "rx_s": rx_s,
+        "pause_s": pause_s,
+    }
+    base = {} if sequence is None else _sequence_file(sequence, resonator, force)
     asked = {
         "resonator": resonator,
         "shots": shots,
@@ -89,6 +103,34 @@ def measure(
         raise typer.Exit(INTERRUPTED)
     if job.error is not None:
         raise job.error
+    _refuse_unusable(job)
+
+
+def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
+    """The keys of a sequence file; how many shots is asked for by options.  Raises ConfigError.
+
+    A preset that ships for the other bearing would excite this resonator with the wrong field; `force` allows it.
+    """
+    from platform_daemon.schemas import SequencePatch
+    from platform_daemon.settings import load_specimen, locate, read_toml, shipped
+
+    path = locate("sequences", name)
+    variant = load_specimen(resonator)[0].variant
+    if path in shipped("sequences").values() and path.stem != variant and not force:
+        why = f"it is the preset of the {path.stem} bearing, {resonator} has a {variant} bearing"
+        remedy = f"leave --sequence out for the preset of the {variant} bearing, or insist with --force"
+        raise ConfigError("this preset is for another resonator", where=f"--sequence {name}", why=why, remedy=remedy)
+    keys = {key: value for key, value in read_toml(path)[0].items() if key not in ("repetitions", "blank_shots")}
+    return validated(SequencePatch, keys, str(path)).changes()
+
+
+def _refuse_unusable(job: Any) -> None:
+    """Exit code 3 if shots were fitted and not one gave a result."""
+    frames = job.result["fit"]["frames"] if "fit" in job.result else []
+    excited = [f for f in frames if not (f["reason"] or "").startswith("a blank shot")]
+    if excited and not any(f["verdict"] == "good" for f in excited):
+        print(f"no shot can be used: {excited[0]['reason']}", file=sys.stderr)
+        raise typer.Exit(3)
 
 
 def _report_series(job: Any, out: Path, json_file: Path | None) -> None:

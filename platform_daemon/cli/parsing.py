@@ -51,3 +51,17 @@ def parse_frames(text: str) -> tuple[int, ...]:
             raise InputError(f"no frames {text!r}", where="--frames", remedy=remedy)
         found.update(range(first, last + 1))
     return tuple(sorted(found))
+
+
+def parse_axis(text: str) -> str | tuple[float, ...]:
+    """x, y, z, or "1,0,0.5" as a direction in world axes.  Raises InputError."""
+    if text in ("x", "y", "z"):
+        return text
+    try:
+        direction = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        direction = ()
+    if len(direction) != 3 or not any(direction) or not all(map(math.isfinite, direction)):
+        remedy = "give x, y, z, or three numbers with commas, as in 1,0,0.5"
+        raise InputError(f"{text!r} is no axis", where="--axis", remedy=remedy)
+    return direction

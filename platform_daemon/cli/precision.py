@@ -32,8 +32,9 @@ def predict(
     """Predict the smallest standard deviations a measurement can reach (Cramer-Rao bound, white noise)."""
     from platform_daemon.analysis import PAPER_DEFLECTION_DEG, checked_variant
     from platform_daemon.analysis import planned_precision as bound
-    from platform_daemon.cli.parsing import parse_values, parse_window
     from platform_daemon.settings import load_specimen
+
+    from .parsing import parse_values, parse_window
 
     specimen = load_specimen(resonator)[0]
     degrees = PAPER_DEFLECTION_DEG[specimen.variant] if deflection_deg is None else deflection_deg

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from platform_daemon.cli.parsing import parse_window
 from platform_daemon.reports import print_info
 
 from .options import (
@@ -21,6 +20,7 @@ from .options import (
     variant_named,
 )
 from .output import must_not_exist, write_json
+from .parsing import parse_window
 
 
 def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -> None:

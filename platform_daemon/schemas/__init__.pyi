@@ -1,1 +1,2 @@
 from .requests import SelfTestOptions as SelfTestOptions
+from .requests import SequencePatch as SequencePatch

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from platform_daemon.analysis import cores
+from platform_daemon.analysis.batch.executors import cores
 from platform_daemon.cli.output import must_not_exist, write_json
 from tests.benchmarks.campaign import campaign_text, run_campaign
 from tests.benchmarks.fits import run_bench, table
