@@ -65,7 +65,6 @@ learn_noise: Let a series' noise learn from one RX window, (c, n) V, unless it i
 RingDownPlotData: What a picture shows.
 min_max_decimate: Smallest and largest value per bucket, (c, buckets) each, and samples per bucket.
 PAPER_DEFLECTION_DEG: Deflection at the paper's fields by bearing, degrees.
-PAPER_NOISE_AM2_PER_S: Noise of x, y, z per sample in the paper, A m^2/s.
 planned_precision: Smallest possible standard deviations per window, of the specimen's own variant or of another
     model.
 amplitude_course: (start in s, phi_max in degrees, its standard deviation) of the good windows.

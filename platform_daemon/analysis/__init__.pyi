@@ -60,7 +60,6 @@ from .noise import learn_noise as learn_noise
 from .plot_data import RingDownPlotData as RingDownPlotData
 from .plot_data import min_max_decimate as min_max_decimate
 from .precision import PAPER_DEFLECTION_DEG as PAPER_DEFLECTION_DEG
-from .precision import PAPER_NOISE_AM2_PER_S as PAPER_NOISE_AM2_PER_S
 from .precision import planned_precision as planned_precision
 from .sliding import amplitude_course as amplitude_course
 from .sliding import flatness_lines as flatness_lines

@@ -23,11 +23,14 @@ def must_not_exist(path: Path | None, force: bool) -> None:
 
 
 def write_json(path: Path | None, content: Any) -> None:
-    """Write JSON (never NaN) if a path is given.  Raises OSError."""
+    """Write a schema, or what is JSON already, if a path is given; never NaN.  Raises OSError."""
     if path is not None:
+        from platform_daemon.schemas import to_json
         from platform_daemon.store import write_whole  # here, because HDF5 is loaded with it
 
-        write_whole(path, json.dumps(content, indent=1, allow_nan=False).encode())
+        plain = isinstance(content, dict | list)
+        text = json.dumps(content, indent=1, allow_nan=False) if plain else to_json(content, indent=1)
+        write_whole(path, text.encode())
 
 
 if TYPE_CHECKING:

@@ -18,6 +18,7 @@ from sequences.settle import Settling, settling
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library, ModelChoice
 
+
 @dataclass(frozen=True)
 class AcquisitionPlan:
     """Everything decided: specimen, the model of the fits, the checked shots (blank ones first), the settle check, and

@@ -12,10 +12,8 @@ import numpy as np
 import pytest
 
 from drivers.errors import ConfigError, DeviceStateError, InputError, SequenceRejected
-from platform_daemon.engine.calibration_in_use import ActivationRequest
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.schemas.requests import AcquisitionRequest, ActivationRequest, CalibrationRequest
 from platform_daemon.store.calibrations import read_transmit_calibration
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import SHORT_JEWEL, acquire

@@ -4,7 +4,8 @@ import pytest
 
 from drivers.errors import DeviceFault
 from platform_daemon.engine.job_records import JobRecords
-from platform_daemon.engine.jobs import Cancelled, Job, JobState
+from platform_daemon.engine.jobs import Cancelled, Job
+from platform_daemon.schemas.jobs import JobState
 from tests.kit.acquisitions import acquire
 
 

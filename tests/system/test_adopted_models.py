@@ -12,9 +12,9 @@ from platform_daemon.analysis.fit_request import FitRequest, choose_variant
 from platform_daemon.analysis.model_registry.adoption import model_from_diagnosis
 from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.analysis.model_registry.resolve import resolve
-from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import acquire

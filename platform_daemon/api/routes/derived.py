@@ -26,21 +26,30 @@ from platform_daemon.analysis import (
 )
 from platform_daemon.engine import UnknownId
 from platform_daemon.estimation import RingDownModel
+from platform_daemon.schemas import (
+    DerivedReport,
+    EnvelopesReport,
+    NoResult,
+    PredictionReport,
+    PredictionRequest,
+    ShotHarmonics,
+    SlidingReport,
+)
 from platform_daemon.settings import load_specimen
 from platform_daemon.store import is_time_series
 from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Shared
-from ..models import PredictBody, ProblemModel
+from ..problems import problems
+from .platform import check_resonator
 from .recordings import opened
 
 router = APIRouter(tags=["derived"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 
-@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=ERRORS)
-def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
+@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=problems(404, 422))
+def get_derived(identifier: str, context: Shared) -> DerivedReport:
     """Quality factors of every good frame, orientation errors (mean, best) and the Allan deviation of f_nat.
 
     Keys as `platform-daemon fit --derived` writes them.
@@ -48,13 +57,15 @@ def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
     report, recording = _report(identifier, context)
     model = _model(report, context)
     frames = [{"frame": f["frame"], **frame_quantities(model, f)} for f in report["frames"]]
-    return {"frames": frames, **series_quantities(report, _times_s(recording, context))}
+    return DerivedReport.model_validate({"frames": frames, **series_quantities(report, _times_s(recording, context))})
 
 
-@router.get("/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=ERRORS)
+@router.get(
+    "/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=problems(404, 422)
+)
 def get_envelopes(
     identifier: str, frame: int, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
-) -> dict[str, Any]:
+) -> EnvelopesReport:
     """Envelopes of v and u, amplitude A(t) and f(t) - f_nat over the fitted window."""
     report, _ = _report(identifier, context)
     chosen = next((f for f in report["frames"] if f["frame"] == frame), None)
@@ -63,7 +74,9 @@ def get_envelopes(
         why = "it does not exist" if chosen is None else chosen["reason"]
         raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
     try:
-        return {"frame": frame, **frame_envelopes(_model(report, context), chosen, points)}
+        return EnvelopesReport.model_validate(
+            {"frame": frame, **frame_envelopes(_model(report, context), chosen, points)}
+        )
     except ValueError as error:
         raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
 
@@ -84,18 +97,20 @@ def _model(report: dict[str, Any], context: Context) -> RingDownModel:
 def _report(identifier: str, context: Context) -> tuple[dict[str, Any], str]:
     """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
     job = context.engine.job("fit", identifier)
-    if "frames" not in job.result:
+    if isinstance(job.result, NoResult):
         why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
         remedy = "remove the cause and fit anew" if job.state.final else "wait until its state is done"
         raise InputError("the fit has no result", where=identifier, why=why, remedy=remedy)
-    refused = why_refused(job.result["frames"])
+    refused = why_refused(job.result.model_dump()["frames"])
     if refused is not None:
         remedy = "see the reasons; another window, variant or calibration may do"
         raise FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
-    return job.result, job.request["recording"]
+    return job.result.model_dump(), job.request.recording
 
 
-@router.get("/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=ERRORS)
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=problems(404, 422)
+)
 def get_sliding(
     identifier: str,
     frame: int,
@@ -105,24 +120,27 @@ def get_sliding(
     damping: Annotated[Literal["auto", "free", "fixed"], Query(alias="lambda")] = "auto",
     variant: Annotated[str | None, Query(max_length=100)] = None,
     term: Annotated[list[str] | None, Query(max_length=8)] = None,
-) -> dict[str, Any]:
+) -> SlidingReport:
     """Fits along one ring-down, window by window; with a complete model the constants are flat.
 
     Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
     (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
     """
     found = slide_frame(opened(identifier, context), frame, variant, window_s, step_s, damping, terms=term or ())
-    return {"recording": identifier, "frame": frame, **sliding_report(found)}
+    return SlidingReport.model_validate({"recording": identifier, "frame": frame, **sliding_report(found)})
 
 
-@router.get("/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=ERRORS)
-def get_harmonics(identifier: str, frame: int, context: Shared) -> dict[str, Any]:
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=problems(404, 422)
+)
+def get_harmonics(identifier: str, frame: int, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    return {"recording": identifier, "frame": frame, **frame_harmonics(opened(identifier, context), frame)}
+    found = frame_harmonics(opened(identifier, context), frame)
+    return ShotHarmonics.model_validate({"recording": identifier, "frame": frame, **found})
 
 
-@router.get("/live/harmonics", summary="Harmonics of the last shot", responses={404: {"model": ProblemModel}})
-def get_live_harmonics(context: Shared) -> dict[str, Any]:
+@router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))
+def get_live_harmonics(context: Shared) -> ShotHarmonics:
     """The same of the last excited shot, milliseconds after it, while its series still runs."""
     latest = context.engine.live.latest
     if latest is None:
@@ -130,12 +148,13 @@ def get_live_harmonics(context: Shared) -> dict[str, Any]:
     return latest
 
 
-@router.post("/predict", summary="What a planned measurement can tell", responses={422: {"model": ProblemModel}})
-def post_predict(body: PredictBody) -> dict[str, Any]:
+@router.post("/predict", summary="What a planned measurement can tell", responses=problems(415, 422))
+def predict(body: PredictionRequest) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
+    check_resonator(body.resonator)
     specimen = load_specimen(body.resonator)[0]
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
-    return planned_precision(
+    found = planned_precision(
         specimen,
         body.windows,
         phi_max_rad=deflection,
@@ -145,3 +164,4 @@ def post_predict(body: PredictBody) -> dict[str, Any]:
         variant=checked_variant(body.variant or specimen.variant, body.terms),
         expected=body.expected,
     )
+    return PredictionReport.model_validate(found)

@@ -62,7 +62,9 @@ class TransmitCalibrationWork:
             estimation.transmit_result(self._bench.frequencies_hz, value, std, self._probe.relative_std(), channels),
         )
 
-    def _field_per_volt(self, job: CalibrationJob, k: int, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    def _field_per_volt(
+        self, job: CalibrationJob, k: int, f: float
+    ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """Field of coil k per volt at its DAC output, (3,), with its standard deviation."""
         channel, (shot, (first, last)) = self._bench.side.channels[k], self._shot(k, f)
         rate_hz = shot.timeline.clock.rate_hz

@@ -15,8 +15,9 @@ from platform_daemon.app import start_engine
 from platform_daemon.engine import engine as engine_module
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionPlan
 from platform_daemon.engine.work.series import SeriesWork
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.reader import open_recording
 from tests.kit.emulated_lab import Lab
 

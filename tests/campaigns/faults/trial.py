@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from drivers.errors import DeviceError, PlatformError
-from platform_daemon.engine.jobs import Job, JobState
+from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas.jobs import JobState
 from platform_daemon.store.reader import open_recording
 from tests.campaigns.faults.bench import Bench
 from tests.campaigns.faults.catalogue import DEAD, SLOW, Cell, Outcome, cells

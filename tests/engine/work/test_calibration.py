@@ -14,8 +14,9 @@ from scipy.stats import chi2
 from drivers.errors import ConfigError, InputError, SequenceRejected
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.requests import CalibrationRequest
 from platform_daemon.store.calibrations import read_transmit_calibration
 from platform_daemon.store.reader import open_recording, read_calibration
 from sim_backend.receive.chain import frequency_response

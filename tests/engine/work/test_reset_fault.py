@@ -11,8 +11,7 @@ import pytest
 
 from drivers.errors import DeviceFault, DeviceStateError
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.schemas.requests import AcquisitionRequest, CalibrationRequest
 from tests.kit.acquisitions import SHORT_JEWEL, acquire
 
 TRANSMIT = CalibrationRequest(kind="transmit", frequencies_hz=(212.0, 424.0), repetitions=1)

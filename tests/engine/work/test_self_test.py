@@ -10,8 +10,8 @@ import pytest
 
 from drivers.errors import SequenceRejected
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
+from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import SelfTestOptions
 from tests.kit.acquisitions import acquire
 

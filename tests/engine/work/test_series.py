@@ -8,8 +8,8 @@ from drivers.errors import DeviceError, InterlockError, OutputsUnconfirmed, Sequ
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.analysis.fit import fit_recording
 from platform_daemon.analysis.fit_request import FitRequest
-from platform_daemon.engine.jobs import JobState
-from platform_daemon.engine.planning import AcquisitionRequest
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.truth import read_truth

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from platform_daemon.app import start_engine
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.schemas.requests import CalibrationRequest
 from platform_daemon.store.reader import read_calibration
 from tests.kit.emulated_lab import Lab
 
