@@ -35,7 +35,7 @@ def test_p_is_found_with_the_delay_of_the_cards_filters(tmp_path: Path) -> None:
             job.proceed.set()
         assert job.ended.wait(timeout=60)
         assert job.error is None
-        made, declared = read_calibration(tmp_path / job.result["file"]), engine.platform.calibration
+        made, declared = read_calibration(tmp_path / job.result.root.file), engine.platform.calibration
     finally:
         engine.close()
         violations = lab.violations()
