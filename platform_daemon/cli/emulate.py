@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import threading
 from contextlib import suppress
 from pathlib import Path
@@ -53,9 +52,9 @@ def _announce(endpoints: dict[str, Any], target: Path | None) -> str:
     text = json.dumps(endpoints, indent=2) + "\n"
     print(text, end="", flush=True)
     if target is not None:
-        part = target.with_name(f".{target.name}.{os.getpid()}")
-        part.write_text(text, encoding="utf-8")
-        part.replace(target)
+        from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
+
+        write_file(target, text.encode())
     return text
 
 

@@ -85,8 +85,8 @@ def measure(
         "comment": comment,
     }
     request = validated(AcquisitionRequest, asked, "measure")
-    must_not_exist(json_file, force)
-    must_not_exist(out, force)
+    must_not_exist(json_file, force, ".json")
+    must_not_exist(out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     interrupted = False
@@ -145,7 +145,7 @@ def _report_series(job: AcquisitionJob, out: Path, json_file: Path | None) -> No
     for warning in job.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     if result.fit is not None:
-        print(fit_table_text(result.fit.model_dump()))
+        print(fit_table_text(result.fit))
     print(f"{result.shots or 0} of {int(job.total)} shots" + ("" if result.file is None else f" in {out}"))
     if result.file is not None:
         report = SeriesReport(file=str(out), recording=result.recording, shots=result.shots, fit=result.fit)

@@ -10,12 +10,15 @@ from typing import TYPE_CHECKING, Any
 from drivers.errors import InputError
 
 
-def must_not_exist(path: Path | None, force: bool) -> None:
-    """Raises InputError if the file exists, unless `force`; or if its folder does not."""
+def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
+    """Raises InputError if the file exists, unless `force`; if its folder does not; or if it ends like another kind."""
     if path is None:
         return
     if path.is_dir():
         raise InputError("is a directory", where=str(path), remedy="name a file")
+    if endings and path.suffix and path.suffix.lower() not in endings:
+        what = f"{path.suffix} is not what is written there"
+        raise InputError(what, where=str(path), remedy=f"let its name end in {' or '.join(endings)}")
     if path.exists() and not force:
         raise InputError("exists already", where=str(path), remedy="choose another name, or overwrite it with --force")
     if not path.absolute().parent.is_dir():
@@ -23,14 +26,14 @@ def must_not_exist(path: Path | None, force: bool) -> None:
 
 
 def write_json(path: Path | None, content: Any) -> None:
-    """Write a schema, or what is JSON already, if a path is given; never NaN.  Raises OSError."""
+    """Write a result as JSON (never NaN) if a path is given.  Raises StorageError."""
     if path is not None:
-        from platform_daemon.schemas import to_json
-        from platform_daemon.store import write_whole  # here, because HDF5 is loaded with it
+        from platform_daemon.schemas import Root, Schema, to_json
+        from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
 
-        plain = isinstance(content, dict | list)
-        text = json.dumps(content, indent=1, allow_nan=False) if plain else to_json(content, indent=1)
-        write_whole(path, text.encode())
+        typed = isinstance(content, Schema | Root)
+        text = to_json(content, indent=1) if typed else json.dumps(content, indent=1, allow_nan=False)
+        write_file(path, text.encode())
 
 
 if TYPE_CHECKING:
@@ -41,7 +44,7 @@ def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -
     """Write and print its name; without a path, nothing."""
     if path is not None:
         from platform_daemon.reports import diagnosis_html
-        from platform_daemon.store import write_whole
+        from platform_daemon.store import write_file
 
-        write_whole(path, diagnosis_html(found, report))
+        write_file(path, diagnosis_html(found, report))
         print(path)

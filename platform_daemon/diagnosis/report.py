@@ -56,7 +56,7 @@ def _report(found: Diagnosis) -> dict[str, Any]:
         "model": found.model.name,
         "scatter": {n: m.scatter for n, m in found.parameters_after.items()},
         "ranking": [_tried(t) for t in found.found.tried[:40]],
-        "left_over": {"gain": found.found.residues.excess, "p_value": found.found.residues.p_value},
+        "left_over": {"gain": found.found.omnibus_test.excess, "p_value": found.found.omnibus_test.p_value},
         "notes": list(found.notes),
     }
 
@@ -72,7 +72,7 @@ def _effect(named: AcceptedEffect, quantity: str) -> dict[str, Any]:
         # Without the effect nothing could be predicted at all: no number for that.
         "held_out_gain": named.held_out_gain if math.isfinite(named.held_out_gain) else None,
         "indistinguishable_from": [
-            i for i in dict.fromkeys(r.candidate.effect.id for r in named.alike) if i != c.effect.id
+            i for i in dict.fromkeys(r.candidate.effect.id for r in named.confounders) if i != c.effect.id
         ],
         "log10_p_value": named.log_p / math.log(10.0),
         "source": c.effect.source,

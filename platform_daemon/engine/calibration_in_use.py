@@ -72,7 +72,7 @@ class CalibrationInUse:
         self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
         self.self_test = SelfTest(platform, self.side, options)
 
-    def adopt(self, request: ActivationRequest, folder: Path) -> None:
+    def activate(self, request: ActivationRequest, folder: Path) -> None:
         """Use another calibration from now on; no job may be under way.  Raises InputError, and all stays as it was."""
         found = read_either(request.kind, self._files.asked(request, folder))
         if isinstance(found, TransmitCalibration):

@@ -27,6 +27,7 @@ from platform_daemon.schemas import (
     PlatformStatus,
     SelfTestOptions,
 )
+from platform_daemon.store import StorageError
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
@@ -78,7 +79,7 @@ class Engine:
         self.platform = platform
         self.config_text = config_text
         self.live = LiveEstimate()
-        self._chain = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
+        self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
         self._journal = journal or JobRecords(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
@@ -98,7 +99,7 @@ class Engine:
     @property
     def side(self) -> TransmitSide:
         """What sequences are planned for now."""
-        return self._chain.side
+        return self._calibration_in_use.side
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
@@ -130,7 +131,7 @@ class Engine:
             self.live,
             overwrite=overwrite,
             in_shot=partial(self._refresh, busy=True),
-            self_test=self._chain.self_test,
+            self_test=self._calibration_in_use.self_test,
         )
         self._submit(job, partial(self._behind_interlock, work))
         return job
@@ -138,12 +139,12 @@ class Engine:
     def calibrate(self, request: CalibrationRequest, folder: Path) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
-            work = calibration_work(self.platform, request, self.side, folder, self._chain.self_test)
+            work = calibration_work(self.platform, request, self.side, folder, self._calibration_in_use.self_test)
             job: CalibrationJob = Job("calibration", request, NoResult(), work.shots, "shots")
             self._submit(job, partial(self._behind_interlock, work))
             return job
 
-    def adopt(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:
+    def activate(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:
         """Use another calibration, of `folder`, from the next series on; what is in use then.
 
         Raises InputError for a file that is none or not one of this platform, DeviceStateError while a series or a
@@ -153,8 +154,8 @@ class Engine:
             if any(not job.state.final for job in self._moving()):
                 remedy = "wait until all have ended, or cancel them"
                 raise DeviceStateError("a series or a calibration runs or waits", where="calibration", remedy=remedy)
-            self._chain.adopt(request, folder)
-            return self._chain.in_use()
+            self._calibration_in_use.activate(request, folder)
+            return self._calibration_in_use.in_use()
 
     def analyse(self, job: Job[RequestT, ResultT], work: Callable[[Job[RequestT, ResultT]], None]) -> None:
         """Run `work(job)` in the analysis thread."""
@@ -178,7 +179,7 @@ class Engine:
         moving = self._moving()
         running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
         waiting = tuple(j.identifier for j in moving if j.state is JobState.QUEUED)
-        return self._readback.status(self._chain.in_use(), self._interlock, running, waiting)
+        return self._readback.status(self._calibration_in_use.in_use(), self._interlock, running, waiting)
 
     def devices(self) -> DeviceListing:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
@@ -305,7 +306,8 @@ class Engine:
     def _keep(self, job: AnyJob) -> None:
         try:
             self._journal.save(job)
-        except OSError as error:  # a full disk must not end the thread; the job still answers until the daemon stops
+        # A full disk must not end the thread; the job still answers until the daemon stops.
+        except StorageError as error:
             log.error("job_not_saved", job=job.identifier, error=str(error))
 
     def _warm_up(self) -> None:

@@ -13,7 +13,7 @@ import structlog
 
 from drivers import errors
 from platform_daemon.schemas import AnyJobRecord, ErrorRecord, JobState, JobTimes, StoredJob, to_json
-from platform_daemon.store import write_whole
+from platform_daemon.store import write_file
 
 from .jobs import AnyJob, Job
 
@@ -27,10 +27,10 @@ class JobRecords:
         self._folder = folder
 
     def save(self, job: AnyJob) -> None:
-        """Write the job as it is now.  Raises OSError."""
+        """Write the job as it is now.  Raises StorageError."""
         if self._folder is not None:
             record = to_json(_record(job), indent=1, allow_nan=True)
-            write_whole(self._folder / f"{job.identifier}.json", record.encode())
+            write_file(self._folder / f"{job.identifier}.json", record.encode())
 
     def load(self) -> list[AnyJob]:
         """All jobs of earlier runs, oldest first; those cut off are failed and saved so.  Bad files are logged."""

@@ -24,5 +24,5 @@ class LiveEstimate:
         calibration: ReceiveCalibration,
     ) -> None:
         """Look at shot number `shot` (from 1) of an acquisition."""
-        found = analysis.harmonics_report(rx_volts, rate_hz, calibration)
-        self.latest = ShotHarmonics.model_validate({"acquisition": acquisition, "shot": shot, **found})
+        found = analysis.shot_harmonics(rx_volts, rate_hz, calibration)
+        self.latest = ShotHarmonics(found.model_copy(update={"acquisition": acquisition, "shot": shot}))

@@ -13,7 +13,8 @@ from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, Sett
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
-from sequences.settle import Settling, settling
+
+from .settling import Settling, settling
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library, ModelChoice

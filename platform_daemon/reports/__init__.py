@@ -6,9 +6,9 @@ summary_text: For the terminal.
 diagnosed: The report as JSON and as an HTML page.
 save_png: Write the picture as PNG.
 save_sliding_png: Write the picture as PNG.
-COLUMNS: The columns of the table of fits.
 fit_line: One file's fits in one line.
-fit_table_text: One file's fits as a table.
+fit_table_text: One file's fits.
+prediction_table_text: The smallest standard deviations of a plan, a row per window.
 print_devices: A row per device.
 print_info: Nested facts, one per line.
 """

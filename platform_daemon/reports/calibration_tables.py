@@ -7,7 +7,7 @@ from rich.table import Table
 
 from platform_daemon.schemas import ReceiveCalibrationReport, TransmitCalibrationReport
 
-from .tables import number
+from .numbers import number
 
 
 def print_calibration(report: ReceiveCalibrationReport | TransmitCalibrationReport) -> None:

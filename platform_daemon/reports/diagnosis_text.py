@@ -10,7 +10,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from .tables import COLUMNS, number
+from platform_daemon.schemas import definition_of
+
+from .numbers import number
 
 VERDICTS = {
     "nothing_missing": "Nothing is missing: what is left over is noise.",
@@ -19,12 +21,12 @@ VERDICTS = {
     "unexplained": "Unexplained: something is missing that no effect of the library accounts for.",
 }
 _LIKELY = 5  # rows of the ranking on the terminal
-_HEADINGS = {name: (heading, factor) for name, heading, factor in COLUMNS}
 
 
 def heading_of(name: str) -> tuple[str, float]:
     """(name with the unit that is shown, factor from SI to it) of a parameter."""
-    return _HEADINGS.get(name, (name, 1.0))
+    shown = definition_of(name)
+    return shown.heading, shown.display_factor
 
 
 def strength_text(effect: Mapping[str, Any]) -> str:

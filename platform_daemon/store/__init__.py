@@ -13,7 +13,7 @@ DataFolder: Where a daemon keeps what it makes.
 open_data_folder: The folders, made if missing.
 describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
-write_whole: Write under a temporary name in the same folder, fsync, rename.
+write_file: `target` with `content`, whole or not at all, in the place of what was there.
 NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.
 UnknownRecording: No recording of that id exists in the folder.
@@ -25,6 +25,7 @@ resolve: The file of an id.
 open_recording: Open and check a recording of docs/file-format.md.
 read_calibration: The calibration in a recording or in a file that holds nothing but `/calibration`.
 Excitation: What one shot was excited with.
+RESONATOR: Between the configuration of the platform and the declaration of the resonator.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
 SeriesWriter: Writes one series.
@@ -40,15 +41,16 @@ from .calibrations import (
 from .data_folder import DataFolder, open_data_folder
 from .describe import describe
 from .dmdt_file import dmdt_file
-from .durable import write_whole
+from .durable import write_file
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import list_recordings, resolve
 from .reader import open_recording, read_calibration
-from .recording import Excitation, Recording, SequenceInfo
+from .recording import RESONATOR, Excitation, Recording, SequenceInfo
 from .series_writer import SeriesWriter
 
 __all__ = [
+    "RESONATOR",
     "AngleSeries",
     "DataFolder",
     "Excitation",
@@ -74,5 +76,5 @@ __all__ = [
     "read_calibration",
     "read_transmit_calibration",
     "resolve",
-    "write_whole",
+    "write_file",
 ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable
 from datetime import datetime
@@ -18,13 +17,12 @@ from drivers.errors import InputError, RecordingError
 
 from .checks import check_calibration
 from .dimensions import add_dimension_scales
-from .durable import PART, storage_error, sync
 from .hdf5 import Hdf5File, open_hdf5
 from .layout import CALIBRATION, TRANSMIT
+from .versioned import VersionedFolder
 from .writer import LIBVER, put, write_calibration_group, write_transmit_group
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
-_FILE = re.compile(r"(?P<name>[A-Za-z0-9_-]+)@(?P<version>\d+)_\d{8}\.h5")
 
 
 def check_calibration_name(name: str) -> None:
@@ -63,30 +61,9 @@ def add_transmit_calibration(
 
 
 def _add(folder: Path, name: str, made: datetime, fill: Callable[[h5py.File, str], None]) -> Path:
-    """The next free version: linked into place, so that no file is ever replaced, whoever writes at the same time."""
     check_calibration_name(name)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        while True:
-            target = folder / f"{name}@{_newest(folder, name) + 1}_{made:%Y%m%d}.h5"
-            part = target.with_name(f"{target.name}.{os.getpid()}{PART}")
-            part.write_bytes(_image(target.stem, fill))
-            sync(part)
-            try:
-                os.link(part, target)
-            except FileExistsError:
-                continue
-            finally:
-                part.unlink()
-            sync(folder)
-            return target
-    except OSError as error:
-        raise storage_error(folder, error) from error
-
-
-def _newest(folder: Path, name: str) -> int:
-    found = (_FILE.fullmatch(path.name) for path in folder.iterdir())
-    return max((int(m["version"]) for m in found if m and m["name"] == name), default=0)
+    versions = VersionedFolder(folder, r"_\d{8}\.h5")
+    return versions.add(name, f"_{made:%Y%m%d}.h5", lambda number, identifier: _image(identifier, fill)).path
 
 
 def _image(identifier: str, fill: Callable[[h5py.File, str], None]) -> bytes:

@@ -1,9 +1,10 @@
-"""Files that are on the disk when the call returns: written aside, fsynced, renamed, folder fsynced."""
+"""Files that are on the disk when the call returns: written aside, fsynced, renamed or linked, folder fsynced."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
+from secrets import token_hex
 
 from .errors import StorageError
 
@@ -12,15 +13,39 @@ PART = ".part"
 
 
 def write_file(target: Path, content: bytes) -> None:
-    """`target` with `content`, whole or not at all.  Raises StorageError; no part file stays behind then."""
-    part = target.with_name(target.name + PART)
+    """`target` with `content`, whole or not at all, in the place of what was there.
+
+    Raises StorageError; no part file stays behind then, nor what another thread or process writes at the same time.
+    """
+    part = _part_of(target)
     try:
-        with part.open("wb") as file:
-            file.write(content)
+        part.write_bytes(content)
         publish(part, target)
     except OSError as error:
-        part.unlink(missing_ok=True)
         raise storage_error(target, error) from error
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def write_new_file(target: Path, content: bytes) -> bool:
+    """The same, but never in the place of another file: False if there is one.  Raises StorageError."""
+    part = _part_of(target)
+    try:
+        part.write_bytes(content)
+        sync(part)
+        os.link(part, target)  # unlike a rename it never replaces
+        sync(target.parent)
+    except FileExistsError:
+        return False
+    except OSError as error:
+        raise storage_error(target, error) from error
+    finally:
+        part.unlink(missing_ok=True)
+    return True
+
+
+def _part_of(target: Path) -> Path:
+    return target.with_name(f".{target.name}.{token_hex(4)}{PART}")
 
 
 def reserve(part: Path, content: bytes, size: int) -> None:
@@ -52,16 +77,3 @@ def storage_error(path: Path, error: Exception) -> StorageError:
     why = (str(error).splitlines() or [type(error).__name__])[0]
     remedy = "free or repair the disk; shots acknowledged before are safe and are recovered at the next start"
     return StorageError("the disk refused to write", where=str(path), why=why, remedy=remedy)
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write under a temporary name in the same folder, fsync, rename.  Raises OSError."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with partial.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)

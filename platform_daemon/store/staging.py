@@ -3,7 +3,7 @@
 .thread.h5.shots/
     lock                held with flock for as long as the writer lives; the kernel frees it even after kill -9
     shot_000001.h5      acknowledged shots, each a recording of its own
-    shot_000002.h5.part being written; worthless after a crash
+    .shot_000002.h5.*.part  being written; worthless after a crash
     series.part         the series file being put together; worthless after a crash
 """
 

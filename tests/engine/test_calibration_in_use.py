@@ -38,7 +38,7 @@ def stored(path: Path) -> str | None:
 
 
 def adopt(engine: Engine, folder: Path, kind: str, calibration: str | None = None) -> CalibrationsInUse:
-    return engine.adopt(ActivationRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
+    return engine.activate(ActivationRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
 
 
 def test_a_series_uses_the_old_calibration_until_the_new_one_is_adopted(

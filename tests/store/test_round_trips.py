@@ -111,7 +111,9 @@ READ_ALL = """
 import json, sys
 from pathlib import Path
 from drivers.errors import RecordingError
-from platform_daemon.store import describe, open_recording, read_calibration, read_fits, read_truth
+from platform_daemon.store import describe, open_recording, read_calibration
+from platform_daemon.store.fit_tables import read_fits
+from platform_daemon.store.truth import read_truth
 def whole(path):
     r = open_recording(path)
     to_json(describe(r))

@@ -19,8 +19,9 @@ from starlette.testclient import TestClient
 from drivers.calibration import ReceiveCalibration
 from platform_daemon import __version__
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder, start_engine
+from platform_daemon.app import create_context, start_engine
 from platform_daemon.settings import load_platform
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.describe import describe
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.header import FitTable

@@ -55,7 +55,7 @@ def adopt_calibration(body: ActivationRequest, context: Shared) -> CalibrationsI
     It holds until the daemon ends: name it in the platform file to keep it.  409 while a series or a calibration runs
     or waits.
     """
-    return context.engine.adopt(body, context.calibrations)
+    return context.engine.activate(body, context.calibrations)
 
 
 CALIBRATIONS.add_routes(router)

@@ -30,7 +30,7 @@ from platform_daemon.schemas import (
     to_json,
 )
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store import write_whole
+from platform_daemon.store import write_file
 
 from ..context import Context, Shared
 from ..job_routes import JobKind
@@ -74,8 +74,8 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
             report | {"files": [f.name for f in files], "recordings": file_digests(files)}
         )
         job.at(1.0, "write")
-        write_whole(_page(job.identifier, context), page)
-        write_whole(context.diagnoses / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
+        write_file(_page(job.identifier, context), page)
+        write_file(context.diagnoses / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
 
     job: AnyJob = Job("diagnosis", body, NoResult(), 1.0, "share")
     context.engine.analyse(job, work)

@@ -4,22 +4,11 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from platform_daemon.analysis import (
-    FitRequest,
-    angle_variant,
-    angles_report,
-    check_fixed,
-    choose_variant,
-    chosen_frames,
-    fit_angles,
-    fit_recording,
-    resolve,
-    why_refused,
-)
+from platform_daemon.analysis import FitSettings, chosen_frames, fit_measurement, open_for_fit, resolve, why_refused
 from platform_daemon.engine import AnyJob, Cancelled, Job
-from platform_daemon.schemas import FitJob, FitJobs, FitReport, NoResult, RecordingFitRequest, to_json
-from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles, write_whole
+from platform_daemon.schemas import FitJob, FitJobs, NoResult, RecordingFitRequest, to_json
 from platform_daemon.store import resolve as path_of
+from platform_daemon.store import write_file
 
 from ..context import Shared
 from ..job_routes import JobKind
@@ -43,8 +32,16 @@ def start_fit(body: RecordingFitRequest, response: Response, context: Shared) ->
 
     `result` is the same object that `platform-daemon fit --json` writes.
     """
-    recording, ask = _asked(body, context)
-    frames = chosen_frames(recording, body.frames)
+    path = path_of(context.recordings, body.recording)
+    settings = FitSettings(
+        variant=resolve(body.variant, context.models),
+        window=body.window,
+        fixed=body.fixed or None,
+        hold_if_inseparable=body.hints or None,
+        terms=tuple(body.terms),
+    )
+    measurement, ask = open_for_fit(path, settings)
+    frames = chosen_frames(measurement, body.frames)
 
     def work(job: AnyJob) -> None:
         def tell(frames: int) -> None:
@@ -52,34 +49,16 @@ def start_fit(body: RecordingFitRequest, response: Response, context: Shared) ->
             if job.cancel_requested.is_set():
                 raise Cancelled
 
-        if isinstance(recording, AngleSeries):
-            found = angles_report(recording, ask, [fit_angles(recording, ask)])
-        else:
-            found = fit_recording(recording, ask, frames, progress=tell)
-        job.result = FitReport.model_validate({**found, "file": recording.path.name})
-        refused = why_refused(found["frames"])
+        report = fit_measurement(measurement, ask, frames, progress=tell).model_copy(update={"file": path.name})
+        job.result = report
+        refused = why_refused(report.frames)
         if refused is not None:
             job.warnings.append(f"every frame was refused: {refused}")
-        write_whole(context.fits / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
+        write_file(context.fits / f"{job.identifier}.json", to_json(report, indent=1).encode())
 
     job: AnyJob = Job("fit", body, NoResult(), len(frames), "frames")
     context.engine.analyse(job, work)
     return FITS.accepted(job, response)
-
-
-def _asked(body: RecordingFitRequest, context: Shared) -> tuple[Recording | AngleSeries, FitRequest]:
-    """What is to be fitted, and how.  Raises InputError."""
-    wanted, path = resolve(body.variant, context.models), path_of(context.recordings, body.recording)
-    recording: Recording | AngleSeries
-    if is_time_series(path):
-        recording = read_angles(path)
-        variant, calibrated = angle_variant(recording, wanted, body.terms), False
-    else:
-        recording, variant = choose_variant(open_recording(path), wanted, body.terms)
-        calibrated = recording.calibration is not None
-    ask = FitRequest(variant, body.window, body.fixed or None, body.hints or None)
-    check_fixed(ask, calibrated=calibrated)
-    return recording, ask
 
 
 FITS.add_routes(router)

@@ -13,7 +13,7 @@ from fastapi.responses import FileResponse
 from numpy.typing import NDArray
 
 from drivers.errors import InputError
-from platform_daemon.analysis import min_max_decimate, ring_down
+from platform_daemon.analysis import calibrated_signal, min_max_decimate
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.schemas import (
     DmdtSeries,
@@ -162,7 +162,8 @@ def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: f
     """Raises UnknownRecording, RecordingError, InputError for a range that is empty or leaves the RX window."""
     recording = opened(identifier, context)
     rate = recording.sequence.rate_hz
-    record, assumed = ring_down(recording.rx_volts(frame), rate, recording.calibration)
+    signal = calibrated_signal(recording.rx_volts(frame), rate, recording.calibration)
+    record, assumed = signal.record, signal.notes
     samples = record.samples.shape[1]
     first, last = round(start_s * rate), samples if stop_s is None else round(stop_s * rate)
     if not 0 <= first < last <= samples:

@@ -12,7 +12,7 @@ import numpy as np
 from platform_daemon.estimation import Array, FitState, RingDownModel, Workspace, estimate_noise, saturation
 
 from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import LinearisedShot, linearise_shot
+from ..regression.linearised_shot import LinearisedShot, linearise_shot
 from ..shots.shot import DiagnosisShot, PreparedShot, whitening_for
 from .significance import log_chance
 

@@ -240,7 +240,7 @@ def _other_axes(plan: AcquisitionPlan) -> list[tuple[float, ...]]:
 
 def _confused(found: Diagnosis) -> bool:
     """True if a named effect has a look-alike of another name."""
-    return any(r.candidate.effect.id != n.candidate.effect.id for n in found.named for r in n.alike)
+    return any(r.candidate.effect.id != n.candidate.effect.id for n in found.named for r in n.confounders)
 
 
 def _brought(before: Diagnosis | None, now: Diagnosis) -> dict[str, Any]:
@@ -250,7 +250,7 @@ def _brought(before: Diagnosis | None, now: Diagnosis) -> dict[str, Any]:
         "verdict": now.verdict,
         "effects_before": [] if before is None else _effects(before),
         "effects": _effects(now),
-        "gain_left_over": now.found.residues.excess,
+        "gain_left_over": now.found.omnibus_test.excess,
     }
 
 

@@ -17,8 +17,9 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__, analysis, estimation
-from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FitReport
-from platform_daemon.store import Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
+from platform_daemon.design import expected_moment
+from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FrameFit, unfitted
+from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
 from ..jobs import Cancelled, Job
@@ -184,7 +185,7 @@ class SeriesWork:
         if shot.blank:
             self._fits.append("a blank shot, without excitation")
             return
-        ask = analysis.FitRequest(self._plan.model, window)
+        ask = analysis.FitRequest(self._plan.model, window, moment_am2=expected_moment(self._plan.specimen))
         taken = estimation.Conditions(raw.temperature_c, self._calibration.lna_gain)
         self._fits.append(
             self._executor.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
@@ -203,10 +204,15 @@ class SeriesWork:
         if path is None:
             return
         if window is not None:
-            reports = [_report(k, fit) for k, fit in enumerate(fits)]
-            job.warnings += [w for k, fit in enumerate(fits) if (w := _no_fit(k, fit)) is not None]
+            frames = [_frame_fit(k, fit) for k, fit in enumerate(fits)]
+            # It may be silence, from a switch that cannot be read back.
+            job.warnings += [
+                f"shot {f.frame + 1} cannot be fitted: {f.reason}"
+                for f, fit in zip(frames, fits, strict=True)
+                if not isinstance(fit, str) and not f.good
+            ]
             ask = analysis.FitRequest(self._plan.model, window)
-            report = FitReport.model_validate(analysis.file_report(path.name, ask, reports, self._calibration))
+            report = analysis.file_report(path.name, ask, frames, self._calibration)
             job.result = job.result.model_copy(update={"fit": report})
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 
@@ -238,7 +244,7 @@ class SeriesWork:
             operator=request.operator,
             comment=request.comment,
             platform=self._platform.name,
-            configuration_toml=f"{self._config_text}\n# resonator\n{self._plan.specimen_text}",
+            configuration_toml=f"{self._config_text}{RESONATOR}{self._plan.specimen_text}",
             channel_names=tuple(c.axis for c in self._platform.transmit),
             devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
         )
@@ -264,16 +270,8 @@ def _outcome(fit: Future[FitResult]) -> FitResult | str:
     return fit.result()
 
 
-def _no_fit(frame: int, fit: FitResult | str) -> str | None:
-    """What to tell of a good shot that cannot be fitted: it may be silence, from a switch that cannot be read back."""
-    report = None if isinstance(fit, str) else analysis.frame_report(frame, fit)
-    return (
-        f"shot {frame + 1} cannot be fitted: {report['reason']}" if report and report["verdict"] == "refused" else None
-    )
-
-
-def _report(frame: int, fit: FitResult | str) -> dict[str, Any]:
-    return analysis.refused_report(frame, fit) if isinstance(fit, str) else analysis.frame_report(frame, fit)
+def _frame_fit(frame: int, fit: FitResult | str) -> FrameFit:
+    return unfitted(frame, fit) if isinstance(fit, str) else analysis.frame_report(frame, fit)
 
 
 def store_calibration(platform: Platform) -> ReceiveCalibration:

@@ -108,7 +108,7 @@ class Bench:
         self.made += 1
         target = self.folder / f"{self.made}.h5"
 
-        engine._chain.self_test.enabled = self_test
+        engine._calibration_in_use.self_test.enabled = self_test
         plan = self._plan(shots)
         work = WatchedAcquisition(
             before_shot,
@@ -120,7 +120,7 @@ class Bench:
             engine.live,
             overwrite=True,
             in_shot=partial(engine._refresh, busy=True),
-            self_test=engine._chain.self_test,
+            self_test=engine._calibration_in_use.self_test,
         )
 
         def behind_interlock(job: Job) -> None:

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.least_squares.gauss_newton import NormalEquations, covariance
-from platform_daemon.estimation.least_squares.progressive import Evaluation, NoConvergenceError, fit_progressively
+from platform_daemon.estimation.least_squares.problem import Evaluation, NoConvergenceError
+from platform_daemon.estimation.least_squares.progressive import fit_progressively
 from platform_daemon.estimation.physics.models import RingDownModel
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters
 from tests.kit.nist_problems import PROBLEMS
