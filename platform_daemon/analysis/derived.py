@@ -1,6 +1,6 @@
 """What follows from the fits of a series: quality factors, envelopes, orientation errors, Allan deviation.
 
-Everything is computed from a report in the fixed JSON form (analysis.py), so that it holds for stored results too.
+Everything is computed from a report in the fixed JSON form (fit.py), so that it holds for stored results too.
 Keys carry units; a quantity that this series cannot give is null, and `notes` say why.
 """
 

@@ -33,7 +33,7 @@ def harmonics_report(
 ) -> dict[str, Any]:
     """Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there are none.
 
-    SI units; no errors are given: the bias against the fit stands in estimation/derived/frequency_domain.py.
+    SI units; no errors are given: the bias against the fit stands in estimation/harmonic_estimator/estimator.py.
     Raises RecordingError if the calibration does not fit the data.
     """
     volts = rx_volts[:, :_MOST_SAMPLES]

@@ -1,7 +1,7 @@
 """How far orientations lie apart: the error angle of tab:model_params_fit_result, over the frames of a series.
 
 Orientations are Rodrigues vectors, rad, as the fit publishes them. Vectors of length near pi that look different can
-be the same orientation; angles between rotations do not care. Nor do they care which of its two twins (twins.py) a fit
+be the same orientation; angles between rotations do not care. Nor do they care which of its two twins (mirror.py) a fit
 publishes: an error is the angle to the nearer one.
 """
 

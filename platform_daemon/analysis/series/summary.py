@@ -17,7 +17,7 @@ Row = dict[str, float | None]
 def summary(frames: Iterable[Mapping[str, Any]]) -> dict[str, Row]:
     """Mean and scatter of each parameter over the good frames; std None for one frame.
 
-    Every frame counts by its nearer twin (estimation/derived/twins.py); psi is averaged on the circle, orientations as
+    Every frame counts by its nearer twin (estimation/physics/mirror.py); psi is averaged on the circle, orientations as
     rotations.
     """
     good = [f["parameters"] for f in frames if f["verdict"] == "good"]
