@@ -24,7 +24,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from platform_daemon.reports.tables import COLUMNS, number
+from platform_daemon.reports.tables import number
+from platform_daemon.schemas.parameters import PARAMETERS, RODRIGUES
 from platform_daemon.settings import locate
 from platform_daemon.store.truth import read_truth
 
@@ -146,16 +147,16 @@ def add_rows(
     if frame["verdict"] != "good":
         table.add_row(str(frame["frame"]), "refused", frame["reason"])
         return
-    for name, heading, factor in COLUMNS:
-        if name in frame["parameters"]:
-            found = frame["parameters"][name]
+    for name, parameter in PARAMETERS.items():
+        if name in frame["parameters"] and name not in RODRIGUES:
+            found, factor = frame["parameters"][name], parameter.display_factor
             shown = number(found["value"], found["std"], factor)
             decimals = len(shown.partition("(")[0].partition(".")[2])
             cells = (shown, "-", "-")
             if truth is not None:
                 pull = (found["value"] - truth[name]) / found["std"]
                 cells = (shown, f"{truth[name] * factor:.{decimals}f}", f"{pull:+.2f}")
-            table.add_row(str(frame["frame"]), heading, *cells, number(*paper[name], factor))
+            table.add_row(str(frame["frame"]), parameter.heading, *cells, number(*paper[name], factor))
     table.add_section()
 
 

@@ -1,5 +1,33 @@
 """The contracts between the daemon and whatever moves electrons, and how devices are found.
 
-This room imports nothing else of the project.  Read `platform.py` for the whole, then one file per device contract:
-`io_card.py`, `tx_rx_switch.py`, `power_amplifier.py`, `lna.py`.
+This room imports nothing else of the project.  What a device promises, one file each:
+
+io_card.py          plays a timeline on outputs and lines, records its inputs on the same clock, stops from any thread
+tx_rx_switch.py     connects the coils to the amplifier or to the receiver, never to both
+power_amplifier.py  enabled, muted, faulty: whether it can put out power, and how to take that away
+lna.py              a low-noise amplifier with a gain and an overload
+thermometer.py      a temperature near the resonator
+reference.py        what calibrates the platform: a reference dipole, a field probe
+clock.py            monotonic time, time of day and sleep, which a simulation may speed up
+
+What crosses the contracts:
+
+timeline.py     the sample-exact shot that an I/O card plays: bursts of sines, levels of digital lines, windows
+calibration.py  what a platform's channels mean in the units of physics: receive and transmit side
+specimen.py     a resonator as its TOML file declares it
+identity.py     what a device says of itself
+errors.py       the exception tree of the project
+
+How a platform comes about:
+
+platform.py      `Platform`, all devices of a lab, and `Backend`, which makes them
+backend.py       `RealBackend`, the beginning of a back end in real time
+registry.py      finds back ends by entry point and builds a platform from its tables
+entry_points.py  what other packages publish for us, by group and name
+validation.py    an option table checked by its pydantic model, as one ConfigError
+inventory.py     identity and state of each device of a platform, whatever fails
+
+Back ends: `declared.py` (numbers in the platform file), `red_pitaya/`, `serial_line/`, `scpi/`; `card_lines/` holds
+devices on the lines of an I/O card.  For their authors: `exchange.py` asks over any wire that carries lines,
+`testing.py` scripts one, `conformance/` are the contracts as tests (`contract.py` is their old name).
 """

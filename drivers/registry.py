@@ -12,19 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Annotated, Any, Protocol
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from drivers import entry_points
 from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.clock import SystemClock
 from drivers.errors import ConfigError, PlatformError
 from drivers.platform import Backend, Platform
-
-GROUP = "platform_daemon.backends"
-EMULATORS = "platform_daemon.emulators"
 
 
 class DeviceSection(BaseModel):
@@ -65,19 +62,12 @@ class PlatformSection(BaseModel):
 
 def installed_backends() -> dict[str, str]:
     """Back ends that are installed: name -> "module:attribute"."""
-    return {e.name: e.value for e in entry_points(group=GROUP)}
+    return entry_points.installed(entry_points.BACKENDS)
 
 
 def load_backend(name: str, options: Mapping[str, Any]) -> Backend:
     """Import and construct one back end.  Raises ConfigError if no such back end is installed."""
-    found = [e for e in entry_points(group=GROUP) if e.name == name]
-    if not found:
-        raise ConfigError(
-            f"no back end is called {name!r}",
-            why=f"installed are: {', '.join(sorted(installed_backends())) or 'none'}",
-            remedy=f"correct the name, or install the package that publishes it in the entry-point group {GROUP}",
-        )
-    backend: Backend = found[0].load()(options)
+    backend: Backend = entry_points.load(entry_points.BACKENDS, name, "back end")(options)
     return backend
 
 
@@ -94,14 +84,7 @@ class Emulator(Protocol):
 
 def load_emulator(name: str, tables: Mapping[str, Any], folder: Path) -> Emulator:
     """Import and start an emulator.  Raises ConfigError if none of that name is installed."""
-    found = {e.name: e for e in entry_points(group=EMULATORS)}
-    if name not in found:
-        raise ConfigError(
-            f"no emulator is called {name!r}",
-            why=f"installed are: {', '.join(sorted(found)) or 'none'}",
-            remedy=f"correct the name, or install the package that publishes it in the entry-point group {EMULATORS}",
-        )
-    emulator: Emulator = found[name].load()(tables, folder)
+    emulator: Emulator = entry_points.load(entry_points.EMULATORS, name, "emulator")(tables, folder)
     return emulator
 
 

@@ -1,8 +1,17 @@
 """The simulated world: magnets, bearings, rotor dynamics, coils, receive chain, noise, faults; and its devices.
 
-Read `world.py` for the whole and `shot.py` for one shot; then the resonator (`rotor`, `torque`, `collocation`,
-`motion`, `trajectory`), the transmit side (`coils`, `drive`, `power`), the receive side (`contacts`, `chain`,
-`receiver`, `noise`), and `variation`, `faults`, `truth`.  What nobody declares: `undeclared/` is the list,
-`extra_torque`, `hidden` and `extra_signal` are the physics.  `study` plays shots without devices; `devices/` and
-`backend.py` meet the contracts of `drivers`.  Nothing here knows the estimator.
+It meets the contracts of `drivers` and knows neither the estimator nor the sequences: two implementations of the same
+physics that agree are a proof.  From the bottom up; each room imports only what stands above it in this list:
+
+section.py   what all tables of its configuration have in common
+undeclared/  what the world can contain without telling anybody, as tables
+options/     what it can be told: the table `[backends.simulated]`, and the tables of its devices
+rotor/       the resonator: design, torques, motion in pieces that are exact to rounding
+transmit/    amplifier, coils and the current in them
+receive/     switch contacts, receive chain, noise, LNA and ADC: from the motion to codes
+world/       all of it in one place and in time: shots, faults, wear, temperature, truth
+devices/     the world as a card, a switch, an amplifier, an LNA in this process
+backend.py   the back end `simulated`, which offers them
+emulators/   the same world behind the wires of the real devices
+study.py     many shots for a study, without card, engine and file
 """

@@ -18,6 +18,13 @@ A class that offers the fixture `platform` (a `drivers.platform.Platform`) inste
 
     TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
 
+io_card.py          what every I/O card must do
+tx_rx_switch.py     what every Tx/Rx switch must do
+power_amplifier.py  what every power amplifier must do
+lna.py              what every low-noise amplifier must do
+platform.py         what the devices of a platform must do together
+timelines.py        the short timelines that they play
+
 The tests put no power out: no burst is larger than a thousandth of full scale, the amplifier is never unmuted while its
 gate is high, and everything is off afterwards.
 """

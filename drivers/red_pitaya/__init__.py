@@ -4,6 +4,8 @@ card.py         the I/O card contract over all boards: life cycle, reading, stop
 trigger.py      common start and stop of the boards
 board.py        one board: who it is, its registers, its sequence
 sequence.py     timeline -> step sequence, enable bits and sines of each board
+layout.py       which terminal of which board is which input, output and line of the platform
+lines.py        lines on pins that no sequence can time: set by command, late, and checked how late
 scale.py        what its memory says of its converters
 reader.py       the boards' streams as one recording
 stream.py       samples and status records of a pipelined read

@@ -11,10 +11,10 @@ from typing import Any
 import usb.core
 from pyvisa_py.protocols.usbtmc import USBTMC
 
+from drivers import entry_points
 from drivers.errors import DeviceDenied, DeviceError, DeviceLost, DeviceNotFound, DeviceProtocolError, DeviceTimeout
 from drivers.scpi.lines import readable
-from drivers.scpi.options import DeviceTable
-from drivers.usb.socket_backend import SocketBackend
+from drivers.scpi.options import DeviceTable, SocketTable
 
 LONGEST = 4096
 CLASS_IN = 0xA1  # a question to the interface, USBTMC table 15
@@ -50,21 +50,26 @@ class Device(USBTMC):
                 raise
 
 
+def socket_backend(table: SocketTable) -> Any:
+    """pyusb's way to an emulated device, published by whoever emulates it; pyusb finds libusb, the way to a real one,
+    by itself.  Raises ConfigError if none is installed."""
+    return entry_points.load(entry_points.USB_BACKENDS, "socket", "USB back end")(table.host, table.port)
+
+
 class UsbWire:
     """See drivers.exchange.Wire; a USBTMC device."""
 
     def __init__(self, table: DeviceTable) -> None:
         self._where = f"USB {table.vendor_id:04x}:{table.product_id:04x} {table.serial or ''}".strip()
         self._timeout_s = table.timeout_s
-        # pyusb looks for libusb itself if it is given no back end of its own.
-        backend = None if table.socket is None else SocketBackend(table.socket.host, table.socket.port)
+        filters = {} if table.socket is None else {"backend": socket_backend(table.socket)}
         timeout_ms = round(table.timeout_s * 1e3)
         try:
             self._device = Device(
                 table.vendor_id,
                 table.product_id,
                 table.serial,
-                device_filters={"backend": backend} if backend else {},
+                device_filters=filters,
                 timeout=timeout_ms,
             )
             self._device.usb_dev.default_timeout = timeout_ms

@@ -9,7 +9,6 @@ from typing import Literal
 
 import numpy as np
 
-from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, PlatformError, RecordingError
 from platform_daemon.diagnosis import (
     DataDefect,
@@ -19,21 +18,16 @@ from platform_daemon.diagnosis import (
     ProgressCallback,
     diagnose_shots,
 )
-from platform_daemon.estimation import LostTrajectoryError, RingDownModel, SeriesNoise, find_clipping
-from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles
+from platform_daemon.estimation import LostTrajectoryError, RingDownModel, SeriesNoise
 
-from .calibrated import ring_down
-from .fit_request import NAME_THE_VARIANT, checked_variant
 from .frames import chosen_frames
-from .measurement import angle_record
-from .model_registry.resolve import ModelChoice, model_of, notes_of, with_receiver_correction
-from .noise import recording_noise
+from .measurement import PENDULUM, AngleMeasurement, Calibration, Measurement, VoltageMeasurement, open_measurement
+from .model_registry.resolve import ModelChoice, model_of, notes_of
 
 Observable = Literal["dmdt", "angle"]
 FramesByFile = Mapping[Path, Sequence[int] | None]
 """Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
-_PENDULUM = "thread"  # of an angle, about which no file says what swings: restoring torque and viscous damping
 
 
 class NothingToDiagnoseError(InputError):
@@ -81,7 +75,7 @@ def load_diagnosis_input(
     variant: ModelChoice | None = None,
     observable: Observable | None = None,
     base: ModelChoice | None = None,
-    calibration: tuple[ReceiveCalibration, str] | None = None,
+    calibration: Calibration | None = None,
     frames: FramesByFile | None = None,
 ) -> DiagnosisInput:
     """Read recordings or angle series of one specimen.
@@ -98,40 +92,66 @@ def load_diagnosis_input(
         InputError: files that cannot be read, do not belong together, or hold no sensitivity; an unknown model.
         NothingToDiagnoseError: no frame is left.
     """
-    files = tuple(dict.fromkeys(Path(f) for f in files))
-    if _observed(files, observable) == "angle":
-        return _angles(files, base or variant)
-    return _ring_downs(files, base or variant, calibration, frames or {})
+    measurements, model = _opened(files, base or variant, observable, calibration)
+    loaded = _Loaded([], [], [*_doubts(measurements), *notes_of(model)])
+    if isinstance(measurements[0], AngleMeasurement) and not (base or variant):
+        loaded.notes.append(f"no variant was named: the declared model is {PENDULUM}, a pendulum with viscous damping")
+    angles = [m for m in measurements if isinstance(m, AngleMeasurement)]
+    shared = SeriesNoise()
+    for one in angles:
+        if one.series.finite:
+            shared.learn(one.signal(0).record)
+    for one in angles:
+        _add_angle(one, shared, loaded)
+    for recorded in measurements:
+        if isinstance(recorded, VoltageMeasurement):
+            _add_frames(recorded, loaded, chosen_frames(recorded, (frames or {}).get(recorded.path)))
+    return _specimen(loaded, model_of(model), tuple(m.path for m in measurements))
 
 
 def check_diagnosis_input(
     files: Sequence[Path],
     variant: ModelChoice | None = None,
     observable: Observable | None = None,
-    calibration: tuple[ReceiveCalibration, str] | None = None,
+    calibration: Calibration | None = None,
     frames: FramesByFile | None = None,
 ) -> None:
-    """What load_specimen raises before it has read any samples."""
-    if _observed(files, observable) == "angle":
-        _checked(variant or _PENDULUM)
-        for path in files:
-            _must_be_time_series(path)
-        return
-    recordings = [_opened(path, calibration) for path in files]
-    chosen = _one_variant(recordings, variant)
-    for recording in recordings:
-        with_receiver_correction(recording, chosen)
-        chosen_frames(recording, (frames or {}).get(recording.path))
+    """What load_diagnosis_input raises before it has looked at any frame."""
+    for measurement in _opened(files, variant, observable, calibration)[0]:
+        chosen_frames(measurement, (frames or {}).get(measurement.path))
 
 
-def _must_be_time_series(path: Path) -> None:
-    if not is_time_series(path):
+def _opened(
+    files: Sequence[Path], wanted: ModelChoice | None, observable: Observable | None, calibration: Calibration | None
+) -> tuple[list[Measurement], ModelChoice]:
+    """Files that can be diagnosed together, each once, as the model of all of them wants them.  Raises InputError."""
+    opened = [open_measurement(path, calibration) for path in dict.fromkeys(map(Path, files))]
+    angles = isinstance(opened[0], AngleMeasurement) if observable is None else observable == "angle"
+    for measurement in opened:
+        _check(measurement, angle=angles)
+    chosen = _one_variant(opened, wanted)
+    return [measurement.under(chosen)[0] for measurement in opened], chosen
+
+
+def _check(measurement: Measurement, *, angle: bool) -> None:
+    """Raises RecordingError for an angle where there should be none, for volts, and for a file without an angle."""
+    where = str(measurement.path)
+    if angle and not isinstance(measurement, AngleMeasurement):
         remedy = "leave the observable out, or name a file with /time and /signal"
-        raise RecordingError("holds no angle: /time and /signal are missing", where=str(path), remedy=remedy)
-
-
-def _observed(files: Sequence[Path], observable: Observable | None) -> Observable:
-    return observable or ("angle" if is_time_series(files[0]) else "dmdt")
+        raise RecordingError("holds no angle: /time and /signal are missing", where=where, remedy=remedy)
+    if isinstance(measurement, AngleMeasurement):
+        if not angle:
+            remedy = (
+                "diagnose it as an angle (--observable, or `observable` of a request), alone or with others like it"
+            )
+            raise RecordingError("holds an angle (/time, /signal), not coil voltages", where=where, remedy=remedy)
+    elif measurement.calibration is None:
+        raise RecordingError(
+            "has no sensitivity",
+            where=f"{where}: /calibration/sensitivity",
+            why="the diagnosis needs dm/dt, and volts alone do not tell it",
+            remedy="give a calibration (--calibration), or record with one",
+        )
 
 
 def diagnose_input(specimen: DiagnosisInput, tell: ProgressCallback) -> Diagnosis:
@@ -151,133 +171,71 @@ def _named(files: Sequence[Path]) -> str:
     return f"{files[0]}{more}"
 
 
-def _checked(variant: ModelChoice) -> ModelChoice:
-    """Raises InputError for a name that is not declared."""
-    return checked_variant(variant) if isinstance(variant, str) else variant
-
-
-def _ring_downs(
-    files: tuple[Path, ...],
-    variant: ModelChoice | None,
-    calibration: tuple[ReceiveCalibration, str] | None,
-    frames: FramesByFile,
-) -> DiagnosisInput:
-    recordings = [_opened(path, calibration) for path in files]
-    chosen = _one_variant(recordings, variant)
-    loaded = _Loaded([], [], [*_specimen_notes(recordings), *notes_of(chosen)])
-    for recording in recordings:
-        _add_frames(
-            with_receiver_correction(recording, chosen), loaded, chosen_frames(recording, frames.get(recording.path))
-        )
-    return _specimen(loaded, model_of(chosen), files)
-
-
-def _opened(path: Path, calibration: tuple[ReceiveCalibration, str] | None) -> Recording:
-    """A recording with a calibration.  Raises RecordingError."""
-    if is_time_series(path):
-        remedy = "diagnose it as an angle (--observable, or `observable` of a request), alone or with others like it"
-        raise RecordingError("holds an angle (/time, /signal), not coil voltages", where=str(path), remedy=remedy)
-    recording = open_recording(path)
-    if calibration is not None:
-        recording = recording.with_calibration(*calibration)
-    if recording.calibration is None:
-        raise RecordingError(
-            "has no sensitivity",
-            where=f"{path}: /calibration/sensitivity",
-            why="the diagnosis needs dm/dt, and volts alone do not tell it",
-            remedy="give a calibration (--calibration), or record with one",
-        )
-    return recording
-
-
-def _one_variant(recordings: Sequence[Recording], wanted: ModelChoice | None) -> ModelChoice:
+def _one_variant(measurements: Sequence[Measurement], wanted: ModelChoice | None) -> ModelChoice:
     """The model of all files.  Raises InputError if they differ or say nothing."""
-    said = {r.variant: r.path for r in reversed(recordings) if r.variant is not None}
+    said = {m.variant: m.path for m in reversed(measurements) if m.variant is not None}
     if len(said) > 1:
         what = "; ".join(f"{path.name} holds a {name}" for name, path in said.items())
         raise InputError(
             "the files hold different resonators", where="FILE...", why=what, remedy="diagnose each specimen by itself"
         )
-    chosen = wanted or next(iter(said), None)
-    if chosen is None:
-        raise RecordingError(
-            "the file does not say which resonator it holds",
-            where=f"{recordings[0].path}: /resonator/variant",
-            remedy=NAME_THE_VARIANT,
-        )
-    return _checked(chosen)
+    return measurements[0].under(wanted or next(iter(said), None))[1]
 
 
-def _specimen_notes(recordings: Sequence[Recording]) -> list[str]:
+def _doubts(measurements: Sequence[Measurement]) -> list[str]:
     """Doubts whether it is one specimen."""
-    names = dict.fromkeys(r.provenance.sample_name for r in recordings if r.provenance and r.provenance.sample_name)
+    recorded = [m.recording.provenance for m in measurements if isinstance(m, VoltageMeasurement)]
+    names = dict.fromkeys(p.sample_name for p in recorded if p and p.sample_name)
     if len(names) > 1:
         return [f"the files name different samples ({', '.join(names)}); they were taken for one specimen"]
     return []
 
 
-def _add_frames(recording: Recording, loaded: _Loaded, frames: Sequence[int]) -> None:
+def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequence[int]) -> None:
     """Good frames of a recording with its noise; blank ones only tell the noise."""
-    assert recording.calibration is not None
-    noise = recording_noise(recording)
-    sensitivity = np.asarray(recording.calibration.sensitivity, dtype=np.float64)
+    assert measurement.calibration is not None
+    noise = measurement.noise()
+    sensitivity = np.asarray(measurement.calibration.sensitivity, dtype=np.float64)
     square = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
     for k in frames:
-        info = recording.frame_info[k]
-        name = f"{recording.path.name} frame {k}"
+        info = measurement.recording.frame_info[k]
+        name = f"{measurement.path.name} frame {k}"
         if info.blank:
             continue
         if info.verdict != "good":
             loaded.leave_out(name, info.reason or info.verdict)
             continue
         try:
-            volts = recording.rx_volts(k)
-            record, assumed = ring_down(volts, recording.sequence.rate_hz, recording.calibration)
+            signal = measurement.signal(k)
         except PlatformError as error:
             loaded.leave_out(name, error.what)
             continue
-        clipped = find_clipping(volts)
+        clipped = signal.clipping()
         if clipped is not None:
             loaded.flaws.append(DataDefect("saturation", f"{name}: {clipped}", -1))
             loaded.leave_out(name, f"saturated: {clipped}")
             continue
-        of_shot = noise.for_shot(record)
+        of_shot = noise.for_shot(signal.record)
         if of_shot.model is None:
             loaded.leave_out(name, "its noise cannot be measured")
             continue
-        loaded.notes += [f"{name}: {note}" for note in (*assumed, of_shot.note) if note]
-        loaded.shots.append(DiagnosisShot(name, record, of_shot.model, square, recording.path.name))
+        loaded.notes += [f"{name}: {note}" for note in (*signal.notes, of_shot.note) if note]
+        loaded.shots.append(DiagnosisShot(name, signal.record, of_shot.model, square, measurement.path.name))
 
 
-def _angles(files: tuple[Path, ...], variant: ModelChoice | None) -> DiagnosisInput:
-    """Angle series, one shot each, with a common noise where they are alike."""
-    series = [read_angles(path) for path in files]
-    loaded = _Loaded([], [], [])
-    if variant is None:
-        loaded.notes.append(f"no variant was named: the declared model is {_PENDULUM}, a pendulum with viscous damping")
-    model = model_of(_checked(variant or _PENDULUM))
-    noise = SeriesNoise()
-    for one in series:
-        if one.finite:
-            noise.learn(angle_record(one))
-    for one in series:
-        _add_angles(one, noise, loaded)
-    return _specimen(loaded, model, files)
-
-
-def _add_angles(series: AngleSeries, noise: SeriesNoise, loaded: _Loaded) -> None:
-    name = series.path.name
-    loaded.flaws += [DataDefect("clock_gap", f"{name}: {text}", -1) for text in series.clock]
-    if not series.finite:
+def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loaded) -> None:
+    """An angle series is one shot, with a common noise where several are alike."""
+    name, signal = measurement.path.name, measurement.signal(0)
+    loaded.flaws += [DataDefect("clock_gap", f"{name}: {text}", -1) for text in signal.notes]
+    if not measurement.series.finite:
         loaded.flaws.append(DataDefect("not_finite", f"{name}: samples are not finite numbers", -1))
         loaded.leave_out(name, "samples are not finite numbers")
         return
-    record = angle_record(series)
-    model = noise.for_shot(record).model
+    model = noise.for_shot(signal.record).model
     if model is None:
         loaded.leave_out(name, "its noise cannot be measured: too few samples")
         return
-    loaded.shots.append(DiagnosisShot(name, record, model, None, name))
+    loaded.shots.append(DiagnosisShot(name, signal.record, model, None, name))
 
 
 def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> DiagnosisInput:

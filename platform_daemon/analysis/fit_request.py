@@ -5,29 +5,46 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
 
-from drivers.errors import InputError, RecordingError
-from platform_daemon.estimation import MODELS, PARAMETER_NAMES, TERMS, RingDownModel, model_named
-from platform_daemon.store import Recording
+from drivers.calibration import ReceiveCalibration
+from drivers.errors import InputError
+from platform_daemon.estimation import MODELS, TERMS, RingDownModel, model_named
+from platform_daemon.schemas import FrameFit, Window
 
-from .model_registry.adopted_model import AdoptedModel
-from .model_registry.resolve import ModelChoice, label_of, model_of, with_receiver_correction
+from .model_registry.resolve import ModelChoice, label_of, model_of
 
-Window = Literal["n50", "d30"] | float
 NAME_THE_VARIANT = "name the variant, thread or jewel (--variant, or `variant` of a request)"
 NAMED_WINDOWS: dict[str, Window] = {"n50": "n50", "d30": "d30"}
 COEFFICIENTS = frozenset(c.name for term in TERMS.values() for c in term.coefficients)
-FITTED_NAMES = (
-    *PARAMETER_NAMES,
-    *(c.name for term in TERMS.values() for c in term.coefficients if c.name not in PARAMETER_NAMES),
-)
 
 
 class FitRefused(InputError):
     """A fit that everything else rests on was refused."""
 
     title = "Fit refused"
+
+
+@dataclass(frozen=True, eq=False)
+class FitSettings:
+    """How to fit any file.
+
+    Attributes:
+        variant: a declared or an adopted model; None: what each file says.  terms: further torque terms.
+        window: "n50", "d30" or seconds.
+        fixed, hold_if_inseparable: parameters held, by name: always, or where the window cannot tell them.
+        calibration: replaces the files' own; with where it came from.  None: the files' own.
+        derived: give derived quantities too.
+        frames: of every file; None: all.
+    """
+
+    variant: ModelChoice | None = None
+    window: Window = "d30"
+    fixed: dict[str, float] | None = None
+    calibration: tuple[ReceiveCalibration, str] | None = None
+    derived: bool = False
+    hold_if_inseparable: dict[str, float] | None = None
+    terms: tuple[str, ...] = ()
+    frames: tuple[int, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -38,13 +55,15 @@ class FitRequest:
         variant: a declared model, with further torque terms after "+" if there are any; or an adopted one.
         window: "n50", "d30" or seconds.
         fixed: parameters held, by name.
-        hints: losses held only in frames whose window cannot tell them apart.
+        hold_if_inseparable: losses held only in frames whose window cannot tell them apart.
+        moment_am2: what is known of the resonator's moment, A m^2; a fit that disagrees is warned of.
     """
 
     variant: ModelChoice
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
-    hints: Mapping[str, float] | None = None
+    hold_if_inseparable: Mapping[str, float] | None = None
+    moment_am2: float | None = None
 
     @property
     def model(self) -> RingDownModel:
@@ -66,7 +85,7 @@ def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
             why = f"a {ask.label} {'with' if calibrated else 'without'} calibration lets hold {', '.join(allowed)}"
             raise InputError(f"{name!r} cannot be held fixed", where="fixed", why=why, remedy="leave it free")
         _check_value(model, name, value, "fixed")
-    for name, value in (ask.hints or {}).items():
+    for name, value in (ask.hold_if_inseparable or {}).items():
         if name not in model.losses:
             why = f"the losses of a {ask.label} are {', '.join(model.losses)}"
             raise InputError(f"no hint can be given for {name!r}", where="hints", why=why, remedy="leave it out")
@@ -83,28 +102,6 @@ def _check_value(model: RingDownModel, name: str, value: float, where: str) -> N
         raise InputError(f"{name} = {value} makes no sense", where=where, remedy=remedy)
 
 
-def choose_variant(
-    recording: Recording, variant: ModelChoice | None, terms: Sequence[str] = ()
-) -> tuple[Recording, ModelChoice]:
-    """The caller's variant, else the file's, with further torque terms; the recording as that model wants it.
-
-    Raises InputError if there is none.
-    """
-    if isinstance(variant, AdoptedModel):
-        if terms:
-            remedy = "diagnose on the base of it and adopt what is found, or leave the terms out"
-            raise InputError("an adopted model takes no further terms", where=variant.label, remedy=remedy)
-        return with_receiver_correction(recording, variant), variant
-    chosen = variant or recording.variant
-    if chosen is None:
-        raise RecordingError(
-            "the file does not say which resonator it holds",
-            where=f"{recording.path}: /resonator/variant",
-            remedy=NAME_THE_VARIANT,
-        )
-    return recording, checked_variant(chosen, terms)
-
-
 def checked_variant(variant: str, terms: Sequence[str] = ()) -> str:
     """The name of a declared model with further torque terms.  Raises InputError, with the names there are."""
     name = "+".join((variant, *terms))
@@ -115,16 +112,11 @@ def checked_variant(variant: str, terms: Sequence[str] = ()) -> str:
         raise InputError(f"no variant {name!r}", where="variant", why=str(error), remedy=remedy) from None
 
 
-def names_in_order(names: set[str]) -> list[str]:
-    """Parameters in the order in which they are told."""
-    return [name for name in FITTED_NAMES if name in names]
-
-
-def why_refused(frames: Iterable[Mapping[str, Any]]) -> str | None:
+def why_refused(frames: Iterable[FrameFit]) -> str | None:
     """Why a report has no good frame, each reason once; None if it has one."""
     reasons: dict[str, list[int]] = {}
     for frame in frames:
-        if frame["verdict"] == "good":
+        if frame.good:
             return None
-        reasons.setdefault(frame["reason"], []).append(frame["frame"])
+        reasons.setdefault(frame.reason or "", []).append(frame.frame)
     return "; ".join(f"frame {', '.join(map(str, k))}: {reason}" for reason, k in reasons.items())

@@ -2,65 +2,59 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
 from platform_daemon.estimation import RefusedError, estimate_from_harmonics
-from platform_daemon.store import Recording
+from platform_daemon.schemas import HarmonicEstimate, RefusedHarmonicEstimate
 
-from .calibrated import checked_clipping, ring_down
+from .calibrated import calibrated_signal
+from .measurement import VoltageMeasurement
 
 _MOST_SAMPLES = 2**16  # 1 s at 61 kHz: more than the estimator looks at, and the calibration then costs always the same
+Harmonics = HarmonicEstimate | RefusedHarmonicEstimate
 
 
-def frame_harmonics(recording: Recording, k: int) -> dict[str, Any]:
-    """The report of a stored frame; refused where the daemon refused the frame, or did not excite it.
+def frame_harmonics(measurement: VoltageMeasurement, k: int) -> Harmonics:
+    """Of a stored frame, with its number; refused where the daemon refused the frame, or did not excite it.
 
     Raises InputError for a frame that does not exist, RecordingError for one that cannot be read.
     """
-    volts = recording.rx_volts(k)
-    info = recording.frame_info[k]
-    if info.verdict != "good" or info.blank:
-        return _refused("a blank shot, without excitation" if info.blank else info.reason)
-    return harmonics_report(volts, recording.sequence.rate_hz, recording.calibration)
+    recording = measurement.recording
+    volts, excuse = recording.rx_volts(k), measurement.excuse(k)
+    if excuse is not None:
+        return RefusedHarmonicEstimate(frame=k, verdict="refused", reason=excuse)
+    found = shot_harmonics(volts, recording.sequence.rate_hz, recording.calibration)
+    return found.model_copy(update={"frame": k})
 
 
-def harmonics_report(
-    rx_volts: NDArray[np.float64], rate_hz: float, calibration: ReceiveCalibration | None
-) -> dict[str, Any]:
+def shot_harmonics(rx_volts: NDArray[np.float64], rate_hz: float, calibration: ReceiveCalibration | None) -> Harmonics:
     """Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there are none.
 
-    SI units; no errors are given: the bias against the fit stands in estimation/derived/frequency_domain.py.
+    No errors are given: the bias against the fit stands in estimation/harmonic_estimator.
     Raises RecordingError if the calibration does not fit the data.
     """
-    volts = rx_volts[:, :_MOST_SAMPLES]
-    record, _ = ring_down(volts, rate_hz, calibration)
+    signal = calibrated_signal(rx_volts[:, :_MOST_SAMPLES], rate_hz, calibration)
     try:
-        checked_clipping(volts)
-        found = estimate_from_harmonics(record)
+        signal.harmless_clipping()
+        found = estimate_from_harmonics(signal.record)
     except (RefusedError, ValueError) as refused:
-        return _refused(str(refused))
-    return {
-        "verdict": "good",
-        "reason": None,
-        "time_s": found.time_s,
-        "stretch_s": found.stretch_s,
-        "frequency_hz": found.frequency_hz,
-        "chirp_hz_per_s": found.chirp_hz_per_s,
-        "f_nat_hz": found.f_nat_hz,
-        "m_r_am2": found.m_r_am2,
-        "amplitude_rad": found.amplitude_rad,
-        "amplitude_at_start_rad": found.amplitude_at_start_rad,
-        "decay_per_s": found.decay_per_s,
-        "lambda_per_s": found.lambda_per_s,
-        "rodrigues_rad": found.rodrigues.tolist(),
-        "harmonics_am2_per_s": found.harmonics.tolist(),
-        "second_harmonic_snr": found.second_harmonic_snr,
-    }
-
-
-def _refused(reason: str) -> dict[str, Any]:
-    return {"verdict": "refused", "reason": reason}
+        return RefusedHarmonicEstimate(verdict="refused", reason=str(refused))
+    return HarmonicEstimate(
+        verdict="good",
+        reason=None,
+        time_s=found.time_s,
+        stretch_s=found.stretch_s,
+        frequency_hz=found.frequency_hz,
+        chirp_hz_per_s=found.chirp_hz_per_s,
+        f_nat_hz=found.f_nat_hz,
+        m_r_am2=found.m_r_am2,
+        amplitude_rad=found.amplitude_rad,
+        amplitude_at_start_rad=found.amplitude_at_start_rad,
+        decay_per_s=found.decay_per_s,
+        lambda_per_s=found.lambda_per_s,
+        rodrigues_rad=tuple(found.rodrigues.tolist()),
+        harmonics_am2_per_s=tuple(found.harmonics.tolist()),
+        second_harmonic_snr=found.second_harmonic_snr,
+    )

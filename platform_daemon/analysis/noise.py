@@ -14,7 +14,7 @@ from drivers.errors import PlatformError
 from platform_daemon.estimation import SeriesNoise, saturation
 from platform_daemon.store import Recording
 
-from .calibrated import ring_down
+from .calibrated import calibrated_signal
 
 _FRAMES = 12  # as many as a series learns from
 
@@ -67,8 +67,7 @@ def learn_noise(
 ) -> None:
     """Let a series' noise learn from one RX window, (c, n) V, unless it is clipped.  Raises RecordingError."""
     if saturation(rx_volts) is None:
-        record, _ = ring_down(rx_volts, rate_hz, calibration)
-        noise.learn(record, blank=blank)
+        noise.learn(calibrated_signal(rx_volts, rate_hz, calibration).record, blank=blank)
 
 
 def _frames_to_learn_from(recording: Recording) -> list[int]:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
+from platform_daemon.design import expected_moment, expected_omega
 from platform_daemon.estimation import MeasurementPlan, RefusedError, model_named, planned_window_s, predict_precision
-from sequences.settle import expected_moment, expected_omega
+from platform_daemon.schemas import PAPER_NOISE_AM2_PER_S, RODRIGUES, PredictionReport, Window, WindowPrecision
 
-from .fit_request import COEFFICIENTS, Window
-
-PAPER_NOISE_AM2_PER_S = (0.014, 0.021, 0.055)  # footnote of the paper's "Primary Results": x, y, z
-PAPER_DEFLECTION_DEG = {"thread": 22.8, "jewel": 53.0}  # paper tab:model_params_fit_result, D30
+from .fit_request import COEFFICIENTS
 
 
 def expected_parameters(
@@ -34,7 +31,7 @@ def expected_parameters(
         "m_r_am2": expected_moment(specimen),
         "phi_max_rad": phi_max_rad,
         "psi_start_rad": psi_start_rad,
-        **dict(zip(("rodrigues_x", "rodrigues_y", "rodrigues_z"), specimen.pose.rodrigues_rad, strict=True)),
+        **dict(zip(RODRIGUES, specimen.pose.rodrigues_rad, strict=True)),
     }
     known["lambda_per_s"] = m.lambda_per_s
     if m.tf_over_i_rad_per_s2 is not None:
@@ -60,7 +57,7 @@ def planned_precision(
     fixed: tuple[str, ...] = (),
     variant: str | None = None,
     expected: Mapping[str, float] | None = None,
-) -> dict[str, Any]:
+) -> PredictionReport:
     """Smallest possible standard deviations per window, of the specimen's own variant or of another model.
 
     Raises InputError if the plan makes no sense.
@@ -76,12 +73,13 @@ def planned_precision(
     except (ValueError, ArithmeticError) as error:
         remedy = "give three positive noise levels, a window that ends, and a deflection below 90 deg"
         raise InputError("nothing can be predicted for this plan", why=str(error), remedy=remedy) from None
-    return {
-        "variant": variant,
-        "expected": parameters,
-        "noise_sd_am2_per_s": list(noise_am2_per_s),
-        "sampling_rate_hz": sampling_rate_hz,
-        "windows": [
-            {"window": w, "window_s": b.window_s, "std": b.sd, "orientation_rad": b.orientation_rad} for w, b in bounds
-        ],
-    }
+    return PredictionReport(
+        variant=variant,
+        expected=parameters,
+        noise_sd_am2_per_s=tuple(noise_am2_per_s),
+        sampling_rate_hz=sampling_rate_hz,
+        windows=tuple(
+            WindowPrecision(window=w, window_s=b.window_s, std=b.sd, orientation_rad=b.orientation_rad)
+            for w, b in bounds
+        ),
+    )

@@ -1,4 +1,4 @@
-"""Sliding-window fits of a stored frame: the report in JSON form, and what to draw of it."""
+"""Sliding-window fits of a stored frame: the report, and what to draw of it."""
 
 from __future__ import annotations
 
@@ -6,23 +6,20 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Any
 
 from drivers.errors import InputError
 from platform_daemon.estimation import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
-from platform_daemon.store import AngleSeries, Recording
+from platform_daemon.schemas import FlatnessReport, ParameterEstimate, SlidingReport, WindowFitReport
 
-from .calibrated import ring_down
-from .fit_request import FitRefused, choose_variant
-from .measurement import angle_record, angle_variant
+from .fit_request import FitRefused
+from .measurement import Measurement
 from .model_registry.resolve import ModelChoice, model_of
-from .noise import recording_noise
 
 
 def slide_frame(
-    recording: Recording,
+    measurement: Measurement,
     frame: int,
-    variant: ModelChoice | None,
+    model: ModelChoice | None,
     window_s: float | None,
     step_s: float | None,
     lambda_mode: LambdaMode = "auto",
@@ -34,27 +31,11 @@ def slide_frame(
 
     Raises InputError for lengths that do not fit, FitRefused if they cannot be chosen, and what reading it raises.
     """
-    recording, chosen = choose_variant(recording, variant, terms)
-    record, _ = ring_down(recording.rx_volts(frame), recording.sequence.rate_hz, recording.calibration)
-    noise = recording_noise(recording).for_shot(record).model
+    measurement, chosen = measurement.under(model, terms)
+    record = measurement.signal(frame).record
+    noise = measurement.noise().for_shot(record).model
     with _said_of(f"frame {frame}", options):
         return fit_sliding(record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise)
-
-
-def slide_angles(
-    series: AngleSeries,
-    variant: ModelChoice | None,
-    window_s: float | None,
-    step_s: float | None,
-    lambda_mode: LambdaMode = "auto",
-    *,
-    terms: Sequence[str] = (),
-    options: tuple[str, str] = ("window_s", "step_s"),
-) -> SlidingFit:
-    """The same of an angle file."""
-    model = model_of(angle_variant(series, variant, terms))
-    with _said_of(str(series.path), options):
-        return fit_sliding(angle_record(series), model, window_s, step_s, lambda_mode=lambda_mode)
 
 
 @contextmanager
@@ -70,30 +51,30 @@ def _said_of(where: str, options: tuple[str, str]) -> Iterator[None]:
         raise InputError("no windows", where=where, why=str(error), remedy=remedy) from None
 
 
-def sliding_report(found: SlidingFit) -> dict[str, Any]:
-    """JSON form: every window with its estimates or the reason of its refusal, and how flat each constant is."""
+def sliding_report(found: SlidingFit) -> SlidingReport:
+    """Every window with its estimates or the reason of its refusal, and how flat each constant is."""
     flat = {name: found.flatness(name) for name in found.constants}
-    return {
-        "window_s": found.window_s,
-        "step_s": found.step_s,
-        "windows": [_window(w) for w in found.windows],
-        "flatness": {name: asdict(f) for name, f in flat.items() if f is not None},
-    }
+    return SlidingReport(
+        window_s=found.window_s,
+        step_s=found.step_s,
+        windows=tuple(_window(w) for w in found.windows),
+        flatness={name: FlatnessReport(**asdict(f)) for name, f in flat.items() if f is not None},
+    )
 
 
-def _window(window: WindowFit) -> dict[str, Any]:
+def _window(window: WindowFit) -> WindowFitReport:
     fit = window.fit
-    return {
-        "start_s": window.start_s,
-        "end_s": window.end_s,
-        "centre_s": window.centre_s,
-        "verdict": fit.verdict,
-        "reason": fit.reason,
-        "lambda_fixed": window.lambda_fixed,
-        "parameters": {n: {"value": e.value, "std": e.std} for n, e in fit.parameters.items()},
-        "chi2_per_dof": fit.chi2_per_dof,
-        "warnings": list(fit.warnings),
-    }
+    return WindowFitReport(
+        start_s=window.start_s,
+        end_s=window.end_s,
+        centre_s=window.centre_s,
+        verdict=fit.verdict,
+        reason=fit.reason,
+        lambda_fixed=window.lambda_fixed,
+        parameters={name: ParameterEstimate(**asdict(e)) for name, e in fit.parameters.items()},
+        chi2_per_dof=fit.chi2_per_dof,
+        warnings=fit.warnings,
+    )
 
 
 def flatness_lines(found: SlidingFit) -> list[str]:

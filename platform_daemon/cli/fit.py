@@ -5,17 +5,19 @@ from __future__ import annotations
 import sys
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drivers.errors import InputError, PlatformError
 from platform_daemon import analysis
 from platform_daemon.reports import fit_line, fit_table_text
+from platform_daemon.schemas import FileError, FitBatch, FitReport
 
 from .interrupts import end_at_once, heed_one_interrupt
 from .options import (
     CalibrationOption,
+    FixOption,
     ForceOption,
     FramesOption,
     JsonOption,
@@ -23,6 +25,7 @@ from .options import (
     TermOption,
     VariantOption,
     WindowOption,
+    calibration_in,
     variant_named,
 )
 from .output import must_not_exist, write_json
@@ -42,7 +45,7 @@ def fit(
     window: WindowOption = "d30",
     calibration: CalibrationOption = None,
     frames: FramesOption = None,
-    fix: Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")] = None,
+    fix: FixOption = None,
     hint: Annotated[
         list[str] | None, typer.Option("--hint", help="Hold the loss NAME=VALUE where the window cannot tell it.")
     ] = None,
@@ -56,17 +59,16 @@ def fit(
 ) -> None:
     """Fit the frames of one or more recordings."""
     from platform_daemon.analysis import FitSettings
-    from platform_daemon.store import read_calibration
 
     from .parsing import parse_frames, parse_values, parse_window
 
-    other = None if calibration is None else (read_calibration(calibration), str(calibration))
+    other = calibration_in(calibration)
     fixed, hints = parse_values(fix or [], "--fix"), parse_values(hint or [], "--hint")
     settings = FitSettings(
         variant_named(variant, models), parse_window(window), fixed, other, derived, hints, tuple(term or ()),
         None if frames is None else parse_frames(frames),
     )  # fmt: skip
-    must_not_exist(json_file, force)
+    must_not_exist(json_file, force, ".json")
     _check_ledger(jsonl, resume, force)
     heed_one_interrupt()
     with ExitStack() as stack:
@@ -76,11 +78,7 @@ def fit(
                 workers = stack.enter_context(_workers(results.todo, settings, processes, dask))
                 _fit_all(results, settings, workers)
         except KeyboardInterrupt:
-            write_json(json_file, results.content())
-            print(
-                f"interrupted; {len(results.files) - len(results.todo)} of {len(results.files)} files are finished",
-                file=sys.stderr,
-            )
+            _tell_interrupted(results, json_file)
             end_at_once()
     _end(results, json_file)
 
@@ -89,7 +87,7 @@ def _check_ledger(jsonl: Path | None, resume: bool, force: bool) -> None:
     """Raises InputError if --jsonl and --resume do not go together with what there is."""
     if resume and jsonl is None:
         raise InputError("nothing to go on from", where="--resume", remedy="name the file of the last run with --jsonl")
-    must_not_exist(jsonl, force or resume)
+    must_not_exist(jsonl, force or resume, ".jsonl")
 
 
 def _ledger(stack: ExitStack, jsonl: Path | None, settings: FitSettings, resume: bool) -> Ledger | None:
@@ -130,7 +128,7 @@ class _Results:
     def __init__(self, files: list[Path], ledger: Ledger | None) -> None:
         self.files = list(dict.fromkeys(files))
         self._ledger = ledger
-        self._ended: dict[Path, dict[str, Any] | PlatformError] = {}
+        self._ended: dict[Path, FitReport | PlatformError] = {}
         for path in self.files:
             report = None if ledger is None else ledger.finished(path)
             if report is not None:
@@ -150,15 +148,13 @@ class _Results:
     @property
     def any_good(self) -> bool:
         """Is there a good frame?"""
-        reports = [r for r in self._ended.values() if not isinstance(r, PlatformError)]
-        return any(frame["verdict"] == "good" for report in reports for frame in report["frames"])
+        return any(r.good_frames for r in self._ended.values() if not isinstance(r, PlatformError))
 
-    def add(self, path: Path, outcome: dict[str, Any] | PlatformError, left: str) -> None:
+    def add(self, path: Path, outcome: FitReport | PlatformError, left: str) -> None:
         """A file has ended: keep it, tell it."""
         self._ended[path] = outcome
         if self._ledger is not None:
-            failed = isinstance(outcome, PlatformError)
-            self._ledger.add(path, _error_entry(outcome) if failed else {"report": outcome})  # type: ignore[arg-type]
+            self._ledger.add(path, outcome)
         self._say(path, left)
 
     def _say(self, path: Path, left: str) -> None:
@@ -173,15 +169,29 @@ class _Results:
         else:
             print(f"{place}: {fit_line(outcome)} ({left})", flush=True)
 
-    def content(self) -> Any:
-        """For --json: the fixed form of the one file, or all of them."""
-        ended = [(path, self._ended[path]) for path in self.files if path in self._ended]
-        entries = [{"file": str(p), **_error_entry(r)} if isinstance(r, PlatformError) else r for p, r in ended]
-        return entries[0] if len(self.files) == 1 and entries else {"files": entries}
+    def content(self) -> FitReport | FitBatch | None:
+        """For --json: the report of the one file, or all of them; None if no file has ended."""
+        if not self._ended:
+            return None
+        entries = tuple(_entry(path, self._ended[path]) for path in self.files if path in self._ended)
+        if len(self.files) == 1 and isinstance(entries[0], FitReport):
+            return entries[0]
+        return FitBatch(files=entries, unfinished=tuple(map(str, self.todo)) or None)
 
 
-def _error_entry(error: PlatformError) -> dict[str, Any]:
-    return {"error": {"title": error.title, "detail": str(error)}}
+def _entry(path: Path, outcome: FitReport | PlatformError) -> FitReport | FileError:
+    if isinstance(outcome, PlatformError):
+        return FileError(file=str(path), error=analysis.error_summary(outcome))
+    return outcome
+
+
+def _tell_interrupted(results: _Results, json_file: Path | None) -> None:
+    """What has ended is kept, and names what has not; where nothing has, nothing is written."""
+    content = results.content()
+    if content is not None:
+        write_json(json_file, content)
+    done, files = len(results.files) - len(results.todo), len(results.files)
+    print(f"interrupted; {done} of {files} files are finished", file=sys.stderr)
 
 
 def _fit_all(results: _Results, settings: FitSettings, workers: WorkerPool) -> None:

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from drivers.errors import InputError, PlatformError
+from platform_daemon.schemas import (
+    PARAMETERS,
+    FileError,
+    HarmonicEstimate,
+    HarmonicsBatch,
+    HarmonicsReport,
+    RefusedHarmonicEstimate,
+)
 
-from .options import CalibrationOption, ForceOption, FramesOption, JsonOption
+from .options import CalibrationOption, ForceOption, FramesOption, JsonOption, calibration_in
 from .output import must_not_exist, write_json
+
+if TYPE_CHECKING:
+    from platform_daemon.analysis import Harmonics, VoltageMeasurement
 
 
 def harmonics(
@@ -24,72 +34,62 @@ def harmonics(
     force: ForceOption = False,
 ) -> None:
     """Read f_nat, m_r, amplitude and decay off the harmonics of the first 24 periods: a cross-check of the fit."""
-    from platform_daemon.store import read_calibration
+    from platform_daemon.analysis import error_summary, open_voltages
 
     from .parsing import parse_frames
 
     chosen = None if frames is None else parse_frames(frames)
-    must_not_exist(json_file, force)
-    other = None if calibration is None else (read_calibration(calibration), str(calibration))
-    entries: list[dict[str, Any]] = []
+    must_not_exist(json_file, force, ".json")
+    other = calibration_in(calibration)
+    entries: list[HarmonicsReport | FileError] = []
     errors: list[PlatformError] = []
     for path in dict.fromkeys(files):
         try:
-            entries.append(_file(path, chosen, other, named=len(files) > 1))
+            entries.append(_file(open_voltages(path, other), chosen, named=len(files) > 1))
         except PlatformError as error:
             if len(files) == 1:
                 raise
             errors.append(error)
-            entries.append({"file": str(path), "error": {"title": error.title, "detail": str(error)}})
+            entries.append(FileError(file=str(path), error=error_summary(error)))
             print(f"{path}: error: {error}", file=sys.stderr)
-    write_json(json_file, entries[0] if len(files) == 1 else {"files": entries})
+    write_json(json_file, entries[0] if len(files) == 1 else HarmonicsBatch(files=tuple(entries)))
     if errors:
         raise typer.Exit(2 if all(isinstance(e, InputError) for e in errors) else 1)
-    if not any(f["verdict"] == "good" for entry in entries for f in entry["frames"]):
+    if not any(f.verdict == "good" for entry in entries if isinstance(entry, HarmonicsReport) for f in entry.frames):
         print("every frame was refused", file=sys.stderr)
         raise typer.Exit(3)
 
 
-def _file(
-    path: Path, asked: tuple[int, ...] | None, calibration: tuple[Any, str] | None, *, named: bool
-) -> dict[str, Any]:
+def _file(measurement: VoltageMeasurement, asked: tuple[int, ...] | None, *, named: bool) -> HarmonicsReport:
     """What the frames of one file tell, each told as it comes.  Raises InputError if none can be read."""
-    from platform_daemon.analysis import chosen_frames
-    from platform_daemon.store import open_recording
+    from platform_daemon.analysis import chosen_frames, frame_harmonics, reason_of
 
-    recording = open_recording(path)
-    if calibration is not None:
-        recording = recording.with_calibration(*calibration)
-    frames, unreadable = [], []
-    for k in chosen_frames(recording, asked):
-        report, error = _frame(recording, k)
-        unreadable += [] if error is None else [error]
-        frames.append({"frame": k, **report})
+    path, used = measurement.path, measurement.calibration
+    frames: list[Harmonics] = []
+    unreadable = []
+    for k in chosen_frames(measurement, asked):
+        try:
+            frames.append(frame_harmonics(measurement, k))
+        except PlatformError as error:
+            frames.append(RefusedHarmonicEstimate(frame=k, verdict="refused", reason=reason_of(error)))
+            unreadable.append(error)
         print((f"{path}: " if named else "") + harmonics_line(frames[-1]), flush=True)
     if len(unreadable) == len(frames):
         raise unreadable[0]
-    used = recording.calibration
-    return {"file": str(path), "calibration": None if used is None else used.identifier, "frames": frames}
+    return HarmonicsReport(
+        file=str(path), calibration=None if used is None else used.identifier, frames=tuple(frames)
+    )  # fmt: skip
 
 
-def _frame(recording: Any, k: int) -> tuple[dict[str, Any], PlatformError | None]:
-    """The report of a frame; of one that cannot be read, its refusal and the error."""
-    from platform_daemon.analysis import frame_harmonics, reason_of
-
-    try:
-        return frame_harmonics(recording, k), None
-    except PlatformError as error:
-        return {"verdict": "refused", "reason": reason_of(error)}, error
-
-
-def harmonics_line(frame: Mapping[str, Any]) -> str:
+def harmonics_line(frame: Harmonics) -> str:
     """One frame on one line, in the units of the fit's table."""
-    if frame["verdict"] != "good":
-        return f"frame {frame['frame']}: refused: {frame['reason']}"
-    rodrigues = ", ".join(f"{x:.4f}" for x in frame["rodrigues_rad"])
+    if not isinstance(frame, HarmonicEstimate):
+        return f"frame {frame.frame}: refused: {frame.reason}"
+    rodrigues = ", ".join(f"{x:.4f}" for x in frame.rodrigues_rad)
+    moment = frame.m_r_am2 * PARAMETERS["m_r_am2"].display_factor
     return (
-        f"frame {frame['frame']}: f_nat {frame['f_nat_hz']:.4f} Hz, m_r {1e3 * frame['m_r_am2']:.4f} mAm², "
-        f"amplitude {math.degrees(frame['amplitude_rad']):.3f}° and f {frame['frequency_hz']:.4f} Hz at "
-        f"{frame['time_s']:.3f} s, decay {frame['decay_per_s']:.4f} s⁻¹, orientation ({rodrigues}), "
-        f"second harmonic {frame['second_harmonic_snr']:.3g} times the noise"
+        f"frame {frame.frame}: f_nat {frame.f_nat_hz:.4f} Hz, m_r {moment:.4f} mAm², "
+        f"amplitude {math.degrees(frame.amplitude_rad):.3f}° and f {frame.frequency_hz:.4f} Hz at "
+        f"{frame.time_s:.3f} s, decay {frame.decay_per_s:.4f} s⁻¹, orientation ({rodrigues}), "
+        f"second harmonic {frame.second_harmonic_snr:.3g} times the noise"
     )

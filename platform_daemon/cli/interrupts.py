@@ -9,6 +9,7 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from multiprocessing import util
 from types import FrameType
 from typing import NoReturn
 
@@ -83,4 +84,6 @@ def end_at_once() -> NoReturn:
         sys.stderr.flush()
     for child in multiprocessing.active_children():
         child.kill()
+    # As at any other exit; else Python complains of semaphores that nobody gave back.
+    util._run_finalizers(0)  # type: ignore[attr-defined]  # noqa: SLF001  (atexit does not run here)
     os._exit(INTERRUPTED)

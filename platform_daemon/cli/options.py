@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from drivers.calibration import ReceiveCalibration
     from platform_daemon.analysis import Library, ModelChoice
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
@@ -32,6 +33,7 @@ ModelsOption = Annotated[
 TermOption = Annotated[
     list[str] | None, typer.Option("--with-term", help="A further torque term, as quadratic_drag; may be repeated.")
 ]
+FixOption = Annotated[list[str] | None, typer.Option("--fix", help="Hold NAME=VALUE fixed.")]
 CalibrationOption = Annotated[Path | None, typer.Option("--calibration", help="Use the calibration in this file.")]
 
 
@@ -40,6 +42,13 @@ def library(folder: Path | None) -> Library:
     from platform_daemon.analysis import Library
 
     return Library(folder or Path("data", "models"))
+
+
+def calibration_in(file: Path | None) -> tuple[ReceiveCalibration, str] | None:
+    """A calibration in the place of the files' own, and where it came from.  Raises RecordingError."""
+    from platform_daemon.store import read_calibration
+
+    return None if file is None else (read_calibration(file), str(file))
 
 
 def variant_named(text: str | None, folder: Path | None) -> ModelChoice | None:

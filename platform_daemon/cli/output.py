@@ -7,19 +7,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
-from platform_daemon.schemas import Root, Schema, to_json
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis import Diagnosis
     from platform_daemon.schemas import DiagnosisReport
 
 
-def must_not_exist(path: Path | None, force: bool) -> None:
-    """Raises InputError if the file exists, unless `force`; or if its folder does not."""
+def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
+    """Raises InputError if the file exists, unless `force`; if its folder does not; or if it ends like another kind."""
     if path is None:
         return
     if path.is_dir():
         raise InputError("is a directory", where=str(path), remedy="name a file")
+    if endings and path.suffix and path.suffix.lower() not in endings:
+        what = f"{path.suffix} is not what is written there"
+        raise InputError(what, where=str(path), remedy=f"let its name end in {' or '.join(endings)}")
     if path.exists() and not force:
         raise InputError("exists already", where=str(path), remedy="choose another name, or overwrite it with --force")
     if not path.absolute().parent.is_dir():
@@ -27,8 +29,9 @@ def must_not_exist(path: Path | None, force: bool) -> None:
 
 
 def write_json(path: Path | None, content: Any) -> None:
-    """Write JSON (never NaN) if a path is given.  Raises StorageError."""
+    """Write a result as JSON (never NaN) if a path is given.  Raises StorageError."""
     if path is not None:
+        from platform_daemon.schemas import Root, Schema, to_json
         from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
 
         typed = isinstance(content, Schema | Root)

@@ -7,12 +7,13 @@ import re
 
 from drivers.errors import InputError
 from platform_daemon import analysis
+from platform_daemon.schemas import PARAMETERS, Window
 
 _PART = re.compile(r"(\d{1,9})(?:-(\d{1,9}))?")
 _MOST = 1_000_000
 
 
-def parse_window(text: str) -> analysis.Window:
+def parse_window(text: str) -> Window:
     """ "n50", "d30" or a positive number of seconds.  Raises InputError."""
     if text in analysis.NAMED_WINDOWS:
         return analysis.NAMED_WINDOWS[text]
@@ -30,14 +31,18 @@ def parse_values(texts: list[str], option: str) -> dict[str, float] | None:
     values: dict[str, float] = {}
     for text in texts:
         name, _, value = text.partition("=")
-        if name not in analysis.FITTED_NAMES:
-            remedy = f"one of: {', '.join(analysis.FITTED_NAMES)}"
-            raise InputError(f"no parameter is called {name!r}", where=option, remedy=remedy)
+        check_parameter(name, option)
         try:
             values[name] = float(value)
         except ValueError:
             raise InputError(f"{text!r} holds no number", where=option, remedy="write NAME=VALUE") from None
     return values or None
+
+
+def check_parameter(name: str, option: str) -> None:
+    """Raises InputError that names the option if no parameter is called so."""
+    if name not in PARAMETERS:
+        raise InputError(f"no parameter is called {name!r}", where=option, remedy=f"one of: {', '.join(PARAMETERS)}")
 
 
 def parse_frames(text: str) -> tuple[int, ...]:

@@ -17,6 +17,7 @@ from .options import (
     TermOption,
     VariantOption,
     WindowOption,
+    calibration_in,
     variant_named,
 )
 from .output import must_not_exist, write_json
@@ -28,8 +29,8 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
     from platform_daemon.store import describe, open_recording
 
     facts = describe(open_recording(file))
-    must_not_exist(json_file, force)
-    print_info(facts)
+    must_not_exist(json_file, force, ".json")
+    print_info(facts.model_dump())
     write_json(json_file, facts)
 
 
@@ -45,16 +46,12 @@ def plot(
     force: ForceOption = False,
 ) -> None:
     """Draw dm/dt with the fit over it, the residual and the spectrum."""
-    from platform_daemon.analysis import ring_down_plot_data
+    from platform_daemon.analysis import open_voltages, ring_down_plot_data
     from platform_daemon.reports import save_png
-    from platform_daemon.store import open_recording, read_calibration
 
-    recording = open_recording(file)
-    if calibration is not None:
-        recording = recording.with_calibration(read_calibration(calibration), str(calibration))
+    measurement = open_voltages(file, calibration_in(calibration))
     target = png or file.with_name(f"{file.name.removesuffix('.h5').removesuffix('.mmr')}-frame{frame}.png")
-    must_not_exist(target, force)
-    save_png(
-        ring_down_plot_data(recording, frame, variant_named(variant, models), parse_window(window), term or ()), target
-    )
+    must_not_exist(target, force, ".png")
+    model = variant_named(variant, models)
+    save_png(ring_down_plot_data(measurement, frame, model, parse_window(window), term or ()), target)
     print(target)

@@ -98,18 +98,20 @@ def _diagnose(
     found = select_effects(base, candidates_for(base), pool, tell)
     tell("prediction of held-out data", 0.8)
     seen, before, after, dropped, passed = validate_effects(found, pool)
-    final = seen.refit
+    final = seen.joint_fit
     if final is not found.best:
-        found = replace(found, residues=omnibus_test(final, pool))
+        found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
     if verdict == "unexplained":
         named = ()
     tell("parameters before and after", 0.9)
-    left = found.residues
+    left = found.omnibus_test
     torque = missing_torque(final, left) if verdict in ("unexplained", "partly_explained") else None
-    exact, alike = means(final), [r.candidate for n in named for r in n.alike]
-    after_all = widened(exact, [(means(r.refit), r.rise) for n in named for r in n.alike if r.refit is not None])
+    exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
+    after_all = widened(
+        exact, [(means(r.joint_fit), r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
+    )
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
@@ -128,7 +130,7 @@ def _diagnose(
         torque=torque,
         next_measurements=tuple(
             proposals(
-                [_ambiguity(n, final, pool) for n in named if n.alike],
+                [_ambiguity(n, final, pool) for n in named if n.confounders],
                 left.excess if torque is not None else 0.0,
                 dipole=shots[0].record.quantity != "angle",
             )
@@ -146,8 +148,8 @@ def _ambiguity(named: AcceptedEffect, final: JointFit, pool: Executor) -> Ambigu
     """An effect and its look-alikes, and what further measurements would make of them."""
     effect = named.candidate
     # Of an effect with a hidden scale any value stands for all.
-    others = {(c.effect.id, c.detail): c for r in named.alike if (c := r.candidate).effect is not effect.effect}
-    alike = tuple(others.values()) or tuple(r.candidate for r in named.alike)
+    others = {(c.effect.id, c.detail): c for r in named.confounders if (c := r.candidate).effect is not effect.effect}
+    alike = tuple(others.values()) or tuple(r.candidate for r in named.confounders)
 
     def expected(key: str) -> list[float] | None:
         return discrimination(final, effect, alike, key, pool)

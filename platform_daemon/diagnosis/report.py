@@ -52,7 +52,7 @@ def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
         model=found.model.name,
         scatter={n: m.scatter for n, m in found.parameters_after.items()},
         ranking=tuple(map(_tried, found.found.tried[:_RANKED])),
-        left_over=UnexplainedRest(gain=found.found.residues.excess, p_value=found.found.residues.p_value),
+        left_over=UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value),
         notes=found.notes,
     )
 
@@ -75,7 +75,7 @@ def _means(means: dict[str, Mean]) -> dict[str, MeanParameter]:
 def _effect(named: AcceptedEffect, quantity: str) -> NamedEffect:
     c = named.candidate
     unit = _ANGLE_UNITS.get(c.effect.unit, c.effect.unit) if quantity == "angle" else c.effect.unit
-    others = dict.fromkeys(r.candidate.effect.id for r in named.alike)
+    others = dict.fromkeys(r.candidate.effect.id for r in named.confounders)
     return NamedEffect(
         id=c.effect.id,
         strength=EffectStrength(value=named.strength, std=named.std, unit=unit),

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
 from platform_daemon import analysis
+from platform_daemon.schemas import ShotHarmonics
 
 
 class LiveEstimate:
     """Holds what the harmonics of the last excited shot tell; one thread writes it, anybody may read it."""
 
-    latest: dict[str, Any] | None = None
+    latest: ShotHarmonics | None = None
 
     def see(
         self,
@@ -25,5 +24,5 @@ class LiveEstimate:
         calibration: ReceiveCalibration,
     ) -> None:
         """Look at shot number `shot` (from 1) of an acquisition."""
-        found = analysis.harmonics_report(rx_volts, rate_hz, calibration)
-        self.latest = {"acquisition": acquisition, "shot": shot, **found}
+        found = analysis.shot_harmonics(rx_volts, rate_hz, calibration)
+        self.latest = ShotHarmonics(found.model_copy(update={"acquisition": acquisition, "shot": shot}))

@@ -25,6 +25,8 @@ estimate_from_harmonics: Read frequency, amplitude, moment, orientation and deca
     dm/dt record.
 FitState: Everything that is fitted, as one point of the parameter space.
 NormalEquations: Quadratic model of chi^2 around a state.
+coefficient_jacobian: Derivatives of the channels' coefficients in the kernel's basis by all parameters, (size,
+    channels, b).
 DipoleObservation: dm/dt through m_r and R, seen by channels that mix the world axes.
 PublicParameters: The published parameters of a fit with their covariance.
 by_convention: Resolve phi -> -phi so that the observation obeys its sign convention.
@@ -39,7 +41,6 @@ REACH: Samples that `derivative` looks at on either side.
 derivative: Time derivative of (..., n), n >= 9, from the nearest nine samples.
 kernel: Compile `function` at its first call (nogil, float64, cached on disk).
 Estimate: A value and its standard deviation.
-PARAMETER_NAMES: Names of the published parameters, in order.
 RODRIGUES: Orientation of the resonator, e_u, e_v, e_w in world axes, as a Rodrigues vector.
 mean_over_mirror_images: Chordal mean on SO(3) of vectors (frames, 3), each by its twin nearest to that mean.
 mirror_images: The same motions with phi -> -phi.
@@ -49,8 +50,6 @@ rotations: Rotations of vectors (frames, 3) or (3,).
 MODELS: The declared models by name.
 RingDownModel: An equation of motion, the sum of its torque terms (in units of I w^2), and how it is observed.
 model_named: The declared model of this name, or one with further torque terms, as in "thread+quadratic_drag".
-frequency_ratio: Frequency of the orbit over the natural frequency, pi / (2 K).
-Envelopes: Envelopes of a ring-down (fig:amplitude_plot), arrays (n,).
 envelopes: Envelopes at `points` equidistant times from 0 to duration_s.
 equivalent_quality_factor: tilde Q over [0, T] (eq:tilde-Q), from the traced motion.
 quality_factor: Q = omega_nat / (2 lambda) of viscous damping alone (eq:lambda).
@@ -72,6 +71,12 @@ model_signal: The fitted model at the sample times of a record.
 Clipping: Samples of a channel that pile up at its top or bottom.
 find_clipping: The largest pile of clipped samples, None if there is none.
 saturation: Why these samples are too clipped for a fit, None if they are not.
+MAINS_HZ: Frequencies of mains.
+Zones: Frequencies that belong to the signal.
+is_mains: Near a multiple of a mains frequency, which may be off by a share `relative`.
+median_level: Medians of power (channels, bins) in the bands between the edges, drawn through their middles.
+peak_shift: How far the maximum near bin k of power (bins,) lies from it, in bins.
+periodogram: Power of windowed samples (channels, n), (channels, bins).
 CalibrationError: A calibration that cannot be applied.
 LambdaMode: How sliding windows treat the viscous loss: free, held, or held where it cannot be told.
 ReferenceRefusedError: The D30 fit, from which the length of the windows was to be taken, was refused.

@@ -21,6 +21,7 @@ from .fit import fit_ring_down as fit_ring_down
 from .harmonic_estimator.estimator import estimate_from_harmonics as estimate_from_harmonics
 from .least_squares.gauss_newton import FitState as FitState
 from .least_squares.gauss_newton import NormalEquations as NormalEquations
+from .least_squares.gauss_newton import coefficient_jacobian as coefficient_jacobian
 from .least_squares.observation_model import DipoleObservation as DipoleObservation
 from .least_squares.public_parameters import PublicParameters as PublicParameters
 from .least_squares.public_parameters import by_convention as by_convention
@@ -34,7 +35,6 @@ from .numerics.arrays import Array as Array
 from .numerics.finite_differences import REACH as REACH
 from .numerics.finite_differences import derivative as derivative
 from .numerics.jit import kernel as kernel
-from .parameters import PARAMETER_NAMES as PARAMETER_NAMES
 from .parameters import RODRIGUES as RODRIGUES
 from .parameters import Estimate as Estimate
 from .physics.mirror import mean_over_mirror_images as mean_over_mirror_images
@@ -44,8 +44,6 @@ from .physics.mirror import rotations as rotations
 from .physics.models import MODELS as MODELS
 from .physics.models import RingDownModel as RingDownModel
 from .physics.models import model_named as model_named
-from .physics.orbit import frequency_ratio as frequency_ratio
-from .physics.quality import Envelopes as Envelopes
 from .physics.quality import envelopes as envelopes
 from .physics.quality import equivalent_quality_factor as equivalent_quality_factor
 from .physics.quality import quality_factor as quality_factor
@@ -66,6 +64,12 @@ from .result import model_signal as model_signal
 from .screening.clipping import Clipping as Clipping
 from .screening.clipping import find_clipping as find_clipping
 from .screening.clipping import saturation as saturation
+from .screening.spectral_lines import MAINS_HZ as MAINS_HZ
+from .screening.spectral_lines import Zones as Zones
+from .screening.spectral_lines import is_mains as is_mains
+from .screening.spectral_lines import median_level as median_level
+from .screening.spectral_lines import peak_shift as peak_shift
+from .screening.spectral_lines import periodogram as periodogram
 from .sensitivity import CalibrationError as CalibrationError
 from .sliding_window import LambdaMode as LambdaMode
 from .sliding_window import ReferenceRefusedError as ReferenceRefusedError

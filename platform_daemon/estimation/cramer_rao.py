@@ -2,32 +2,35 @@
 
 No unbiased estimator has a smaller scatter than the inverse Fisher matrix
     F_pq = sum over channels c and samples i of  (d y_ci/d p) (d y_ci/d q) / sd_c^2,
-with a free constant offset per channel projected out, as in the fit. The derivatives are central differences of the
-exact signal (eq:projection) by the public parameters: the fit's own analytic derivatives are not used, so that the
-two check each other.
+with a free constant offset per channel. It is the matrix of the fit's own normal equations at the expected parameters
+(least_squares/gauss_newton.py); a test holds it against finite differences of the signal.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from .least_squares.public_parameters import public_order
+from .least_squares.constraints import free_mask
+from .least_squares.gauss_newton import FitState, NormalEquations, covariance, normal_equations
+from .least_squares.observation_model import DipoleObservation
+from .least_squares.public_parameters import propagate_to_public
+from .moments.workspace import Workspace
 from .numerics.arrays import Array
 from .parameters import RODRIGUES
+from .physics.models import RingDownModel
 from .physics.orbit import frequency_ratio
 from .physics.quality import decay_time_s
 from .physics.ring_down import RingDown
-from .physics.rotation import cross_matrix, rodrigues_jacobian, rotation_from_rodrigues
-from .physics.trajectory.basis_functions import DIPOLE
-from .physics.trajectory.direct import Trajectory
+from .physics.rotation import rotation_from_rodrigues
 from .screening.screening import refuse_few_periods, refuse_few_samples, refuse_slow_sampling
 
 _PER_PERIOD = 64.0  # enough for every harmonic that matters; more samples only add up
 _N50_S = 0.24
+_LARGEST_CONDITION = 1e12  # of the scaled Fisher matrix: beyond it nothing is determined
 
 
 @dataclass(frozen=True)
@@ -79,25 +82,38 @@ def predict_precision(plan: MeasurementPlan, window_s: float) -> Precision:
     """
     _check(plan, window_s)
     _refuse_what_fits_refuse(plan, window_s)
-    names, derivatives = _derivatives(plan, window_s)
-    fisher = np.zeros((len(names), len(names)))
-    represented = plan.sampling_rate_hz * window_s / derivatives.shape[2]
-    for channel, sd in enumerate(plan.noise_sd):
-        rows = derivatives[:, channel] - derivatives[:, channel].mean(axis=1, keepdims=True)
-        fisher += represented / float(sd) ** 2 * rows @ rows.T
-    local = _inverse(fisher)
-    where = [names.index(n) for n in RODRIGUES]
-    angle = math.sqrt(float(np.trace(local[np.ix_(where, where)])))
-    jacobian = np.eye(len(names))
-    jacobian[np.ix_(where, where)] = rodrigues_jacobian(_rodrigues(plan))
-    covariance = jacobian @ local @ jacobian.T
-    sd_by_name = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    return Precision(window_s, sd_by_name, angle, names, covariance)
+    ring_down = RingDown.from_parameters(plan.variant, plan.parameters)
+    rotation = rotation_from_rodrigues(np.array([plan.parameters[name] for name in RODRIGUES]))
+    observation = DipoleObservation(plan.parameters["m_r_am2"], rotation, np.eye(3))
+    state = FitState(ring_down.dynamics, observation, np.zeros(3))
+    free = free_mask(ring_down.model, state.size, plan.fixed)
+    normal = _expected_normal_equations(plan, ring_down.model, state, window_s)
+    internal, condition = covariance(normal, free)
+    if not condition < _LARGEST_CONDITION:
+        raise ValueError("the window does not determine all parameters: lengthen it, or fix one")
+    turned = np.cumsum(free)[_rotation_places(state)] - 1
+    angle = math.sqrt(float(np.trace(internal[np.ix_(turned, turned)])))
+    public = propagate_to_public(ring_down.model, state, normal, free)
+    sd = dict(zip(public.names, np.sqrt(np.diag(public.covariance)).tolist(), strict=True))
+    return Precision(window_s, sd, angle, public.names, public.covariance)
 
 
-def precision_table(plan: MeasurementPlan, windows_s: Iterable[float]) -> tuple[Precision, ...]:
-    """The bound for each of several windows."""
-    return tuple(predict_precision(plan, window) for window in windows_s)
+def _expected_normal_equations(
+    plan: MeasurementPlan, model: RingDownModel, state: FitState, window_s: float
+) -> NormalEquations:
+    """Normal equations of a record that has this very state; its matrix is the Fisher matrix."""
+    rate = min(plan.sampling_rate_hz, _PER_PERIOD * plan.parameters["f_nat_hz"])
+    samples = max(2, round(window_s * rate))
+    nothing, observable = np.zeros((3, samples)), state.observation.observable
+    moments = Workspace(model).moments(state.dynamics, nothing, 0, samples, window_s / samples, observable)
+    represented = plan.sampling_rate_hz * window_s / samples
+    return normal_equations(model, state, moments, represented / np.asarray(plan.noise_sd, dtype=np.float64) ** 2)
+
+
+def _rotation_places(state: FitState) -> slice:
+    """Of the local rotation vector among the fit's parameters, behind the motion's and the moment."""
+    first = 4 + len(state.dynamics.values)
+    return slice(first, first + 3)
 
 
 def planned_window_s(plan: MeasurementPlan, window: str | float) -> float:
@@ -133,54 +149,3 @@ def _refuse_what_fits_refuse(plan: MeasurementPlan, window_s: float) -> None:
     refuse_few_samples(int(plan.sampling_rate_hz * window_s))
     refuse_slow_sampling(plan.sampling_rate_hz, frequency_hz)
     refuse_few_periods(window_s, frequency_hz)
-
-
-def _derivatives(plan: MeasurementPlan, window_s: float) -> tuple[tuple[str, ...], Array]:
-    """Free names and d y/d p (names, 3, samples); the orientation by its local rotation vector."""
-    steps = _steps(plan, window_s)
-    rate = min(plan.sampling_rate_hz, _PER_PERIOD * plan.parameters["f_nat_hz"])
-    samples = max(2, round(window_s * rate))
-    rotation, moment = rotation_from_rodrigues(_rodrigues(plan)), plan.parameters["m_r_am2"]
-    local = _local_signal(plan, {}, samples, window_s)
-    rows = {"m_r_am2": rotation @ local}
-    for axis, name in enumerate(RODRIGUES):
-        rows[name] = moment * rotation @ cross_matrix(np.eye(3)[axis]) @ local
-    for name, step in steps.items():
-        up, down = (_local_signal(plan, {name: sign * step}, samples, window_s) for sign in (1.0, -1.0))
-        rows[name] = moment * rotation @ (up - down) / (2.0 * step)
-    names = tuple(sorted((n for n in rows if n not in plan.fixed), key=public_order))
-    return names, np.stack([rows[n] for n in names])
-
-
-def _local_signal(plan: MeasurementPlan, changes: Mapping[str, float], samples: int, window_s: float) -> Array:
-    """dm/dt over m_r in local axes u, v, w: (3, samples)."""
-    values = {name: value + changes.get(name, 0.0) for name, value in plan.parameters.items()}
-    ring_down = RingDown.from_parameters(plan.variant, values)
-    dt = window_s / samples
-    basis = Trajectory(ring_down.model, ring_down.dynamics, window_s).basis(0, samples, dt, DIPOLE)
-    return np.asarray(ring_down.dynamics.w * np.stack([basis[1], basis[0], np.zeros(samples)]))
-
-
-def _steps(plan: MeasurementPlan, window_s: float) -> dict[str, float]:
-    """Differences small against the curvature of the signal over the window, large against rounding."""
-    small = 2e-4
-    model = RingDown.from_parameters(plan.variant, plan.parameters).model
-    amplitude, w = plan.parameters["phi_max_rad"], 2.0 * math.pi * plan.parameters["f_nat_hz"]
-    steps = {"f_nat_hz": small / window_s, "phi_max_rad": 0.1 * small * amplitude, "psi_start_rad": small}
-    for coefficient in model.coefficients:
-        # A rate acts on the amplitude over the window's length, a torque through w.
-        steps[coefficient.name] = small / window_s * (amplitude * w) ** (coefficient.power - 1)
-    return steps
-
-
-def _rodrigues(plan: MeasurementPlan) -> Array:
-    return np.array([plan.parameters[name] for name in RODRIGUES])
-
-
-def _inverse(fisher: Array) -> Array:
-    """Inverse after scaling to unit diagonal.  Raises ValueError where the window does not determine everything."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(fisher), 1e-300))
-    scaled = fisher * np.outer(scale, scale)
-    if not np.all(np.isfinite(scaled)) or np.linalg.cond(scaled) > 1e12:
-        raise ValueError("the window does not determine all parameters: lengthen it, or fix one")
-    return np.asarray(np.linalg.inv(scaled) * np.outer(scale, scale))

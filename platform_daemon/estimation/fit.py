@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -16,10 +17,11 @@ from .goodness_of_fit.held_losses import held_loss_notes, holdable_losses, loss_
 from .goodness_of_fit.interference import without_interference
 from .goodness_of_fit.model_comparison import Comparison, ModelSummary, compare, refuse_decided
 from .goodness_of_fit.residual import Residual
+from .goodness_of_fit.thresholds import LIMITS
 from .goodness_of_fit.verdict import assess_fit, public_parameters, residual_left
 from .initial_guess.guess import observes_dipole
 from .least_squares.constraints import held
-from .least_squares.progressive import FitProblem, Minimum
+from .least_squares.problem import FitProblem, Minimum
 from .noise.model import OWN, OWN_FLOOR, OWN_RESIDUAL, NoiseModel
 from .numerics.blas_threads import one_thread_for_products
 from .physics.models import RingDownModel, alternatives_of, model_named
@@ -31,9 +33,6 @@ from .screening.windows import Window, check_window
 from .solve import FAILURES, find_minimum
 from .task import Task, task_of
 
-_HARDLY_ANY = 0.1  # of a misfit
-_SLOW_MISFIT = 2.5  # standard deviations, from which it is worth a second fit
-
 
 def fit_ring_down(
     record: RingDownRecord,
@@ -42,6 +41,7 @@ def fit_ring_down(
     *,
     noise: NoiseModel | None = None,
     fixed: Mapping[str, float] | None = None,
+    hold_if_inseparable: Mapping[str, float] | None = None,
     hints: Mapping[str, float] | None = None,
 ) -> FitResult:
     """Fit a declared model to a ring-down; start values come from the data.
@@ -52,7 +52,8 @@ def fit_ring_down(
         window: "n50" (0.24 s), "d30" (until 30 % of the maximum is left) or seconds.
         noise: measured elsewhere; None: from the record itself.
         fixed: values of f_nat_hz, m_r_am2 or loss coefficients that are not to be fitted.
-        hints: values at which losses are held only if the window cannot tell them from others (hints.py).
+        hold_if_inseparable: values at which losses are held only if the window cannot tell them from others.
+        hints: the former name of hold_if_inseparable; deprecated.
 
     Returns:
         A FitResult; unusable data give verdict "refused" with a reason, never an exception.
@@ -67,7 +68,7 @@ def fit_ring_down(
     check_window(window)
     dipole = observes_dipole(record, model)
     values = held(model, fixed, dipole=dipole)
-    known = holdable_losses(model, hints, values, dipole=dipole)
+    known = holdable_losses(model, _by_new_name(hold_if_inseparable, hints), values, dipole=dipole)
     noise_seconds = 0.0
     try:
         task = task_of(record, window, noise, values)
@@ -81,6 +82,18 @@ def fit_ring_down(
         result = FitResult.refused(refused)
     seconds = time.perf_counter() - began - noise_seconds
     return replace(result, seconds=seconds, noise_seconds=noise_seconds)
+
+
+def _by_new_name(
+    hold_if_inseparable: Mapping[str, float] | None, hints: Mapping[str, float] | None
+) -> Mapping[str, float] | None:
+    """Values by the parameter's name or by its former one.  Raises ValueError for both."""
+    if hints is None:
+        return hold_if_inseparable
+    if hold_if_inseparable is not None:
+        raise ValueError("hints is the former name of hold_if_inseparable: give one of them")
+    warnings.warn("hints is now called hold_if_inseparable", DeprecationWarning, stacklevel=3)
+    return hints
 
 
 def _fit_or_refuse(task: Task, model: RingDownModel) -> FitResult:
@@ -140,20 +153,20 @@ def _at_seen_noise(
 
 
 def _compared(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> list[Comparison]:
-    """The rivals of a model that explain the record better, where that could be.
+    """The alternatives to a model that explain the record better, where that could be.
 
-    Every rival is fitted jointly with the hum and the drift that it needs itself: a wrong model takes its own misfit
+    Every one is fitted jointly with the hum and the drift that it needs itself: a wrong model takes its own misfit
     for such.
     """
-    rivals = alternatives_of(problem.model, task.record.quantity)
-    rivals = tuple(other for other in rivals if _can_matter(task, problem, best, residual, other))
-    if not rivals:
+    alternatives = alternatives_of(problem.model, task.record.quantity)
+    alternatives = tuple(other for other in alternatives if _can_matter(task, problem, best, residual, other))
+    if not alternatives:
         return []
     try:
         own = _model_summary(task, problem, best, residual)
     except RefusedError:
         return []  # it will be refused for that
-    theirs = sorted(_alternative_summaries(task, rivals), key=lambda other: other.chi2_per_dof)
+    theirs = sorted(_alternative_summaries(task, alternatives), key=lambda other: other.chi2_per_dof)
     found = [compare(own, other, task.degrees(problem)) for other in theirs]
     return [comparison for comparison in found if comparison is not None]
 
@@ -162,13 +175,13 @@ def _can_matter(task: Task, problem: FitProblem, best: Minimum, residual: Residu
     """A law with as many coefficients is always asked: what one leaves of another's record is little."""
     normal, dof = best.normal, task.degrees(problem)
     alike = len(other.coefficients) == len(problem.model.coefficients)
-    seen = residual.coloured or envelope_lack_of_fit_sigma(residual, best.left) > _SLOW_MISFIT
+    seen = residual.coloured or envelope_lack_of_fit_sigma(residual, best.left) > LIMITS.envelope_sigma
     return alike or seen or is_much_or_hidden(normal.chi2, normal.data_chi2, dof)
 
 
-def _alternative_summaries(task: Task, rivals: Sequence[RingDownModel]) -> Iterator[ModelSummary]:
-    """What rivals make of a task, as far as they get through it."""
-    for model in rivals:
+def _alternative_summaries(task: Task, alternatives: Sequence[RingDownModel]) -> Iterator[ModelSummary]:
+    """What other models make of a task, as far as they get through it."""
+    for model in alternatives:
         try:
             problem, best = find_minimum(task, model)
             yield _model_summary(*_without_interference(task, problem, best, residual_left(task, problem, best)))
@@ -177,7 +190,7 @@ def _alternative_summaries(task: Task, rivals: Sequence[RingDownModel]) -> Itera
 
 
 def _model_summary(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> ModelSummary:
-    """A fit as its rivals see it."""
+    """A fit as its alternatives see it."""
     model, dof = problem.model, task.degrees(problem)
     chi2, size = best.normal.chi2 / dof, int(np.count_nonzero(problem.free))
     public = public_parameters(task, problem, best)
@@ -202,6 +215,6 @@ def _without_interference(
     chosen, after = replace(task.chosen, notes=(*task.chosen.notes, *beside.notes)), beside.problem
     freed = replace(task, record=after.record, noise=beside.noise, noise_sd=after.noise_sd, chosen=chosen)
     left = residual_left(freed, after, beside.fitted)
-    if task.record.quantity == "angle" and left.surplus > _HARDLY_ANY * residual.surplus:
+    if task.record.quantity == "angle" and left.surplus > LIMITS.drift_left_share * residual.surplus:
         return task, problem, best, residual
     return freed, after, beside.fitted, left

@@ -200,8 +200,10 @@ def _fit_window(
     )
     span = first * record.dt_s, last * record.dt_s
     seconds = (last - first) * record.dt_s
-    fixed, hints = (always | held, None) if mode == "fixed" else (always, held)
-    fit = fit_ring_down(cut, variant, seconds, noise=noise, fixed=fixed or None, hints=hints)
+    fixed, hold_if_inseparable = (always | held, None) if mode == "fixed" else (always, held)
+    fit = fit_ring_down(
+        cut, variant, seconds, noise=noise, fixed=fixed or None, hold_if_inseparable=hold_if_inseparable
+    )
     return WindowFit(*span, fit, lambda_fixed=fit.is_fixed(_LAMBDA) or (mode == "fixed" and bool(held)))
 
 

@@ -12,7 +12,8 @@ from .least_squares.constraints import constraints_of, free_mask, with_fixed
 from .least_squares.gauss_newton import FitState
 from .least_squares.multiple_minima import ambiguity
 from .least_squares.noise_weighting import weighted_by_harmonic
-from .least_squares.progressive import CAREFUL, QUICK, FitProblem, Minimum, NoConvergenceError, fit_progressively
+from .least_squares.problem import FitProblem, Minimum, NoConvergenceError
+from .least_squares.progressive import CAREFUL, QUICK, fit_progressively
 from .least_squares.public_parameters import POOR_CHI2, by_convention, propagate_to_public, refuse_faint
 from .physics.models import RingDownModel
 from .physics.trajectory.direct import LostTrajectoryError

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .least_squares.progressive import FitProblem
+from .least_squares.problem import FitProblem
 from .noise.model import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError

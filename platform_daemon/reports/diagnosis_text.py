@@ -19,7 +19,7 @@ from platform_daemon.schemas import (
     definition_of,
 )
 
-from .tables import number
+from .numbers import number
 
 VERDICTS = {
     "nothing_missing": "Nothing is missing: what is left over is noise.",

@@ -8,6 +8,9 @@ from pydantic import ConfigDict
 
 from .base import Schema, Vector, example
 
+FrequencyNoise = Literal["white_phase", "flicker_phase", "white", "flicker", "random_walk"]
+"""Power law of the noise of a frequency."""
+
 
 class FrameQuantities(Schema):
     """Quality factors of one good frame."""
@@ -55,7 +58,7 @@ class AllanReport(Schema):
     """Lower end of its confidence interval, Hz."""
     high_hz: tuple[float, ...]
     """Upper end of it, Hz."""
-    noise: tuple[Literal["white_phase", "flicker_phase", "white", "flicker", "random_walk"], ...]
+    noise: tuple[FrequencyNoise, ...]
     """Dominant noise of the frequency at each averaging time."""
     slope: float | None
     """Of log deviation against log averaging time: -1/2 white, 0 flicker, +1/2 random walk, +1 drift."""

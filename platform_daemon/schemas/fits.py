@@ -170,6 +170,8 @@ class FitBatch(Schema):
 
     files: tuple[FitReport | FileError, ...]
     """One entry per file that has ended."""
+    unfinished: Absent[tuple[str, ...]] = None
+    """Files that had not ended when the run was interrupted; missing where all have."""
 
 
 class FileState(Schema):

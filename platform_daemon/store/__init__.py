@@ -11,7 +11,7 @@ check_calibration_name: Raises InputError unless a file can be called so.
 read_transmit_calibration: The transmit side in a calibration file or a recording.
 DataFolder: Where a daemon keeps what it makes.
 open_data_folder: The folders, made if missing.
-describe: Summary of a recording, JSON-able, without NaN.
+describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
 write_new_file: The same, but never in the place of another file.
@@ -26,6 +26,7 @@ resolve: The file of an id.
 open_recording: Open and check a recording of docs/file-format.md.
 read_calibration: The calibration in a recording or in a file that holds nothing but `/calibration`.
 Excitation: What one shot was excited with.
+RESONATOR: Between the configuration of the platform and the declaration of the resonator.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
 SeriesWriter: Writes one series.
@@ -48,11 +49,12 @@ from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import list_recordings, resolve
 from .reader import open_recording, read_calibration
-from .recording import Excitation, Recording, SequenceInfo
+from .recording import RESONATOR, Excitation, Recording, SequenceInfo
 from .series_writer import SeriesWriter
 from .versioned import Version, VersionedFolder
 
 __all__ = [
+    "RESONATOR",
     "AngleSeries",
     "DataFolder",
     "Excitation",

@@ -16,6 +16,9 @@ from .checks import check_calibration
 from .hdf5 import open_hdf5
 from .layout import CONFIGURATION, DATA, FLAGS
 
+RESONATOR = "\n# resonator\n"
+"""Between the configuration of the platform and the declaration of the resonator."""
+
 
 @dataclass(frozen=True)
 class SequenceInfo:
@@ -158,6 +161,11 @@ class Recording:
         """
         with open_hdf5(self.path) as source:
             return source.text(CONFIGURATION) or ""
+
+    def resonator_toml(self) -> str:
+        """The part of the configuration that declares the resonator, "" without one.  Raises RecordingError."""
+        _, found, text = self.configuration_toml().rpartition(RESONATOR)
+        return text if found else ""
 
     def with_calibration(self, calibration: ReceiveCalibration, source: str = "calibration") -> Recording:
         """The same recording under another calibration, which came from `source`; RecordingError if it does not fit."""

@@ -7,8 +7,9 @@ from numpy.typing import NDArray
 
 from drivers.identity import Identity
 from sim_backend.options import DipoleTable, ProbeTable
-from sim_backend.receive.inserted import Dipole, field_t
+from sim_backend.receive.inserted import field_t
 from sim_backend.receive.receiver import sample_times
+from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.transmit.coils import AXES
 from sim_backend.world.world import World
 

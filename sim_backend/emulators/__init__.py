@@ -1,8 +1,12 @@
 """The lab's devices as they look from their wires, all attached to one simulated world.
 
-Read `emulator.py` for the whole.  I/O cards: `daq_server` and `conversation` (sockets), `daq_commands` (the command
-table, `daq_*` its parts), `board` (state), `registers`, `sequence`, `playback` (what the registers make the outputs
-do), `session` (what the boards play and record together), `sending`, `tape`.  Serial devices: `serial_port`, `switch`,
-`lna`.  USB: `usb_server`, `usbtmc`, `amplifier`.  Things that go wrong on the wire: `wire_faults`.  A door for tests:
-`control`.
+emulator.py     a whole lab: the world, and whatever listens for it; read this first
+options.py      what it can be told: its TOML file
+control.py      a door into the world for tests
+io_card/        RedPitayaDAQServer and the cards behind it
+serial/         Tx/Rx switch and LNA on pseudo-terminals
+usb/            the amplifier, USBTMC over a TCP port
+scpi.py         headers of SCPI commands, long, short and numbered
+listening.py    a TCP port with one thread per connection
+wire_faults.py  things that go wrong between a device and its driver, on purpose
 """

@@ -24,9 +24,9 @@ from drivers.specimen import Specimen
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
 
+from .io_card.options import OUTPUTS
 from .io_card.playback import high_spans, output_bursts
 from .io_card.session import Cards
-from .options import OUTPUTS
 from .wire_faults import WireFault, WireFaults
 
 Action = Callable[[Mapping[str, Any]], Any]

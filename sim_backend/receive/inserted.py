@@ -1,34 +1,20 @@
-"""What can stand in the rotor's place: a reference dipole that the card feeds, or a field probe."""
+"""What is heard or measured when something else stands in the rotor's place: the reference dipole, or a field probe."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from drivers.timeline import Burst
 from drivers.tx_rx_switch import SwitchPosition
-from sim_backend.options import CoilsOptions, DipoleTable
+from sim_backend.options import CoilsOptions
 from sim_backend.transmit.coils import pair_field_t
 from sim_backend.transmit.drive import Cut
 
 from .chain import frequency_response
 from .extra_signal import chain_as_built, mixing
+from .reference_dipole import Dipole
 from .shot_setup import ShotSetup
-
-
-@dataclass(frozen=True)
-class Dipole:
-    """The reference dipole as it stands: its table, and the direction it points in, (3,) unit vector."""
-
-    table: DipoleTable
-    direction: NDArray[np.float64]
-
-    def moment_per_volt_am2(self, frequency_hz: float) -> complex:
-        """Moment per volt at the card's output, A m^2/V: turns times area times the current of an R-L loop."""
-        loop_ohm = complex(self.table.resistance_ohm, 2 * np.pi * frequency_hz * self.table.inductance_h)
-        return self.table.turns_area_m2 / loop_ohm
 
 
 def dipole_v(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +14,7 @@ from sim_backend.rotor.rotor import Rotor
 from sim_backend.transmit.drive import Interval, both, high_intervals
 
 from .contacts import Contacts
-
-if TYPE_CHECKING:
-    from .inserted import Dipole
+from .reference_dipole import Dipole
 
 BOUNCE, NOISE = 1, 2
 

@@ -1,1 +1,13 @@
-"""To be written."""
+"""The resonator: one degree of freedom, its torques, and its motion to rounding error.
+
+rotor.py         from a specimen's physical parameters to the coefficients of its equation of motion
+torque.py        every torque per inertia: the right-hand side of that equation
+extra_torque.py  undeclared torques without a state of their own
+hidden.py        undeclared torques with one: memory, a gap that breathes, a second mode
+collocation.py   one step of Gauss-Legendre collocation, and the polynomials that come with it
+rest.py          where it hangs at rest, and when it breaks loose from dry friction
+motion.py        marches it through time in pieces, cut at every turning point
+trajectory.py    reads angle and speed at any instant out of those pieces
+decay.py         what is left of the swing at the next shot
+kernel.py        the decorator of all numba kernels of the simulated world, and their cache
+"""

@@ -40,5 +40,5 @@ STAMP = stamp(FOLDER)
 def kernel(function: Callable[..., Any]) -> Any:
     """Compile on first use, release the GIL, keep the result on disk under the common stamp."""
     dispatcher = njit(cache=True, nogil=True)(function)
-    dispatcher._cache._cache_file._source_stamp = STAMP
+    dispatcher._cache._cache_file._source_stamp = STAMP  # noqa: SLF001 numba has no public way to a stamp of one's own
     return dispatcher

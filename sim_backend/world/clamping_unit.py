@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from drivers.specimen import Specimen
 from sim_backend.options import SimulatedOptions
-from sim_backend.receive.inserted import Dipole
+from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.rotor.decay import Resting, at_rest, decayed
 from sim_backend.rotor.rotor import Rotor
 from sim_backend.rotor.torque import parameters

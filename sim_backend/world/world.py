@@ -17,7 +17,7 @@ from drivers.timeline import Timeline
 from drivers.tx_rx_switch import SwitchPosition
 from sim_backend.options import SimulatedOptions
 from sim_backend.receive.contacts import Contacts
-from sim_backend.receive.inserted import Dipole
+from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.receive.shot_setup import ShotSetup
 from sim_backend.rotor.decay import Resting
 from sim_backend.rotor.hidden import NONE

@@ -39,7 +39,7 @@ def test_an_interrupt_lost_in_a_callback_is_heeded_nevertheless(then):
 
 FAILED = """
 import signal, weakref
-from platform_daemon import cli
+from platform_daemon.cli import main as cli
 
 class Something:
     pass

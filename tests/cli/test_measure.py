@@ -1,60 +1,60 @@
-"""`platform-daemon measure`: the recording, its fits, and what is left of a series that did not end by itself."""
-
-import json
-import signal
-import subprocess
+"""`platform-daemon measure`: what an option changes is what is played; what cannot be meant is refused."""
 
 import h5py
 import pytest
 
-from tests.kit.command_line import COMMAND, QUICK, assert_one_line_error, here, run, wait_for
-from tests.kit.data import CONFIG
+from platform_daemon.cli.parsing import parse_axis
+from tests.kit.command_line import assert_one_line_error, here
+
+QUICK = ("--resonator", "jewel", "--rx-s", "0.3", "--window", "n50")
 
 
-def test_measure_writes_a_recording_and_its_fits(measured):
-    report = json.loads((measured / "j.json").read_text())
-    assert report["shots"] == 2
-    assert [f["verdict"] for f in report["fit"]["frames"]] == ["good", "good"]
-
-
-def test_measure_takes_a_sequence_file(tmp_path):
-    preset = (CONFIG / "sequences" / "jewel.toml").read_text()
-    (tmp_path / "s.toml").write_text(preset.replace("490e-6", "300e-6").replace("rx_s = 2.0", "rx_s = 0.4"))
-    done = run("measure", "--resonator", "jewel", "--sequence", tmp_path / "s.toml", "--out", tmp_path / "a.h5")
+def test_options_change_single_keys_of_the_preset(tmp_path):
+    options = ("--f-tx-hz", 211, "--tx-periods", 8, "--field-ut", 300, "--axis", "1,0.2,0", "--pause-s", 0.01)
+    done = here("measure", *QUICK, *options, "--out", tmp_path / "a.h5")
     assert done.returncode == 0, done.stderr
     with h5py.File(tmp_path / "a.h5") as file:
-        assert file["excitation/field"][0] == pytest.approx(300e-6)
-        assert file["sequence/numRxSamples"][()] == round(0.4 * 125e6 / 2048)
+        excitation = file["excitation"]
+        assert excitation["field"][0] == pytest.approx(300e-6)
+        assert excitation["axis"][0] == pytest.approx([0.98058, 0.19612, 0.0], abs=1e-5)
+        assert excitation["periods"][0] == 8
 
 
-def test_measure_never_overwrites_without_force(measured):
-    before = (measured / "j.h5").read_bytes()
-    assert_one_line_error(here("measure", *QUICK, "--out", measured / "j.h5"), 2, "j.h5", "--force")
-    assert (measured / "j.h5").read_bytes() == before
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_measure_keeps_its_finished_shots(tmp_path, number):
-    command = [COMMAND, "measure", *QUICK, "--shots", "500", "--out", tmp_path / "a.h5"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    wait_for(lambda: list(tmp_path.glob(".*/shot_000002.h5")))
-    process.send_signal(number)
-    said, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "of 500 shots in" in said
-    assert "outputs are off" in errors
-    with h5py.File(tmp_path / "a.h5") as file:
-        assert file["data"].shape[0] >= 2
-
-
-def test_shots_of_a_killed_measure_are_recovered_by_the_next(tmp_path):
-    command = [COMMAND, "measure", *QUICK, "--shots", "500", "--out", tmp_path / "a.h5"]
-    process = subprocess.Popen(command, stderr=subprocess.DEVNULL)
-    wait_for(lambda: list(tmp_path.glob(".*/shot_000002.h5")))
-    process.kill()
-    process.wait()
-    shots = len(list(tmp_path.glob(".*/shot_??????.h5")))
-    done = run("measure", *QUICK, "--out", tmp_path / "a.h5", "--force")
+def test_a_sequence_file_may_hold_only_what_differs(tmp_path):
+    (tmp_path / "s.toml").write_text("field_t = 310e-6\n")
+    done = here("measure", *QUICK, "--sequence", tmp_path / "s.toml", "--out", tmp_path / "a.h5")
     assert done.returncode == 0, done.stderr
-    with h5py.File(tmp_path / "a.recovered.h5") as file:
-        assert file["data"].shape[0] == shots
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["excitation/field"][0] == pytest.approx(310e-6)
+
+
+def test_an_unknown_key_of_a_sequence_file_is_named_with_its_file(tmp_path):
+    (tmp_path / "s.toml").write_text("rx_ss = 0.4\n")
+    done = here("measure", *QUICK, "--sequence", tmp_path / "s.toml", "--out", tmp_path / "a.h5")
+    assert_one_line_error(done, 2, "s.toml", "rx_ss")
+    assert not (tmp_path / "a.h5").exists()
+
+
+def test_the_preset_of_the_other_bearing_is_refused_unless_forced(tmp_path):
+    done = here("measure", *QUICK, "--sequence", "thread", "--out", tmp_path / "a.h5")
+    assert_one_line_error(done, 2, "--sequence thread", "another resonator", "--force")
+    forced = here("measure", *QUICK, "--sequence", "thread", "--force", "--out", tmp_path / "a.h5")
+    assert forced.returncode == 0, forced.stderr
+
+
+def test_a_series_without_a_usable_shot_ends_with_code_3_and_keeps_its_recording(tmp_path):
+    done = here("measure", *QUICK, "--field-ut", 0.001, "--out", tmp_path / "a.h5")
+    assert done.returncode == 3
+    assert "no shot can be used" in done.stderr
+    assert (tmp_path / "a.h5").exists()
+
+
+@pytest.mark.parametrize("text", ["w", "", "1,2", "1,2,3,4", "0,0,0", "1,nan,0", "x,y,z"])
+def test_what_is_no_axis_is_refused(text, tmp_path):
+    done = here("measure", *QUICK, "--axis", text, "--out", tmp_path / "a.h5")
+    assert_one_line_error(done, 2, "--axis")
+
+
+def test_an_axis_is_a_name_or_a_direction():
+    assert parse_axis("y") == "y"
+    assert parse_axis("1,0,-0.5") == (1.0, 0.0, -0.5)

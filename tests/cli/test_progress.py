@@ -8,7 +8,8 @@ from rich.console import Console
 from rich.progress import Progress
 
 from platform_daemon.cli.progress import ProgressDisplay
-from platform_daemon.engine.jobs import Job, JobState
+from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas.jobs import JobState
 
 
 class Clock:
@@ -57,7 +58,7 @@ def test_the_time_left_follows_from_the_mean_pace(seen):
 
 def test_a_job_is_watched_to_its_end_and_its_question_is_put_to_the_operator(seen, monkeypatch):
     display, task, _ = seen
-    job, asked = Job("calibration", {}, 2.0, "points"), []
+    job, asked = Job("calibration", {}, {}, 2.0, "points"), []
 
     def work(job):
         job.ask("turn the coil")

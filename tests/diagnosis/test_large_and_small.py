@@ -68,7 +68,7 @@ def test_a_look_alike_is_found_though_the_declared_losses_take_up_most_of_either
         (rival,) = confounders(score_table(taken, [truth], pool), friction, pool)
         direct = fit_jointly(started, Hypothesis(model, (truth,)), pool)
     assert direct.chi2 < base.chi2 - 100.0
-    assert rival.refit.chi2 == pytest.approx(direct.chi2, abs=0.5)
+    assert rival.joint_fit.chi2 == pytest.approx(direct.chi2, abs=0.5)
 
 
 def test_a_steady_tone_does_not_pass_for_noise():

@@ -7,7 +7,7 @@ import pytest
 from drivers.errors import DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.exchange import Exchange, parsed_identity
 from drivers.identity import Identity
-from tests.kit.fake_wire import Opener
+from drivers.testing import ScriptedWires
 
 NAME = "ACME,lamp,7,1.2"
 
@@ -29,37 +29,37 @@ def lamp():
 
 
 @pytest.fixture
-def opener(lamp):
-    return Opener(lamp)
+def wires(lamp):
+    return ScriptedWires(lamp)
 
 
-def test_a_question_gets_its_answer_and_a_command_none(opener):
-    exchange = Exchange("lamp", opener)
+def test_a_question_gets_its_answer_and_a_command_none(wires):
+    exchange = Exchange("lamp", wires)
     exchange.tell("ON")
     assert exchange.ask("LIT?") == "lit?"
     assert exchange.identity() == Identity("ACME", "lamp", "7", "1.2")
 
 
-def test_another_device_at_the_start_is_refused_and_the_wire_closed(opener):
+def test_another_device_at_the_start_is_refused_and_the_wire_closed(wires):
     with pytest.raises(DeviceProtocolError, match=r"another device.*ACME,lamp"):
-        Exchange("lamp", opener, identity="torch")
-    assert opener.wires[0].closed
+        Exchange("lamp", wires, identity="torch")
+    assert wires.opened[0].closed
 
 
-def test_after_a_time_out_the_wire_is_opened_anew_and_the_device_identified(opener, lamp):
-    exchange = Exchange("lamp", opener)
+def test_after_a_time_out_the_wire_is_opened_anew_and_the_device_identified(wires, lamp):
+    exchange = Exchange("lamp", wires)
     lamp.deaf = {"LIT?"}
     with pytest.raises(DeviceTimeout):
         exchange.ask("LIT?")
-    assert opener.wires[0].closed
+    assert wires.opened[0].closed
     lamp.deaf, lamp.heard = set(), []
     assert exchange.ask("LIT?") == "lit?"
     assert lamp.heard == ["*IDN?", "LIT?"]
-    assert len(opener.wires) == 2
+    assert len(wires.opened) == 2
 
 
-def test_another_device_after_a_reconnect_is_refused_until_the_right_one_is_back(opener, lamp):
-    exchange = Exchange("lamp", opener)
+def test_another_device_after_a_reconnect_is_refused_until_the_right_one_is_back(wires, lamp):
+    exchange = Exchange("lamp", wires)
     lamp.deaf = {"LIT?"}
     with pytest.raises(DeviceTimeout):
         exchange.ask("LIT?")
@@ -71,17 +71,17 @@ def test_another_device_after_a_reconnect_is_refused_until_the_right_one_is_back
     assert exchange.ask("LIT?") == "lit?"
 
 
-def test_an_answer_that_comes_after_the_wire_was_reopened_is_nobodys(opener, lamp):
-    exchange = Exchange("lamp", opener)
+def test_an_answer_that_comes_after_the_wire_was_reopened_is_nobodys(wires, lamp):
+    exchange = Exchange("lamp", wires)
     lamp.deaf = {"LIT?"}
     with pytest.raises(DeviceTimeout):
         exchange.ask("LIT?")
-    lamp.deaf, opener.late = set(), ["lit? of old"]
+    lamp.deaf, wires.late = set(), ["lit? of old"]
     assert exchange.ask("LIT?") == "lit?"
 
 
-def test_the_safe_state_is_restored_at_every_opening_before_anything_else(opener, lamp):
-    exchange = Exchange("lamp", opener, on_open=lambda e: e.tell("OFF"))
+def test_the_safe_state_is_restored_at_every_opening_before_anything_else(wires, lamp):
+    exchange = Exchange("lamp", wires, on_open=lambda e: e.tell("OFF"))
     lamp.deaf = {"LIT?"}
     with pytest.raises(DeviceTimeout):
         exchange.ask("LIT?")
@@ -90,13 +90,13 @@ def test_the_safe_state_is_restored_at_every_opening_before_anything_else(opener
     assert lamp.heard == ["*IDN?", "OFF", "ON"]
 
 
-def test_a_closed_exchange_stays_closed(opener):
-    exchange = Exchange("lamp", opener)
+def test_a_closed_exchange_stays_closed(wires):
+    exchange = Exchange("lamp", wires)
     exchange.close()
     exchange.close()
     with pytest.raises(DeviceLost):
         exchange.ask("LIT?")
-    assert len(opener.wires) == 1
+    assert len(wires.opened) == 1
 
 
 @pytest.mark.parametrize("text", ["ACME", "ACME,lamp", "a,b,c,d,e", ""])

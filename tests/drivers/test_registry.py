@@ -5,7 +5,7 @@ from importlib.metadata import EntryPoint
 import numpy as np
 import pytest
 
-from drivers import registry
+from drivers import entry_points, registry
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, DeviceError
 from drivers.registry import PlatformSection, build_platform, installed_backends, load_backend
@@ -78,8 +78,8 @@ class TheirBackend:
 
 @pytest.fixture(autouse=True)
 def theirs(monkeypatch):
-    point = EntryPoint("theirs", f"{__name__}:TheirBackend", registry.GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point])
+    point = EntryPoint("theirs", f"{__name__}:TheirBackend", entry_points.BACKENDS)
+    monkeypatch.setattr(entry_points, "entry_points", lambda group: [point])
     TheirBackend.built = 0
 
 

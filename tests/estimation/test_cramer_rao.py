@@ -5,16 +5,25 @@ import math
 import numpy as np
 import pytest
 
-from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, precision_table, predict_precision
+from platform_daemon.estimation.cramer_rao import MeasurementPlan, planned_window_s, predict_precision
 from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
+from platform_daemon.estimation.parameters import RODRIGUES
+from platform_daemon.estimation.physics.models import model_named
 from platform_daemon.estimation.physics.orbit import frequency_ratio
+from platform_daemon.estimation.physics.ring_down import RingDown
+from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
+from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE
+from platform_daemon.estimation.physics.trajectory.direct import Trajectory
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.refusal import RefusedError
 from tests.kit.paper_parameters import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S, THREAD_N50
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, with_noise
 
 LAMBDA = ("lambda_per_s",)
+TURNED_JEWEL = {**JEWEL_D30, "rodrigues_x": 0.4, "rodrigues_y": -0.7, "psi_start_rad": 1.0}
+SLOW_HZ = 12000.0  # so slow that the bound is made from every sample
+DRIFTING = {**THREAD_N50, "frequency_drift_per_s": 1e-4}
 
 
 def plan(variant, public, **changes):
@@ -34,7 +43,7 @@ def truth_of(public):
         ("thread", THREAD_N50, N50_S, ()),
         ("jewel", JEWEL_N50, N50_S, LAMBDA),
         ("jewel", JEWEL_N50, N50_S, ()),
-        ("jewel", {**JEWEL_D30, "rodrigues_x": 0.4, "rodrigues_y": -0.7, "psi_start_rad": 1.0}, 0.6, ()),
+        ("jewel", TURNED_JEWEL, 0.6, ()),
         ("thread", THREAD_N50, N50_S, ("f_nat_hz", "m_r_am2")),
     ],
 )
@@ -50,6 +59,51 @@ def test_the_prediction_is_the_error_the_fit_reports(variant, public, window, fi
     assert np.allclose(
         predicted.covariance / np.outer(scale, scale), result.covariance / np.outer(scale, scale), atol=0.01
     )
+
+
+def dmdt_by_direct_path(variant, public, times_s):
+    """(3, samples) at the times, by the chain of half cycles and not by the tables that the bound is made from."""
+    ring_down = RingDown.from_parameters(variant, public)
+    trajectory = Trajectory(ring_down.model, ring_down.dynamics, float(times_s[-1]))
+    v, u = trajectory.basis(0, times_s.size, float(times_s[1]), DIPOLE)[:2]
+    rotation = rotation_from_rodrigues(np.array([public[name] for name in RODRIGUES]))
+    return public["m_r_am2"] * ring_down.dynamics.w * rotation @ np.stack([u, v, np.zeros(v.size)])
+
+
+def bound_by_differences(variant, public, window_s, fixed):
+    """{name: sd} from central differences of the signal by every public parameter, (eq:projection)."""
+    times_s = np.arange(round(window_s * SLOW_HZ)) / SLOW_HZ
+    small, w = 2e-5, 2.0 * math.pi * public["f_nat_hz"]
+    sizes = {"f_nat_hz": 1.0 / window_s, "phi_max_rad": 0.1 * public["phi_max_rad"], "m_r_am2": public["m_r_am2"]}
+    for c in model_named(variant).coefficients:
+        # A rate acts on the amplitude over the window's length, a torque through w.
+        sizes[c.name] = (public["phi_max_rad"] * w) ** (c.power - 1) / window_s
+    rows = {}
+    for name in public.keys() - set(fixed):
+        step = small * sizes.get(name, 1.0)
+        up, down = (dmdt_by_direct_path(variant, {**public, name: public[name] + s}, times_s) for s in (step, -step))
+        row = (up - down) / (2.0 * step) / NOISE_SD[:, None]
+        rows[name] = (row - row.mean(axis=1, keepdims=True)).ravel()  # an offset per channel is free
+    columns = np.stack(list(rows.values()))
+    norm = np.linalg.norm(columns, axis=1)
+    covariance = np.linalg.inv(columns @ columns.T / np.outer(norm, norm)) / np.outer(norm, norm)
+    return dict(zip(rows, np.sqrt(np.diag(covariance)), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("variant", "public", "window", "fixed"),
+    [
+        ("thread", THREAD_N50, N50_S, ()),
+        ("thread", THREAD_N50, N50_S, ("f_nat_hz", "m_r_am2")),
+        ("jewel", JEWEL_N50, N50_S, ()),
+        ("jewel", TURNED_JEWEL, 0.6, LAMBDA),
+        ("thread+frequency_drift", DRIFTING, N50_S, ()),
+    ],
+)
+def test_the_bound_is_that_of_finite_differences_of_the_signal(variant, public, window, fixed):
+    expected = bound_by_differences(variant, public, window, fixed)
+    predicted = predict_precision(plan(variant, public, fixed=fixed, sampling_rate_hz=SLOW_HZ), window)
+    assert predicted.sd == pytest.approx(expected, rel=1e-5)
 
 
 # f_nat/Hz, m_r/%, lambda/(1/s), phi_max/deg: an earlier calculation at the paper's noise, printed to one or two digits.
@@ -120,7 +174,7 @@ def test_longer_windows_know_more_and_named_windows_are_the_papers():
     assert planned_window_s(thread, "n50") == N50_S
     assert planned_window_s(thread, "d30") == pytest.approx(THREAD_D30_S, abs=0.01)
     assert planned_window_s(thread, 0.7) == 0.7
-    table = precision_table(thread, (0.1, 0.24, 0.5, 1.0))
+    table = [predict_precision(thread, window_s) for window_s in (0.1, 0.24, 0.5, 1.0)]
     assert [row.window_s for row in table] == [0.1, 0.24, 0.5, 1.0]
     for name in table[0].names:
         assert np.all(np.diff([row.sd[name] for row in table]) < 0.0), name

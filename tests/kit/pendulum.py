@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 RATE, NATURAL_HZ = 400.0, 2.0
 
 
-def half_swings(torque, amplitude, s, rtol=3e-14):
+def half_cycles(torque, amplitude, s, rtol=3e-14):
     """(phi, v), (2, n), at the dimensionless times s (n,) of the motion from rest at `amplitude`, s = 0.
 
     torque(phi, v, sigma, s): sigma is the direction of motion. Friction that holds the rotor ends the motion.
@@ -39,4 +39,4 @@ def half_swings(torque, amplitude, s, rtol=3e-14):
 def swing(amplitude, periods, viscous=0.004, dry=0.0):
     """Angle of a pendulum of 2 Hz at 400 Hz, without noise."""
     s = 2 * math.pi * NATURAL_HZ * np.arange(int(periods * RATE / NATURAL_HZ)) / RATE
-    return half_swings(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]
+    return half_cycles(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]

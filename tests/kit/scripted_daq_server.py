@@ -17,7 +17,7 @@ def listener() -> socket.socket:
     return made
 
 
-class FakeServer:
+class ScriptedDaqServer:
     """Accepts a command and a data connection, in this order, for every script given, and runs it with both."""
 
     def __init__(self, *scripts: Script) -> None:

@@ -19,8 +19,9 @@ from starlette.testclient import TestClient
 from drivers.calibration import ReceiveCalibration
 from platform_daemon import __version__
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, open_data_folder, start_engine
+from platform_daemon.app import create_context, start_engine
 from platform_daemon.settings import load_platform
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.describe import describe
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.header import FitTable
@@ -250,6 +251,6 @@ def test_a_file_without_scales_reads_as_before(tmp_path: Path, monkeypatch: pyte
     with h5py.File(old, "r+") as h5:
         assert "frame" not in h5
         del h5["fit/d30/parameter_units"]
-    for read in (lambda path: describe(open_recording(path))["shots"], lambda path: repr(read_fits(path))):
+    for read in (lambda path: describe(open_recording(path)).shots, lambda path: repr(read_fits(path))):
         assert read(old) == read(new)
     np.testing.assert_array_equal(open_recording(old).frame_volts(2), open_recording(new).frame_volts(2))

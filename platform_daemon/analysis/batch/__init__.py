@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from .executors import WorkerPool, cores, in_this_process, processes
 from .ledger import Ledger
-from .part import FitSettings, InputFile
+from .part import InputFile
 from .run import Advanced, Event, Failed, Finished, fit_files
 
 __all__ = [
@@ -19,7 +19,6 @@ __all__ = [
     "Event",
     "Failed",
     "Finished",
-    "FitSettings",
     "InputFile",
     "Ledger",
     "WorkerPool",

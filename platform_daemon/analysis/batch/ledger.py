@@ -8,23 +8,21 @@ import json
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
-from drivers.errors import InputError
+from pydantic import ValidationError
+
+from drivers.errors import InputError, PlatformError
 from platform_daemon import __version__
+from platform_daemon.schemas import ErrorSummary, FileState, FitReport, LedgerLine, to_json
 
+from ..fit_request import FitSettings
 from ..model_registry.adopted_model import AdoptedModel
-from .part import FitSettings
 
 _HEAD = b'{"path": "'
 
 
 class Ledger:
-    """Appends finished files; knows those finished before.
-
-    A line holds `path` (absolute), `input` (size and time stamp of the file that was read), `settings` (a digest) and
-    `report`, or `error` where the file could not be fitted; such files are tried again.
-    """
+    """Appends finished files, a LedgerLine each; knows those finished before."""
 
     def __init__(self, path: Path, settings: FitSettings, *, resume: bool) -> None:
         """Open for appending; a line that was cut off is removed.
@@ -50,39 +48,50 @@ class Ledger:
     ) -> None:
         self._file.close()
 
-    def finished(self, path: Path) -> dict[str, Any] | None:
+    def finished(self, path: Path) -> FitReport | None:
         """The report of this very file under the same settings, if it is there."""
         line = self._finished.get(str(path.absolute()))
-        if line is None or line["settings"] != self._settings or line["input"] != _state(path):
+        if line is None or line.report is None or line.settings != self._settings or line.input != _state(path):
             return None
-        return {**line["report"], "file": str(path)}
+        return line.report.model_copy(update={"file": str(path)})
 
-    def add(self, path: Path, result: dict[str, Any]) -> None:
-        """Keep {"report": ...} or {"error": ...} of a file; it is on disk when this returns.  Raises OSError."""
-        line = {"path": str(path.absolute()), "input": _state(path), "settings": self._settings, **result}
-        self._file.write(json.dumps(line, allow_nan=False).encode() + b"\n")
+    def add(self, path: Path, outcome: FitReport | PlatformError) -> None:
+        """Keep what came of a file; it is on disk when this returns.  Raises OSError."""
+        line = LedgerLine(
+            path=str(path.absolute()),
+            input=_state(path),
+            settings=self._settings,
+            report=outcome if isinstance(outcome, FitReport) else None,
+            error=error_summary(outcome) if isinstance(outcome, PlatformError) else None,
+        )
+        self._file.write(to_json(line).encode() + b"\n")
         self._file.flush()
         os.fsync(self._file.fileno())
 
-    def _read(self, path: Path) -> dict[str, dict[str, Any]]:
+    def _read(self, path: Path) -> dict[str, LedgerLine]:
         """Lines with a report by path, the last one counts; a last line that was cut off is removed."""
         self._file.seek(0)
         *lines, tail = self._file.read().split(b"\n")
-        entries = [_parsed(line) for line in lines]
-        if None in entries or not tail.startswith(_HEAD[: len(tail)]):
-            number = entries.index(None) + 1 if None in entries else len(lines) + 1
-            remedy = "name another file, or start anew without --resume"
-            raise InputError(f"line {number} is not a result of fit", where=str(path), remedy=remedy)
+        entries = []
+        for number, line in enumerate(lines, start=1):
+            try:
+                entries.append(LedgerLine.model_validate_json(line))
+            except ValidationError:
+                raise _foreign(path, number) from None
+        if not tail.startswith(_HEAD[: len(tail)]):
+            raise _foreign(path, len(lines) + 1)
         self._file.truncate(sum(len(line) + 1 for line in lines))
-        return {entry["path"]: entry for entry in entries if entry is not None and "report" in entry}
+        return {entry.path: entry for entry in entries if entry.report is not None}
 
 
-def _parsed(line: bytes) -> dict[str, Any] | None:
-    try:
-        entry = json.loads(line)
-    except ValueError:
-        return None
-    return entry if isinstance(entry, dict) and {"path", "input", "settings"} <= set(entry) else None
+def error_summary(error: PlatformError) -> ErrorSummary:
+    """An error among results."""
+    return ErrorSummary(title=error.title, detail=str(error))
+
+
+def _foreign(path: Path, number: int) -> InputError:
+    remedy = "name another file, or start anew without --resume"
+    return InputError(f"line {number} is not a result of fit", where=str(path), remedy=remedy)
 
 
 def _lock(descriptor: int, path: Path) -> None:
@@ -93,18 +102,18 @@ def _lock(descriptor: int, path: Path) -> None:
         raise InputError("another run writes this file", where=str(path), remedy=remedy) from None
 
 
-def _state(path: Path) -> dict[str, int] | None:
+def _state(path: Path) -> FileState | None:
     """What tells that a file has changed; None if it is not there."""
     try:
         found = path.stat()
     except OSError:
         return None
-    return {"size_bytes": found.st_size, "modified_ns": found.st_mtime_ns}
+    return FileState(size_bytes=found.st_size, modified_ns=found.st_mtime_ns)
 
 
 def _digest(settings: FitSettings) -> str:
     """Of everything that a result depends on beside the file."""
-    fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hints))
+    fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hold_if_inseparable))
     variant = settings.variant
     named = f"{variant.label} {variant.digest}" if isinstance(variant, AdoptedModel) else variant
     text = [__version__, named, settings.window, fixed, settings.derived, hints, settings.terms, settings.frames]

@@ -11,9 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from drivers.errors import InputError, PlatformError
+from platform_daemon.schemas import FitReport
 
+from ..fit import FittedFrame
+from ..fit_request import FitSettings
 from .executors import WorkerPool
-from .part import FitSettings, InputFile, count_frames, fit_part, fit_whole, put_together
+from .part import InputFile, count_frames, fit_part, fit_whole, put_together
 
 
 @dataclass(frozen=True)
@@ -26,10 +29,10 @@ class Advanced:
 
 @dataclass(frozen=True)
 class Finished:
-    """A file is fitted; the fixed JSON form."""
+    """A file is fitted."""
 
     path: Path
-    report: dict[str, Any]
+    report: FitReport
 
 
 @dataclass(frozen=True)
@@ -45,12 +48,12 @@ Event = Advanced | Finished | Failed
 
 @dataclass
 class _File:
-    """A file under way: parts that wait (first, last frame), and the frames' reports by first frame of their part."""
+    """A file under way: parts that wait (first, last frame), and the fitted frames by first frame of their part."""
 
     source: InputFile
     waiting: deque[tuple[int, int]]
     frames: int = 0
-    parts: dict[int, list[dict[str, Any]]] = field(default_factory=dict)
+    parts: dict[int, list[FittedFrame]] = field(default_factory=dict)
     failed: bool = False
 
     @property
@@ -148,7 +151,7 @@ class _Batch:
         else:
             yield Advanced(path, file.done / file.frames) if report is None else Finished(path, report)
 
-    def _added(self, part: _Part, frames: list[dict[str, Any]]) -> dict[str, Any] | None:
+    def _added(self, part: _Part, frames: list[FittedFrame]) -> FitReport | None:
         """The file's report if these were its last frames.  Raises InputError."""
         file = part.file
         file.parts[part.first] = frames

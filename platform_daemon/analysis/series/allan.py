@@ -15,11 +15,18 @@ import numpy as np
 from scipy.special import chdtri  # quantiles of chi^2; all of scipy.stats takes half a second to load
 
 from platform_daemon.estimation import Array
+from platform_daemon.schemas import FrequencyNoise
 
 _FEWEST = 4
 _IRREGULAR = 0.1  # of the cadence
 _ENOUGH_AVERAGES = 30  # for identifying the noise type
-_NOISE_NAMES = {2: "white_phase", 1: "flicker_phase", 0: "white", -1: "flicker", -2: "random_walk"}
+_NOISE_NAMES: dict[int, FrequencyNoise] = {
+    2: "white_phase",
+    1: "flicker_phase",
+    0: "white",
+    -1: "flicker",
+    -2: "random_walk",
+}
 
 
 @dataclass(frozen=True)
@@ -44,7 +51,7 @@ class AllanDeviation:
     low_hz: Array
     high_hz: Array
     edf: Array
-    noise: tuple[str, ...]
+    noise: tuple[FrequencyNoise, ...]
     slope: float
     slope_sd: float
     mean_hz: float

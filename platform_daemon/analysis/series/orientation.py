@@ -1,18 +1,17 @@
 """How far orientations lie apart: the error angle of tab:model_params_fit_result, over the frames of a series.
 
 Orientations are Rodrigues vectors, rad, as the fit publishes them. Vectors of length near pi that look different can
-be the same orientation; angles between rotations do not care. Nor do they care which of its two twins (twins.py) a fit
-publishes: an error is the angle to the nearer one.
+be the same orientation; angles between rotations do not care. Nor do they care which of its two twins a fit publishes
+(estimation/physics/mirror.py): an error is the angle to the nearer one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation import Array, FitResult, mean_over_mirror_images, mirror_images, rotations
+from platform_daemon.estimation import Array, mean_over_mirror_images, mirror_images, rotations
 
 
 @dataclass(frozen=True)
@@ -66,13 +65,6 @@ def orientation_spread(rodrigues: Array, reference: Array | None = None) -> Orie
     angle = error_angle(vectors, chosen)
     sd = float(np.std(angle, ddof=1)) if angle.size > 1 else float("nan")
     return OrientationSpread(chosen, angle, float(np.mean(angle)), sd)
-
-
-def orientations(results: Sequence[FitResult]) -> tuple[Array, Array]:
-    """(Rodrigues vectors (frames, 3), R2 (frames,)) of the good fits of a series that have an orientation."""
-    good = [r for r in results if r.verdict == "good" and "rodrigues_x" in r.parameters]
-    vectors = [[r.parameters[f"rodrigues_{axis}"].value for axis in "xyz"] for r in good]
-    return np.array(vectors).reshape(-1, 3), np.array([np.nan if r.r2 is None else r.r2 for r in good])
 
 
 def _frames(rodrigues: Array) -> Array:

@@ -3,99 +3,105 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 
 from drivers.errors import InputError
 from platform_daemon.analysis import (
-    PAPER_DEFLECTION_DEG,
     FitRefused,
     checked_variant,
+    derived_report,
     frame_envelopes,
     frame_harmonics,
-    frame_quantities,
-    frame_times_s,
     model_of,
+    open_measurement,
+    open_voltages,
     planned_precision,
     resolve,
-    series_quantities,
     slide_frame,
     sliding_report,
     why_refused,
 )
 from platform_daemon.engine import UnknownId
 from platform_daemon.estimation import RingDownModel
+from platform_daemon.schemas import (
+    PAPER_DEFLECTION_DEG,
+    DerivedReport,
+    EnvelopesReport,
+    FitReport,
+    NoResult,
+    PredictionReport,
+    PredictionRequest,
+    ShotHarmonics,
+    SlidingReport,
+)
 from platform_daemon.settings import load_specimen
-from platform_daemon.store import is_time_series
 from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Shared
-from ..models import PredictBody, ProblemModel
-from .recordings import opened
+from ..problems import problems
+from .platform import check_resonator
 
 router = APIRouter(tags=["derived"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 
-@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=ERRORS)
-def get_derived(identifier: str, context: Shared) -> dict[str, Any]:
+@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=problems(404, 422))
+def get_derived(identifier: str, context: Shared) -> DerivedReport:
     """Quality factors of every good frame, orientation errors (mean, best) and the Allan deviation of f_nat.
 
     Keys as `platform-daemon fit --derived` writes them.
     """
     report, recording = _report(identifier, context)
-    model = _model(report, context)
-    frames = [{"frame": f["frame"], **frame_quantities(model, f)} for f in report["frames"]]
-    return {"frames": frames, **series_quantities(report, _times_s(recording, context))}
+    measurement = open_measurement(path_of(context.recordings, recording))
+    return derived_report(_model(report, context), report.frames, measurement.times_s())
 
 
-@router.get("/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=ERRORS)
+@router.get(
+    "/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=problems(404, 422)
+)
 def get_envelopes(
     identifier: str, frame: int, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
-) -> dict[str, Any]:
+) -> EnvelopesReport:
     """Envelopes of v and u, amplitude A(t) and f(t) - f_nat over the fitted window."""
     report, _ = _report(identifier, context)
-    chosen = next((f for f in report["frames"] if f["frame"] == frame), None)
+    chosen = next((f for f in report.frames if f.frame == frame), None)
     where = f"{identifier}: frame {frame}"
-    if chosen is None or chosen["verdict"] != "good":
-        why = "it does not exist" if chosen is None else chosen["reason"]
+    if chosen is None or not chosen.good:
+        why = "it does not exist" if chosen is None else chosen.reason or ""
         raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
     try:
-        return {"frame": frame, **frame_envelopes(_model(report, context), chosen, points)}
+        return frame_envelopes(_model(report, context), chosen, points)
     except ValueError as error:
         raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
 
 
-def _times_s(recording: str, context: Context) -> list[float | None]:
-    """Of every frame of a recording; an angle file is one frame."""
-    angles = is_time_series(path_of(context.recordings, recording))
-    return [0.0] if angles else frame_times_s(opened(recording, context))
-
-
-def _model(report: dict[str, Any], context: Context) -> RingDownModel:
+def _model(report: FitReport, context: Context) -> RingDownModel:
     """The model that a stored fit used.  Raises InputError if it was adopted elsewhere."""
-    variant = resolve(report["variant"], context.models)
+    variant = resolve(report.variant, context.models)
     assert variant is not None
     return model_of(variant)
 
 
-def _report(identifier: str, context: Context) -> tuple[dict[str, Any], str]:
+def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
     """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
     job = context.engine.job("fit", identifier)
-    if "frames" not in job.result:
+    if isinstance(job.result, NoResult):
         why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
         remedy = "remove the cause and fit anew" if job.state.final else "wait until its state is done"
         raise InputError("the fit has no result", where=identifier, why=why, remedy=remedy)
-    refused = why_refused(job.result["frames"])
+    report: FitReport = job.result
+    refused = why_refused(report.frames)
     if refused is not None:
         remedy = "see the reasons; another window, variant or calibration may do"
         raise FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
-    return job.result, job.request["recording"]
+    return report, job.request.recording
 
 
-@router.get("/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=ERRORS)
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=problems(404, 422)
+)
 def get_sliding(
     identifier: str,
     frame: int,
@@ -105,24 +111,28 @@ def get_sliding(
     damping: Annotated[Literal["auto", "free", "fixed"], Query(alias="lambda")] = "auto",
     variant: Annotated[str | None, Query(max_length=100)] = None,
     term: Annotated[list[str] | None, Query(max_length=8)] = None,
-) -> dict[str, Any]:
+) -> SlidingReport:
     """Fits along one ring-down, window by window; with a complete model the constants are flat.
 
     Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
     (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
     """
-    found = slide_frame(opened(identifier, context), frame, variant, window_s, step_s, damping, terms=term or ())
-    return {"recording": identifier, "frame": frame, **sliding_report(found)}
+    measurement = open_measurement(path_of(context.recordings, identifier))
+    found = slide_frame(measurement, frame, variant, window_s, step_s, damping, terms=term or ())
+    return sliding_report(found).model_copy(update={"recording": identifier, "frame": frame})
 
 
-@router.get("/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=ERRORS)
-def get_harmonics(identifier: str, frame: int, context: Shared) -> dict[str, Any]:
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=problems(404, 422)
+)
+def get_harmonics(identifier: str, frame: int, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    return {"recording": identifier, "frame": frame, **frame_harmonics(opened(identifier, context), frame)}
+    found = frame_harmonics(open_voltages(path_of(context.recordings, identifier)), frame)
+    return ShotHarmonics(found.model_copy(update={"recording": identifier}))
 
 
-@router.get("/live/harmonics", summary="Harmonics of the last shot", responses={404: {"model": ProblemModel}})
-def get_live_harmonics(context: Shared) -> dict[str, Any]:
+@router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))
+def get_live_harmonics(context: Shared) -> ShotHarmonics:
     """The same of the last excited shot, milliseconds after it, while its series still runs."""
     latest = context.engine.live.latest
     if latest is None:
@@ -130,9 +140,10 @@ def get_live_harmonics(context: Shared) -> dict[str, Any]:
     return latest
 
 
-@router.post("/predict", summary="What a planned measurement can tell", responses={422: {"model": ProblemModel}})
-def post_predict(body: PredictBody) -> dict[str, Any]:
+@router.post("/predict", summary="What a planned measurement can tell", responses=problems(415, 422))
+def predict(body: PredictionRequest) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
+    check_resonator(body.resonator)
     specimen = load_specimen(body.resonator)[0]
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
     return planned_precision(

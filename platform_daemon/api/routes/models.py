@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fastapi import APIRouter
 
 from platform_daemon.estimation import MODELS, TERMS
 from platform_daemon.schemas import AdoptedModelReport, AdoptedModelSummary, ModelListing, RetirementRequest
 
 from ..context import Shared
-from ..models import ProblemModel
+from ..problems import problems
 
 router = APIRouter(prefix="/models", tags=["models"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
 
 
 @router.get("", summary="Models that a fit can use")
@@ -23,13 +20,13 @@ def list_models(context: Shared) -> ModelListing:
     return ModelListing(declared=tuple(MODELS), terms=tuple(TERMS), adopted=adopted)
 
 
-@router.get("/{name}", summary="An adopted model with its evidence", responses=ERRORS)
+@router.get("/{name}", summary="An adopted model with its evidence", responses=problems(404, 422))
 def get_model(name: str, context: Shared) -> AdoptedModelReport:
     """NAME@VERSION, or NAME: its newest version that is not retired."""
     return context.models.get(name).report()
 
 
-@router.post("/{name}/retire", summary="Take a version out of use", responses=ERRORS)
+@router.post("/{name}/retire", summary="Take a version out of use", responses=problems(404, 415, 422, 507))
 def retire_model(name: str, body: RetirementRequest, context: Shared) -> AdoptedModelSummary:
     """It stays on disk, and results that used it can be repeated by NAME@VERSION; NAME alone no longer means it."""
     return context.models.retire(name, body.by, body.reason).summary()

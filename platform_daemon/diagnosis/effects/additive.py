@@ -29,7 +29,6 @@ TRANSIENT = Effect(
     "switch_transient", "A m^2/s", 0, ("blank_shots",), "an offset that decays from the start of the window",
     "charge of the switch, recovery of the amplifier",
 )  # fmt: skip
-MAINS_HZ = (50.0, 60.0)
 MAINS_TOLERANCE = 0.004
 
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE
+from platform_daemon.estimation import is_mains
+
+from ..effects.additive import LINE, MAINS, MAINS_TOLERANCE
 from ..effects.clock import gap
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
@@ -37,19 +39,19 @@ class AcceptedEffect:
     std: float
     log_p: float
     held_out_gain: float
-    alike: tuple[Confounder, ...]
+    confounders: tuple[Confounder, ...]
 
     @property
     def rise(self) -> float:
         """Of chi^2 for the look-alike that is told apart least."""
-        return min((r.rise for r in self.alike), default=0.0)
+        return min((r.rise for r in self.confounders), default=0.0)
 
 
 def accepted_effects(
     found: Selection, seen: ScoreTable, after: CrossValidation, passed: ReplacedEffects, pool: Executor
 ) -> tuple[AcceptedEffect, ...]:
     """Accepted effects with their evidence."""
-    named, final = [], seen.refit
+    named, final = [], seen.joint_fit
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     for c in final.hypothesis.effects:
         alike: tuple[Confounder, ...] = ()
@@ -71,14 +73,9 @@ def accepted_effects(
 def _named_alike(c: Candidate) -> tuple[Confounder, ...]:
     """A single line at a multiple of the mains may be either."""
     frequency = c.detail.frequency_hz or 0.0
-    if c.effect is LINE and any(_is_multiple(frequency, mains) for mains in MAINS_HZ):
+    if c.effect is LINE and is_mains(frequency, relative=MAINS_TOLERANCE):
         return (Confounder(replace(c, effect=MAINS), 0.0, 0.0),)
     return (Confounder(replace(c, effect=LINE), 0.0, 0.0),) if c.effect is MAINS and len(c.tones_hz) == 1 else ()
-
-
-def _is_multiple(frequency_hz: float, mains_hz: float) -> bool:
-    """As near as the mains wanders."""
-    return abs(frequency_hz / mains_hz - round(frequency_hz / mains_hz)) * mains_hz < MAINS_TOLERANCE * frequency_hz
 
 
 def _strength(c: Candidate, final: JointFit, where: slice) -> tuple[float, float]:

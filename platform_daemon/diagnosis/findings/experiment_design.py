@@ -19,7 +19,8 @@ from platform_daemon.estimation import Array, DipoleObservation, FitState, LostT
 
 from ..effects.effect import Candidate
 from ..regression.information import solved
-from ..regression.joint_fit import JointFit, linearise_shot
+from ..regression.joint_fit import JointFit
+from ..regression.linearised_shot import linearise_shot
 from ..regression.score_test import score_table
 from ..shots.shot import PreparedShot, grids_for, whitening_for
 
@@ -64,7 +65,7 @@ PLANS: dict[str, tuple[Plan, float]] = {
 
 
 def discrimination(
-    at: JointFit, effect: Candidate, rivals: Sequence[Candidate], key: str, pool: Executor
+    at: JointFit, effect: Candidate, confounders: Sequence[Candidate], key: str, pool: Executor
 ) -> list[float] | None:
     """Standard deviations by which the present shots with those of a plan would set an effect apart from each rival.
 
@@ -79,13 +80,14 @@ def discrimination(
         if future is None:
             return None
         information = (
-            score_table(some, rivals, pool).information + copies * score_table(future, rivals, pool).information
+            score_table(some, confounders, pool).information
+            + copies * score_table(future, confounders, pool).information
         )
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
     scale = len(at.started) / len(some.started) / at.noise_factor
     place = dict(zip(at.hypothesis.common, at.hypothesis.slices, strict=True))[effect]
-    ends = np.cumsum([at.hypothesis.size, *(r.size for r in rivals)])
+    ends = np.cumsum([at.hypothesis.size, *(r.size for r in confounders)])
     columns = [list(range(int(a), int(b))) for a, b in itertools.pairwise(ends)]
     return [math.sqrt(scale * _exchange(information, at, place, c)) for c in columns]
 

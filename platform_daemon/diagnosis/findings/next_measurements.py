@@ -21,7 +21,7 @@ class Measurement:
         key: name in an effect's `separates`.
         what: instruction for the operator.
         automatic: the platform can do it by itself.
-        power: where design.py has no plan for it: by how much it widens the difference of two effects.
+        power: where experiment_design.py has no plan for it: by how much it widens the difference of two effects.
         dipole_only: of no use for an angle.
         what_of_angles: the same for a pendulum whose angle is recorded.
     """
@@ -35,7 +35,7 @@ class Measurement:
 
     @property
     def planned(self) -> bool:
-        """design.py computes what it would bring."""
+        """experiment_design.py computes what it would bring."""
         return self.power == 0.0
 
 
@@ -88,7 +88,7 @@ class Ambiguity:
     """
 
     effect: Candidate
-    alike: tuple[Candidate, ...]
+    confounders: tuple[Candidate, ...]
     rise: float
     gain: float
     expected: Callable[[str], list[float] | None]
@@ -102,7 +102,7 @@ def proposals(sets: Sequence[Ambiguity], unexplained: float, *, dipole: bool = T
     """
     best: dict[str, Proposal] = {}
     for a in sets:
-        wanted = [*a.effect.effect.separates, *(k for c in a.alike for k in c.effect.separates), "longer_window"]
+        wanted = [*a.effect.effect.separates, *(k for c in a.confounders for k in c.effect.separates), "longer_window"]
         for key in dict.fromkeys([*wanted, "more_shots"]):
             found = _proposal(a, MEASUREMENTS[key])
             if found is not None and (key not in best or found.expected_sigma > best[key].expected_sigma):
@@ -121,7 +121,7 @@ def _proposal(a: Ambiguity, m: Measurement) -> Proposal | None:
         if m.planned:
             return None
         # A rule of thumb: what is told apart now grows with the measurement's power, as far as the effect is seen.
-        expected = [min(m.power * math.sqrt(max(a.rise, 1.0)), math.sqrt(a.gain))] * len(a.alike)
+        expected = [min(m.power * math.sqrt(max(a.rise, 1.0)), math.sqrt(a.gain))] * len(a.confounders)
     apart = [k for k, sigma in enumerate(expected) if sigma >= _APART] or [int(np.argmax(expected))]
-    names = dict.fromkeys([a.effect.effect.id, *(a.alike[k].effect.id for k in apart)])
+    names = dict.fromkeys([a.effect.effect.id, *(a.confounders[k].effect.id for k in apart)])
     return Proposal(m, tuple(names), min(expected[k] for k in apart)) if len(names) > 1 else None

@@ -21,7 +21,7 @@ from platform_daemon.estimation import (
 
 from ..regression.joint_fit import JointFit
 from ..regression.parameters import clean_record, held_strengths, public_parameters
-from ..regression.prediction import own_sizes, predicted, window_of
+from ..regression.prediction import unpredicted, window_of
 from ..regression.torque_response import sample_motion
 
 HARMONICS = (1, 2, 3, 4, 5)
@@ -123,7 +123,7 @@ def analyse_residual(at: JointFit, k: int) -> ResidualAnalysis:
     started = at.started[k]
     noise, rate_hz = started.shot.noise, started.shot.rate_hz
     first, last = window_of(started)
-    residual = _residual(at, k)
+    residual = unpredicted(at, k)
     sd = np.asarray(noise.sd)
     f_nat_hz = at.states[k].dynamics.w / (2.0 * math.pi)
     spectrum, in_band = _spectrum(residual, noise, rate_hz, _BAND * f_nat_hz)
@@ -146,15 +146,6 @@ def analyse_residual(at: JointFit, k: int) -> ResidualAnalysis:
 def typical_shot(at: JointFit) -> int:
     """The shot whose residual is in the middle of all."""
     return int(np.argsort([a.chi2 / s.dof for a, s in zip(at.linear, at.started, strict=True)])[len(at.linear) // 2])
-
-
-def _residual(at: JointFit, k: int) -> Array:
-    """Data minus prediction at every sample of the window, (channels, n)."""
-    started, linear = at.started[k], at.linear[k]
-    own = own_sizes(at.hypothesis, linear, at.strengths)
-    first, last = window_of(started)
-    model = predicted(at.hypothesis, linear, at.states[k], at.strengths, own)
-    return np.asarray(started.shot.record.samples[:, first:last] - model)
 
 
 def _below(residual: Array, rate_hz: float, highest_hz: float) -> Array:

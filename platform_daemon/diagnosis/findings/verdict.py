@@ -8,12 +8,12 @@ from collections.abc import Iterator, Sequence
 from scipy.optimize import brentq
 from scipy.stats import ncx2
 
+from platform_daemon.estimation import Zones
 from platform_daemon.schemas import DiagnosisVerdict
 
 from ..effects.additive import SIDE_MODE
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
-from ..selection.component_search import sweep_hz
 from ..selection.confounders import gain_of
 from ..selection.data_integrity import DataDefect
 from ..selection.omnibus_test import OmnibusScore
@@ -40,7 +40,7 @@ def assess_diagnosis(
     after: CrossValidation,
 ) -> tuple[DiagnosisVerdict, tuple[str, ...]]:
     """The verdict, and why an explanation is only a part of one."""
-    left = found.residues
+    left = found.omnibus_test
     if not named:
         if _significant(found, final) or found.forbidden or found.best.hypothesis.effects:
             return "unexplained", ()
@@ -66,14 +66,14 @@ def _noise_excess(final: JointFit) -> float:
 
 def _significant(found: Selection, final: JointFit) -> bool:
     """Something is left that matters."""
-    left = found.residues
+    left = found.omnibus_test
     visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
     return visible or final.noise_factor > _NOISY
 
 
 def _chance_of_rest(found: Selection) -> float:
     """Logarithm."""
-    return math.log(max(found.residues.p_value, 1e-300))
+    return math.log(max(found.omnibus_test.p_value, 1e-300))
 
 
 def _doubts(
@@ -91,10 +91,10 @@ def _doubts(
     if len(gains) > 1 and min(gains) < _PATCH * max(gains):
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.
-    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.alike)
+    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.confounders)
     if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
         yield f"{len(together)} effects together may imitate one that has no name here"
-    if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.alike):
+    if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):
         yield "these data cannot tell whether the motion, the receiver or something beside the signal is the cause"
     if any(_on_harmonic(n.candidate, final) for n in named if n.candidate.effect is SIDE_MODE):
         yield "a decaying oscillation at a harmonic of the motion may be the motion itself, changed by something else"
@@ -112,18 +112,15 @@ def _kind(candidate: Candidate) -> str:
 
 def _on_harmonic(mode: Candidate, final: JointFit) -> bool:
     """Within its line width of what a harmonic of the motion sweeps through, in any shot."""
-    f_hz, tau_s = mode.detail.frequency_hz or 0.0, mode.detail.tau_s or math.inf
-    for state in final.states:
-        slowest, natural = sweep_hz(state)
-        n, width = max(round(f_hz / natural), 1), 1.0 / (math.pi * tau_s)
-        if n * slowest - width < f_hz < n * natural + width:
-            return True
-    return False
+    f_hz, width_hz = mode.detail.frequency_hz or 0.0, 1.0 / (math.pi * (mode.detail.tau_s or math.inf))
+    motions = [state.dynamics for state in final.states]
+    zones = [Zones.of_sweep(d.w, d.amplitude, relative=0.0, margin_hz=width_hz) for d in motions]
+    return any(bool(z.holds(f_hz)) for z in zones)
 
 
 def _sure_share(found: Selection, final: JointFit) -> float:
     """Of all that may be missing, what is explained; what may be left is an upper limit."""
-    explained, left = _explained(found, final), found.residues
+    explained, left = _explained(found, final), found.omnibus_test
     return explained / (explained + max(_most(left.torque), _most(left.envelopes), 1e-300))
 
 

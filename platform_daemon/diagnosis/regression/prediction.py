@@ -12,7 +12,8 @@ from platform_daemon.estimation import Array, FitState
 from ..shots.linearisation import Linearisation, basis_at
 from ..shots.shot import PreparedShot, SampleGrid, whitening_for
 from .hypothesis import Hypothesis
-from .joint_fit import LinearisedShot
+from .joint_fit import JointFit
+from .linearised_shot import LinearisedShot
 
 
 def window_of(started: PreparedShot) -> tuple[int, int]:
@@ -30,6 +31,15 @@ def predicted(hypothesis: Hypothesis, linear: LinearisedShot, state: FitState, s
     started = linear.seen.started
     signal = received(started, hypothesis, state, strengths)
     return np.asarray(signal + additive(hypothesis, linear, strengths, own) + state.offsets[:, None])
+
+
+def unpredicted(at: JointFit, k: int) -> Array:
+    """Data of shot k minus all that the joint fit holds, at every sample of its window, (channels, n)."""
+    started, linear = at.started[k], at.linear[k]
+    own = own_sizes(at.hypothesis, linear, at.strengths)
+    first, last = window_of(started)
+    model = predicted(at.hypothesis, linear, at.states[k], at.strengths, own)
+    return np.asarray(started.shot.record.samples[:, first:last] - model)
 
 
 def received(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Array:

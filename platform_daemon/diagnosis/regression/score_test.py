@@ -28,7 +28,7 @@ _SINGULAR = 1e-9  # smallest eigenvalue of a scaled matrix that still tells cand
 
 @dataclass(frozen=True)
 class CandidateBlock:
-    """Columns of one candidate in a picture: whose they are, and where they stand."""
+    """Columns of one candidate in a score table: whose they are, and where they stand."""
 
     candidate: Candidate
     where: tuple[int, ...]
@@ -41,7 +41,7 @@ class ScoreTable:
     The first `accepted` columns are the common strengths of the refit; blocks of candidates follow.
     """
 
-    refit: JointFit
+    joint_fit: JointFit
     information: Array
     gradient: Array
     power: Array
@@ -54,7 +54,9 @@ class ScoreTable:
         which = [*range(self.accepted), *added]
         if not np.all(np.diag(self.information)[added] > _RESOLVED * self.power[added]):
             return None
-        return _score(self.information[np.ix_(which, which)], self.gradient[which], len(added), self.refit.noise_factor)
+        return _score(
+            self.information[np.ix_(which, which)], self.gradient[which], len(added), self.joint_fit.noise_factor
+        )
 
     def beside_accepted(self, which: list[int]) -> tuple[Array, Array]:
         """Information (k, k) and gradient (k,) of some columns beside the accepted strengths; invisible ones are 0."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -10,20 +9,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
-from scipy.signal import windows
 from scipy.stats import gamma
 
-from platform_daemon.estimation import Array, FitState, frequency_ratio, sd_at
+from platform_daemon.estimation import MAINS_HZ, Array, Zones, is_mains, median_level, peak_shift, periodogram, sd_at
 
-from ..effects.additive import LINE, MAINS, MAINS_HZ, MAINS_TOLERANCE, side_mode, tone, transient
+from ..effects.additive import LINE, MAINS, MAINS_TOLERANCE, side_mode, tone, transient
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
-from ..regression.prediction import own_sizes, predicted, window_of
+from ..regression.prediction import unpredicted, window_of
 from .significance import log_chance
 
 _SURE = 1e-6  # chance of a line anywhere in a residual without one
 _MOST_TONES = 12
-_MARGIN_BINS = 4.0  # beside what the harmonics sweep through
+_BETA = 8.0  # of the Kaiser window
+_MARGIN_BINS, _SWEEP_MARGIN = 4.0, 0.002  # beside what the harmonics sweep through
+_MISSED_HZ = 0.15  # by which a line of the mains may be misread
 _SIDE_RATE_HZ = 15e3
 _TAUS = 8
 _SLOW = 0.3  # of the window: a decay time from which it may be no decay at all
@@ -49,77 +49,33 @@ def shot_residuals(at: JointFit, pool: Executor) -> list[ShotResidual]:
 
 
 def _shot_residual(at: JointFit, k: int) -> ShotResidual:
-    started, linear, shot = at.started[k], at.linear[k], at.started[k].shot
-    own = own_sizes(at.hypothesis, linear, at.strengths)
-    first, last = window_of(started)
-    samples = shot.record.samples[:, first:last] - predicted(at.hypothesis, linear, at.states[k], at.strengths, own)
+    shot = at.started[k].shot
     level = sd_at(shot.noise, np.array([at.states[k].dynamics.w / (2.0 * math.pi)]), shot.rate_hz)[:, 0]
-    return ShotResidual(samples, level, shot.rate_hz, first)
+    return ShotResidual(unpredicted(at, k), level, shot.rate_hz, window_of(at.started[k])[0])
 
 
 def tones(at: JointFit, left: Sequence[ShotResidual]) -> list[Candidate]:
     """Lines in the residual's spectrum outside the zones of the harmonics: mains first, then others."""
     n = next_fast_len(max(x.samples.shape[1] for x in left), real=True)
     rate = left[0].rate_hz
-    power = sum((_spectrum(x, n) for x in left), np.zeros(n // 2 + 1))
+    spectra = [x.level**-2.0 @ periodogram(x.samples, np.kaiser(x.samples.shape[1], _BETA), n) for x in left]
+    power = np.sum(spectra, axis=0)
     grid = np.arange(power.size) * rate / n
     degrees = len(left) * left[0].samples.shape[0]
-    power = power / _floor(power) * degrees
+    edges = [0, *np.unique(np.geomspace(16, power.size, 40).astype(int))]
+    power = power / median_level(power[None], edges)[0] * degrees
     bins = min(x.samples.shape[1] for x in left)
     threshold = float(gamma.isf(_SURE / bins, degrees))
-    power[_zones(at, grid, rate / bins)] = 0.0
+    for d in (state.dynamics for state in at.states):
+        zones = Zones.of_sweep(d.w, d.amplitude, relative=_SWEEP_MARGIN, margin_hz=_MARGIN_BINS * rate / bins)
+        power[zones.holds(grid)] = 0.0
     power[grid < 3.0 * rate / bins] = 0.0
     found: list[float] = []
     while len(found) < _MOST_TONES and power.max() > threshold:
         peak = int(np.argmax(power))
-        found.append(_between(power, peak) * rate / n)
+        found.append((peak + peak_shift(power, peak)) * rate / n)
         power[max(0, peak - 6 * n // bins) : peak + 6 * n // bins + 1] = 0.0
     return _named(found, 0.5 * bins)
-
-
-def _spectrum(left: ShotResidual, n: int) -> Array:
-    """Power over the noise's, added over the channels, (bins,)."""
-    count = left.samples.shape[1]
-    window = windows.kaiser(count, 8.0)
-    scaled = left.samples * (window / np.sqrt(np.sum(window**2))) / left.level[:, None]
-    transform = rfft(scaled, n, axis=1)
-    return np.asarray(np.sum(np.abs(transform) ** 2, axis=0))
-
-
-def _floor(power: Array) -> Array:
-    """The level that bins stand on: medians of wide bands, drawn through."""
-    edges = np.unique(np.geomspace(16, power.size, 40).astype(int))
-    edges = np.concatenate([[0], edges])
-    middles = 0.5 * (edges[1:] + edges[:-1])
-    levels = [float(np.median(power[a:b])) for a, b in itertools.pairwise(edges)]
-    return np.maximum(np.interp(np.arange(power.size), middles, levels), 1e-300)
-
-
-def _zones(at: JointFit, grid: Array, bin_hz: float) -> np.ndarray:
-    """True where a harmonic of any shot sweeps, bool (bins,)."""
-    inside = np.zeros(grid.size, dtype=bool)
-    for state in at.states:
-        slowest, natural = sweep_hz(state)
-        k = np.maximum(np.round(grid / (0.5 * (natural + slowest))), 1.0)
-        for n in (k - 1.0, k, k + 1.0):
-            low, high = n * slowest - _MARGIN_BINS * bin_hz, n * natural + _MARGIN_BINS * bin_hz
-            inside |= (n > 0) & (grid > low * 0.998) & (grid < high * 1.002)
-    return inside
-
-
-def sweep_hz(state: FitState) -> tuple[float, float]:
-    """Frequencies between which the fundamental sweeps: at the first amplitude, and of an infinitely small swing."""
-    natural = state.dynamics.w / (2.0 * math.pi)
-    return natural * frequency_ratio(min(abs(state.dynamics.amplitude), 3.0)), natural
-
-
-def _between(power: Array, peak: int) -> float:
-    """Place of a maximum between the bins."""
-    if not 0 < peak < power.size - 1 or min(power[peak - 1], power[peak + 1]) <= 0.0:
-        return float(peak)
-    left, middle, right = np.log(power[peak - 1 : peak + 2])
-    curvature = left - 2.0 * middle + right
-    return peak + float(0.5 * (left - right) / curvature) if curvature < 0.0 else float(peak)
 
 
 def _named(found: Sequence[float], trials: float) -> list[Candidate]:
@@ -127,7 +83,7 @@ def _named(found: Sequence[float], trials: float) -> list[Candidate]:
     rest = list(found)
     candidates = []
     for mains in MAINS_HZ:
-        mine = [f for f in rest if abs(f / mains - round(f / mains)) * mains < MAINS_TOLERANCE * f + 0.15]
+        mine = [f for f in rest if is_mains(f, relative=MAINS_TOLERANCE, missed_hz=_MISSED_HZ, mains_hz=(mains,))]
         # A single line at a multiple may be anything.
         if len(mine) > 1 or any(f < 1.5 * mains for f in mine):
             candidates.append(tone(MAINS, tuple(sorted(mine)), mains, trials))
@@ -209,7 +165,7 @@ def _peaks(
         row[bins / seconds * tau_s < 0.5] = 0.0
         for _ in range(_PEAKS):
             peak = int(np.argmax(row))
-            place = _between(row, peak) / seconds
+            place = (peak + peak_shift(row, peak)) / seconds
             # |F|^2 with this norm is a sum of two squares of noise, per channel.
             chance = log_chance(float(row[peak]), 2 * degrees, trials)
             candidate = side_mode(place, tau_s, offered, channels, shared=shared, trials=trials)

@@ -17,7 +17,7 @@ from ..regression.score_test import CandidateBlock, ScoreTable
 from .sign_constraints import signs_allowed, without_gain_of_energy
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
-_WORTH_A_REFIT = 60.0  # rise by the linear picture that a refit may still bring down
+_WORTH_A_REFIT = 60.0  # rise by the linear step that a refit may still bring down
 _SHARE = 0.05  # of the effect's own gain, the same
 _MOST_REFITS = 10
 
@@ -32,7 +32,7 @@ class Confounder:
     candidate: Candidate
     rise: float
     gain: float
-    refit: JointFit | None = None
+    joint_fit: JointFit | None = None
 
     @property
     def indistinguishable(self) -> bool:
@@ -41,8 +41,8 @@ class Confounder:
 
 
 def confounders(seen: ScoreTable, effect: Candidate, pool: Executor) -> list[Confounder]:
-    """Alternatives for one common effect of the picture's refit, the best first."""
-    at = seen.refit
+    """Alternatives for one common effect of the score table's fit, the best first."""
+    at = seen.joint_fit
     gain = gain_of(at, effect)
     found = []
     for block in seen.blocks:
@@ -70,7 +70,7 @@ def gain_of(at: JointFit, effect: Candidate) -> float:
 
 def _exchange(seen: ScoreTable, effect: Candidate, block: CandidateBlock) -> float | None:
     """Rise of chi^2 if a block takes the effect's place, to first order; None if it is not seen beside the rest."""
-    at = seen.refit
+    at = seen.joint_fit
     gone = range(*_place(at, effect).indices(seen.accepted))
     kept = [k for k in range(seen.accepted) if k not in gone]
     which = [*kept, *block.where]

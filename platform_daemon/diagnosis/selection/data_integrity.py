@@ -13,7 +13,7 @@ from platform_daemon.estimation import Array, FitState, RingDownModel, Workspace
 from platform_daemon.schemas import DefectKind
 
 from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import LinearisedShot, linearise_shot
+from ..regression.linearised_shot import LinearisedShot, linearise_shot
 from ..shots.shot import DiagnosisShot, PreparedShot, whitening_for
 from .significance import log_chance
 

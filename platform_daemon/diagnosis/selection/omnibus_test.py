@@ -18,7 +18,8 @@ from platform_daemon.estimation import Array, LostTrajectoryError
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
-from ..regression.joint_fit import JointFit, LinearisedShot, starting_strengths
+from ..regression.joint_fit import JointFit, starting_strengths
+from ..regression.linearised_shot import LinearisedShot
 from ..regression.torque_response import sample_motion, torque_responses
 
 _HIGHEST_POWER = 5  # of phi and v together

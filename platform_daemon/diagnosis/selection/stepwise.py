@@ -1,7 +1,7 @@
 """Which effects explain what is left: score tests of everything, refits of the leaders, alone and in combination.
 
 Effects are added until nothing significant is left, or nothing helps any more. Two effects that act together can hide
-behind a third that mimics their sum; therefore sets of every size are drawn from the first picture too, not only by
+behind a third that mimics their sum; therefore sets of every size are drawn from the first score table too, not only by
 adding to the best smaller set.
 """
 
@@ -10,19 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
-
-import numpy as np
-
-from platform_daemon.estimation import LostTrajectoryError
+from dataclasses import dataclass
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.joint_fit import JointFit
 from ..regression.score_test import CandidateBlock, ScoreResult, ScoreTable, score_table
 from .component_search import shot_residuals, side_modes, steady_tones, tones, transients
 from .omnibus_test import OmnibusTest, omnibus_test
-from .sign_constraints import signs_allowed, step_allowed, without_gain_of_energy
+from .refits import allowed_refit, own_gain, refined, refined_own, refit
+from .sign_constraints import signs_allowed, step_allowed
 from .significance import LEVEL, log_chance
 from .subsets import pairs, singles, triples
 
@@ -32,8 +29,6 @@ _NEAR = 0.03  # share of the best gain within which another set may overtake it 
 _CLOSE = 12.0  # fall of chi^2, the same
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
-_MOST_MOVES = 5  # from place to place
-_SHARP = 0.5  # fall of chi^2 that makes another move worth while
 
 ProgressCallback = Callable[[str, float], None]
 
@@ -57,23 +52,23 @@ class Selection:
     Attributes:
         base: the joint fit of the declared model.
         best: the joint fit with everything that was accepted.
-        picture: of all other candidates beside it.
-        residues: what is left without a name.
+        score_table: of all other candidates beside it.
+        omnibus_test: of what is left without a name.
         before: the same beside the declared model.
         tried: single candidates beside the declared model, best first.
         trials: number of candidates, by which chances are corrected.
-        look_again: all candidates beside another refit.
+        score_table_of: all candidates beside another refit.
         forbidden: the best set fits only with a sign that physics does not allow.
     """
 
     base: JointFit
     best: JointFit
-    picture: ScoreTable
-    residues: OmnibusTest
+    score_table: ScoreTable
+    omnibus_test: OmnibusTest
     before: OmnibusTest
     tried: tuple[CandidateTest, ...]
     trials: float
-    look_again: Callable[[JointFit], ScoreTable]
+    score_table_of: Callable[[JointFit], ScoreTable]
     forbidden: tuple[Candidate, ...] = ()
 
 
@@ -103,7 +98,7 @@ class _Search:
         before = omnibus_test(self._base, self._pool)
         self._tell("scores of all candidates", 0.25)
         root, best = self._base, self._base
-        first = seen = self._picture(root)
+        first = seen = self._score_table(root)
         tried = self._singles(first)
         forbidden: tuple[Candidate, ...] = ()
         size = additive = 0
@@ -112,11 +107,11 @@ class _Search:
             common = self._best_common(seen)
             if own is not None and own[0] < min(LEVEL, common):
                 # What stands beside the signal is taken out first: the sets start anew beside it.
-                sharp = self._sharpened_own(best, own[1])
-                root = self._refit(root.hypothesis.plus(sharp), root) or root
-                best = self._refit(best.hypothesis.plus(sharp), best) or best
-                first = self._picture(root)
-                seen = first if size == 0 else self._picture(best)
+                sharp = refined_own(best, own[1], self._pool)
+                root = refit(root.hypothesis.plus(sharp), root, self._pool) or root
+                best = refit(best.hypothesis.plus(sharp), best, self._pool) or best
+                first = self._score_table(root)
+                seen = first if size == 0 else self._score_table(best)
                 additive += 1
                 continue
             if common >= LEVEL or size == _LARGEST_SET:
@@ -128,10 +123,10 @@ class _Search:
                 # Two effects can hide from every single one: larger sets are tried all the same.
                 forbidden = banned or forbidden
                 continue
-            better, forbidden = self._sharpened(better), ()
-            best, seen = better, self._picture(better)
+            better, forbidden = refined(better, self._pool), ()
+            best, seen = better, self._score_table(better)
         after = omnibus_test(best, self._pool) if best is not self._base else before
-        return Selection(self._base, best, seen, after, before, tried, self._trials, self._picture, forbidden)
+        return Selection(self._base, best, seen, after, before, tried, self._trials, self._score_table, forbidden)
 
     def _scan(self, at: JointFit) -> tuple[list[Candidate], list[Candidate]]:
         """(tones, side modes) in what a refit leaves over; looked for once."""
@@ -146,9 +141,9 @@ class _Search:
         """True if a tone that does not decay explains more than the decaying one."""
         f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.started[0].time_s[-1])
         near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
-        return bool(near) and max(self._own_gain(at, c)[0] for c in near) >= self._own_gain(at, side)[0]
+        return bool(near) and max(own_gain(at, c, self._pool)[0] for c in near) >= own_gain(at, side, self._pool)[0]
 
-    def _picture(self, at: JointFit) -> ScoreTable:
+    def _score_table(self, at: JointFit) -> ScoreTable:
         taken = {c.key for c in at.hypothesis.effects}
         shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [
@@ -173,7 +168,7 @@ class _Search:
 
     def _best_common(self, seen: ScoreTable) -> float:
         """Logarithm of the chance of the most surprising candidate, of either sign, alone or with another."""
-        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.refit.chi2, 0.0) / seen.refit.noise_factor
+        floor = _NEGLIGIBLE * max(self._base.chi2 - seen.joint_fit.chi2, 0.0) / seen.joint_fit.noise_factor
         best = 0.0
         for sets, trials in ((singles(seen), 1.0), (pairs(seen), 0.5 * self._trials)):
             for blocks, score in sets:
@@ -196,33 +191,19 @@ class _Search:
         for c in offered:
             if _same_effect_in(c, at):
                 continue
-            gain, directions = self._own_gain(at, c)
+            gain, directions = own_gain(at, c, self._pool)
             if gain * at.noise_factor > floor:
                 log_p = log_chance(gain, directions, self._trials * c.trials)
                 if best is None or log_p < best[0]:
                     best = log_p, c
         return best
 
-    def _own_gain(self, at: JointFit, candidate: Candidate) -> tuple[float, int]:
-        """Fall of chi^2 over the noise factor, and the number of columns."""
-
-        def one(k: int) -> tuple[float, int]:
-            linear = at.linear[k]
-            assert candidate.columns is not None
-            columns = at.started[k].white(candidate.columns(linear.seen)).T
-            rest = linear.beside(columns)
-            q, _ = np.linalg.qr(rest)
-            return float(np.sum((q.T @ linear.beside(linear.residual)) ** 2)), columns.shape[1]
-
-        parts = list(self._pool.map(one, range(len(at.linear))))
-        return sum(p[0] for p in parts) / at.noise_factor, sum(p[1] for p in parts)
-
     def _grown(
         self, first: ScoreTable, seen: ScoreTable, best: JointFit, size: int
     ) -> tuple[JointFit | None, tuple[Candidate, ...]]:
         """The best refit with a set of this size; None if it is no better than what there is."""
         leaders = self._leaders(first, seen, size)
-        fits = [f for f in (self._allowed_refit(h, start) for h, start in leaders) if f is not None]
+        fits = [f for f in (allowed_refit(h, start, self._pool) for h, start in leaders) if f is not None]
         fits.sort(key=lambda f: f.chi2)
         allowed = [f for f in fits if signs_allowed(f)]
         banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
@@ -234,45 +215,12 @@ class _Search:
         sure = log_chance(fall, max(1, added), self._trials * math.prod(c.trials for c in new)) < LEVEL
         return (allowed[0], banned) if sure else (None, banned)
 
-    def _sharpened(self, at: JointFit) -> JointFit:
-        """With the hidden scales and places of its common effects where chi^2 is least."""
-        for share in (1.0, 0.4, 0.15):
-            for _ in range(_MOST_MOVES):
-                before = at
-                for c in at.hypothesis.common:
-                    at = self._sharper(at, c, share) if c.near is not None else at
-                if before.chi2 - at.chi2 < _SHARP:
-                    break
-        return at
-
-    def _sharper(self, at: JointFit, c: Candidate, share: float) -> JointFit:
-        """One effect at the best of its neighbouring places; the refit itself if none is better."""
-        beside = self._refit(at.hypothesis.without(c), at)
-        if beside is None or c.near is None:
-            return at
-        seen = score_table(beside, [replace(v, parts=()) for v in c.near(share)], self._pool)
-        scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
-        if not scores:
-            return at
-        sharp = max(scores, key=lambda pair: pair[0])[1]
-        trial = self._allowed_refit(beside.hypothesis.plus(sharp), beside)
-        return at if trial is None or trial.chi2 >= at.chi2 else trial
-
-    def _sharpened_own(self, at: JointFit, c: Candidate) -> Candidate:
-        """The same for an effect of every shot's own."""
-        bin_hz = 1.0 / float(at.started[0].time_s[-1])
-        for share in (1.0, 0.3):
-            if c.near is not None:
-                scale = share * bin_hz if c.detail.tau_s is None else share
-                c = max(c.near(scale), key=lambda v: self._own_gain(at, v)[0])
-        return c
-
     def _leaders(self, first: ScoreTable, seen: ScoreTable, size: int) -> list[tuple[Hypothesis, JointFit]]:
         """Sets worth a refit: the best of this size beside the root, and the best additions to the present one."""
         sets = {1: singles, 2: pairs, 3: triples}[size](first)
         proposals = [(score.gain, first, blocks, score) for blocks, score in sets if step_allowed(blocks, score)]
         if size > 1:
-            explained = (first.refit.chi2 - seen.refit.chi2) / seen.refit.noise_factor
+            explained = (first.joint_fit.chi2 - seen.joint_fit.chi2) / seen.joint_fit.noise_factor
             proposals += [
                 (explained + score.gain, seen, blocks, score)
                 for blocks, score in singles(seen) if step_allowed(blocks, score)
@@ -283,28 +231,12 @@ class _Search:
         for gain, at, blocks, _ in proposals:
             if (chosen and gain < (1.0 - _NEAR) * proposals[0][0] - _CLOSE) or len(chosen) >= _LEADERS:
                 break
-            hypothesis = at.refit.hypothesis.plus(*(b.candidate for b in blocks))
+            hypothesis = at.joint_fit.hypothesis.plus(*(b.candidate for b in blocks))
             keys = frozenset(c.key for c in hypothesis.effects)
             if keys not in known:
                 known.add(keys)
-                chosen.append((hypothesis, at.refit))
+                chosen.append((hypothesis, at.joint_fit))
         return chosen
-
-    def _allowed_refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:
-        """A refit without losses that would feed energy into the motion: these are held at 0."""
-        found = self._refit(hypothesis, at)
-        try:
-            return None if found is None else without_gain_of_energy(found, self._pool)
-        except (LostTrajectoryError, np.linalg.LinAlgError):
-            return None
-
-    def _refit(self, hypothesis: Hypothesis, at: JointFit) -> JointFit | None:
-        """From another refit; None if the motion is lost."""
-        try:
-            # What is new begins at 0, so that the shots' own parameters can follow it.
-            return fit_jointly(self._base.started, hypothesis, self._pool, *starting_point(at, hypothesis))
-        except (LostTrajectoryError, np.linalg.LinAlgError):
-            return None
 
 
 def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:

@@ -15,6 +15,7 @@ from platform_daemon.estimation import (
     RingDownModel,
     Trajectory,
     Workspace,
+    coefficient_jacobian,
     derivative,
 )
 
@@ -138,8 +139,9 @@ def linearise_signal(started: PreparedShot, model: RingDownModel, state: FitStat
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
     seen = Linearisation.of_basis(started, state, basis)
     residual = started.data - seen.signal - state.offsets[:, None]
-    jacobian, even = _jacobian(model, state, basis)
-    return replace(seen, residual=residual, jacobian=jacobian, even_jacobian=even)
+    by_parameter = coefficient_jacobian(model, state)
+    even = np.tensordot(by_parameter[..., 1::2], basis[1::2], 1)
+    return replace(seen, residual=residual, jacobian=np.tensordot(by_parameter, basis, 1), even_jacobian=even)
 
 
 def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
@@ -152,19 +154,3 @@ def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Ar
         return np.concatenate([trajectory.basis(*place, observable) for place in places], axis=1)
     workspace = Workspace(model)
     return np.concatenate([workspace.basis(d, *place, observable) for place in places], axis=1)
-
-
-def _jacobian(model: RingDownModel, state: FitState, basis: Array) -> tuple[Array, Array]:
-    """(p, channels, m) from the kernel's basis (b, m), and the part of it from f2."""
-    d, obs = state.dynamics, state.observation
-    (gains, by_w, by_own), chain = obs.linear(d.w), d.chain(model)
-    dynamic, channels, m = chain.shape[0], gains.shape[0], basis.shape[1]
-    out, even = np.zeros((2, state.size, channels, m))
-    for part, k in ((out, 0), (even, 1)):
-        part[:dynamic] = (chain.T @ basis[2 + k : 2 + 2 * dynamic : 2])[:, None] * gains[:, k : k + 1]
-        part[1] += by_w[:, k : k + 1] * basis[k]
-        part[dynamic : dynamic + obs.size] = by_own[:, :, k : k + 1] * basis[k]
-    out += even
-    for channel in range(channels):
-        out[dynamic + obs.size + channel, channel] = 1.0
-    return out, even

@@ -20,7 +20,8 @@ from platform_daemon.estimation import Array, DipoleObservation, FitState, LostT
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
-from ..regression.joint_fit import JointFit, LinearisedShot, linearise_shot
+from ..regression.joint_fit import JointFit
+from ..regression.linearised_shot import LinearisedShot, common_information, linearise_shot
 from ..regression.prediction import own_sizes, predicted, window_of
 from ..shots.shot import PreparedShot
 
@@ -157,12 +158,7 @@ def _strengths_without(at: JointFit, k: int) -> tuple[Array, Array]:
     size = at.hypothesis.size
     if size == 0:
         return at.strengths, np.zeros((0, 0))
-    matrix, gradient = np.zeros((size, size)), np.zeros(size)
-    for j, linear in enumerate(at.linear):
-        if j != k:
-            rest = linear.columns - linear.q @ (linear.q.T @ linear.columns)
-            matrix += rest.T @ rest
-            gradient += rest.T @ linear.residual
+    matrix, gradient = common_information((a for j, a in enumerate(at.linear) if j != k), size)
     scale = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
     values, vectors = np.linalg.eigh(matrix / np.outer(scale, scale))
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T * scale

@@ -25,47 +25,47 @@ ReplacedEffects = dict[object, tuple[Confounder, ...]]  # what was passed over f
 def validate_effects(
     found: Selection, pool: Executor
 ) -> tuple[ScoreTable, CrossValidation, CrossValidation, tuple[Candidate, ...], ReplacedEffects]:
-    """The picture of the refit that predicts best, without effects that do not help; held-out scores before and after.
+    """Score table of the refit that predicts best, without effects that do not help; held-out scores before and after.
 
     Where effects cannot be told apart by the fit, held-out data choose. With what was dropped, and what was passed over
     for a look-alike.
     """
     before = cross_validate(found.base, pool)
     (seen, passed), dropped = _best_predicting(found, pool), []
-    after = cross_validate(seen.refit, pool) if seen.refit.hypothesis.effects else before
-    while seen.refit.hypothesis.effects:
-        at = seen.refit
+    after = cross_validate(seen.joint_fit, pool) if seen.joint_fit.hypothesis.effects else before
+    while seen.joint_fit.hypothesis.effects:
+        at = seen.joint_fit
         helps = {c.key: held_out_gain_of(at, c, after, found.base, pool) for c in at.hypothesis.effects}
         worst = min(at.hypothesis.effects, key=lambda c: helps[c.key])
         if helps[worst.key] > 0.0:
             break
         dropped.append(worst)
         final = found.base if len(at.hypothesis.effects) == 1 else without(at, worst, found.base, pool)
-        seen = found.look_again(final)
+        seen = found.score_table_of(final)
         after = cross_validate(final, pool) if final.hypothesis.effects else before
     return seen, before, after, tuple(dropped), passed
 
 
 def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, ReplacedEffects]:
     """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
-    seen, passed = found.picture, ReplacedEffects()
-    for effect in seen.refit.hypothesis.common:
-        alike = [r for r in confounders(seen, effect, pool) if r.indistinguishable and r.refit is not None]
+    seen, passed = found.score_table, ReplacedEffects()
+    for effect in seen.joint_fit.hypothesis.common:
+        alike = [r for r in confounders(seen, effect, pool) if r.indistinguishable and r.joint_fit is not None]
         if not alike:
             continue
-        first, gain = cross_validate(seen.refit, pool), gain_of(seen.refit, effect)
+        first, gain = cross_validate(seen.joint_fit, pool), gain_of(seen.joint_fit, effect)
         scores = [(_worse(r, first, pool), r) for r in alike[:_OPTIONS]]
         worse, best = min(scores, key=lambda pair: pair[0], default=(0.0, None))
-        if best is not None and best.refit is not None and worse < -_BETTER:
-            others = [Confounder(effect, 0.0, gain, seen.refit), *(r for r in alike if r is not best)]
+        if best is not None and best.joint_fit is not None and worse < -_BETTER:
+            others = [Confounder(effect, 0.0, gain, seen.joint_fit), *(r for r in alike if r is not best)]
             passed[best.candidate.key] = tuple(replace(r, rise=r.rise - best.rise) for r in others)
-            seen = found.look_again(best.refit)
+            seen = found.score_table_of(best.joint_fit)
     return seen, passed
 
 
 def _worse(rival: Confounder, first: CrossValidation, pool: Executor) -> float:
     """Rise of the held-out chi^2 with a look-alike."""
-    return 0.0 if rival.refit is None else cross_validate(rival.refit, pool).worse_by(first)
+    return 0.0 if rival.joint_fit is None else cross_validate(rival.joint_fit, pool).worse_by(first)
 
 
 def without(at: JointFit, effect: Candidate, base: JointFit, pool: Executor) -> JointFit:

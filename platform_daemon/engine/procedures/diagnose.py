@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from drivers.errors import InputError
 from platform_daemon import analysis, diagnosis
 from platform_daemon.schemas import (
+    AcquisitionRequest,
     DiagnosedRound,
     DiagnosisReport,
     EffectSummary,
@@ -24,8 +25,8 @@ from platform_daemon.schemas import (
 )
 
 from ..engine import Engine
-from ..jobs import Job
-from ..planning import AcquisitionPlan, AcquisitionRequest
+from ..planning import AcquisitionPlan
+from ..work.series import AcquisitionJob
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import ModelChoice
@@ -49,7 +50,7 @@ class Budget:
     seconds: float
 
 
-def _wait(job: Job) -> None:
+def _wait(job: AcquisitionJob) -> None:
     job.ended.wait()
 
 
@@ -60,7 +61,7 @@ class Callbacks:
     asked: puts a manual step to the operator; True: it is done, False: leave it out.
     """
 
-    acquired: Callable[[Job], None] = _wait
+    acquired: Callable[[AcquisitionJob], None] = _wait
     tell: ProgressCallback = lambda what, share: None
     say: Callable[[str], None] = lambda text: None
     asked: Callable[[Measurement], bool] = lambda step: False
@@ -155,7 +156,7 @@ class LiveDiagnosis:
             job.ended.wait(timeout=60)
             raise
         finally:
-            self._shots += job.result.get("shots", 0)
+            self._shots += job.result.shots or 0
             self._files += [path] if path.exists() else []
         if job.error is not None:
             raise job.error
@@ -223,7 +224,7 @@ def variations(first: AcquisitionRequest, plan: AcquisitionPlan, key: str) -> li
     """The series that an automatic measurement stands for, the gentlest first."""
 
     def changed(**keys: Any) -> AcquisitionRequest:
-        return first.model_copy(update={"sequence": {**first.sequence, **keys}})
+        return first.model_copy(update={"sequence": first.sequence.model_copy(update=keys)})
 
     if key == "second_amplitude":
         return [changed(field_t=share * plan.sequence.field_t) for share in _FIELDS]
@@ -238,7 +239,7 @@ def variations(first: AcquisitionRequest, plan: AcquisitionPlan, key: str) -> li
     return []
 
 
-def _other_axes(plan: AcquisitionPlan) -> list[list[float]]:
+def _other_axes(plan: AcquisitionPlan) -> list[tuple[float, ...]]:
     """Directions 45 degrees from the present one: along other world axes a rotor may not be driven at all."""
     now = plan.sequence.direction()
     along = int(abs(now).argmax())
@@ -247,13 +248,13 @@ def _other_axes(plan: AcquisitionPlan) -> list[list[float]]:
         if other != along:
             turned = now.copy()
             turned[other] += 1.0
-            found.append([float(x) for x in turned])
+            found.append(tuple(float(x) for x in turned))
     return found
 
 
 def _confused(found: Diagnosis) -> bool:
     """True if a named effect has a look-alike of another name."""
-    return any(r.candidate.effect.id != n.candidate.effect.id for n in found.named for r in n.alike)
+    return any(r.candidate.effect.id != n.candidate.effect.id for n in found.named for r in n.confounders)
 
 
 def _brought(series: UndiagnosedRound, before: DiagnosisReport | None, now: DiagnosisReport) -> DiagnosedRound:

@@ -1,1 +1,1 @@
-"""What a fit leaves over, and what follows: warnings, rivals, refusals, the verdict."""
+"""What a fit leaves over, and what follows: warnings, other models, refusals, the verdict."""

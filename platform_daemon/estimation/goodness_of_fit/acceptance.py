@@ -10,17 +10,12 @@ from ..least_squares.public_parameters import POOR_CHI2, PublicParameters, refus
 from ..physics.models import RingDownModel
 from ..refusal import Refusal, RefusedError
 from .collinearity import CollinearLosses, loss_warnings
-
-_UNEXPLAINED_R2 = 0.9
-_MISFIT = 6.0  # standard deviations of chi^2
-_LEFT_BY_WRONG = 1e-5  # of the signal's energy, in 0.24 s; more in longer windows
-_FEW_PERIODS = 12.0
-_SURE = 5.0  # standard deviations
+from .thresholds import LIMITS
 
 
 def is_unexplained(r2: float, chi2_per_dof: float) -> bool:
     """True for a fit that leaves a tenth of the record's power, and more than noise."""
-    return r2 < _UNEXPLAINED_R2 and chi2_per_dof > POOR_CHI2
+    return r2 < LIMITS.explained_r2 and chi2_per_dof > POOR_CHI2
 
 
 def refuse_unexplained(model_name: str, r2: float, chi2_per_dof: float) -> None:
@@ -36,8 +31,8 @@ def is_much_or_hidden(chi2: float, signal: float, dof: int) -> bool:
 
     signal: the record's energy in units of the noise, of which a wrong variant leaves a share.
     """
-    unseen = _MISFIT * math.sqrt(2.0 * dof)
-    return chi2 - dof > unseen or _LEFT_BY_WRONG * signal < unseen
+    unseen = LIMITS.chi2_sigma * math.sqrt(2.0 * dof)
+    return chi2 - dof > unseen or LIMITS.wrong_model_share * signal < unseen
 
 
 def refuse_untrustworthy(model: RingDownModel, public: PublicParameters) -> None:
@@ -47,7 +42,7 @@ def refuse_untrustworthy(model: RingDownModel, public: PublicParameters) -> None
     refuse_faint(public)
     estimates = public.parameters
     losses = [estimates[n] for n in model.losses]
-    if losses and all(e.std is not None and e.value < -_SURE * e.std for e in losses):
+    if losses and all(e.std is not None and e.value < -LIMITS.growth_sigma * e.std for e in losses):
         raise RefusedError(Refusal.OUT_OF_RANGE, "the oscillation grows instead of decaying")
 
 
@@ -56,6 +51,6 @@ def doubts(
 ) -> tuple[str, ...]:
     """Named warnings about the parameters of a good result of a window of so many periods."""
     warnings = [*loss_warnings(model, public, tangle)]
-    if periods < _FEW_PERIODS:
+    if periods < LIMITS.few_periods:
         warnings.append(f"window_too_short: {periods:.1f} periods; the errors hold only if the model is exact")
     return tuple(warnings)

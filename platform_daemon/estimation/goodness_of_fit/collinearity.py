@@ -10,18 +10,14 @@ from itertools import combinations
 import numpy as np
 
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.progressive import FitProblem
+from ..least_squares.problem import FitProblem
 from ..least_squares.public_parameters import PublicParameters
 from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
 from ..physics.trajectory.direct import LostTrajectoryError
 from .residual import Residual
 from .residual_jacobian import derivatives_of
-
-_TANGLED = 0.99  # correlation
-_UNSEPARATED = 0.2  # relative error of either
-_SEEN = 2.0  # standard deviations
-_SURELY = 3.0
+from .thresholds import LIMITS
 
 
 @dataclass(frozen=True)
@@ -57,7 +53,7 @@ def _collinear(public: PublicParameters, one: str, other: str) -> CollinearLosse
         for name, k in ((one, i), (other, j))
     }
     better, worse = sorted(errors, key=lambda name: errors[name])
-    if abs(correlation) < _TANGLED or errors[better] < _UNSEPARATED:
+    if abs(correlation) < LIMITS.collinear_correlation or errors[better] < LIMITS.collinear_share:
         return None
     return CollinearLosses((better, worse), correlation)
 
@@ -86,9 +82,9 @@ def loss_warnings(model: RingDownModel, public: PublicParameters, tangle: Collin
         loss = public.parameters[name]
         if loss.std is None:
             continue
-        if loss.value < -_SURELY * loss.std:
+        if loss.value < -LIMITS.negative_loss_sigma * loss.std:
             yield f"negative_loss: {name} = {loss.value:.4g} +- {loss.std:.2g} feeds energy in"
-        elif loss.value < _SEEN * loss.std and tangle is None:
+        elif loss.value < LIMITS.loss_seen_sigma * loss.std and tangle is None:
             yield f"loss_not_seen: {name} = {loss.value:.4g} +- {loss.std:.2g}; the record is explained without it"
 
 
@@ -96,9 +92,6 @@ _STEP = 2.0**0.125  # from one window to the next
 _LOOKS = (3.0, 12.0, 48.0)  # windows, as far as the motion is followed
 _REACH = 1.5  # standard deviations, to which the truth may lie aside
 _POINTS = np.array([0.1, 0.3, 0.5, 0.7, 0.9])  # of that reach
-_KNOWN = 0.14  # relative error of the loss that is told better: room for chance below a fifth
-_SEEN_APART = 0.25  # of the other one, in the middle of the reach
-_UNTANGLED = 0.98  # correlation
 
 
 def separating_window_s(
@@ -147,8 +140,9 @@ def _is_told(relative: Array, correlation: float) -> bool:
 
     relative: (2, points) errors.
     """
-    better = bool(np.all(relative.min(axis=0) < _KNOWN)) or abs(correlation) < _UNTANGLED
-    return better and float(relative[:, _POINTS.size // 2].max()) < _SEEN_APART
+    better = bool(np.all(relative.min(axis=0) < LIMITS.separated_share))
+    better = better or abs(correlation) < LIMITS.separated_correlation
+    return better and float(relative[:, _POINTS.size // 2].max()) < LIMITS.separated_other_share
 
 
 def _errors(

@@ -8,20 +8,17 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.problem import FitProblem, Minimum
 from ..physics.models import THREAD, RingDownModel, alternatives_of
 from ..refusal import Refusal, RefusedError
 from ..solve import find_minimum, find_minimum_coarsely
 from ..task import Task
 from .lack_of_fit import in_words, refuse_failed
 from .residual import Residual
+from .thresholds import LIMITS
 from .verdict import residual_findings, residual_left
 
-_EXPLAINED = 1.5  # chi^2 over degrees of freedom
-_LEFT = 1e-3  # of the signal's power
 _FIRST_PERIODS = 7.0  # at a wide swing the frequency changes fast
-_CLOSELY = 0.05  # chi^2 over degrees of freedom, of a coarse fit
-_SURELY_BEYOND = 1.05  # times the limit, for an amplitude that is seen coarsely
 _TROUBLE = (
     Refusal.NO_CONVERGENCE,
     Refusal.TOO_SHORT,
@@ -42,7 +39,7 @@ def refuse_lost_contact(task: Task, model: RingDownModel, refused: RefusedError)
         return
     for frequency_hz in (task.frequency_hz, 0.5 * task.frequency_hz):
         reached = _first_amplitude_rad(task, frequency_hz)
-        if reached is not None and reached > _SURELY_BEYOND * limit:
+        if reached is not None and reached > LIMITS.beyond_contact_ratio * limit:
             seen = f"{model.name}: the deflection reaches about {math.degrees(reached):.0f} deg"
             raise RefusedError(Refusal.CONTACT_LOST, seen) from refused
 
@@ -56,7 +53,7 @@ def _first_amplitude_rad(task: Task, frequency_hz: float) -> float | None:
         coarse = find_minimum_coarsely(beginning, THREAD)
     except RefusedError:
         return None
-    if coarse is None or coarse[1].normal.chi2 > _CLOSELY * beginning.degrees(coarse[0]):
+    if coarse is None or coarse[1].normal.chi2 > LIMITS.coarse_chi2_per_dof * beginning.degrees(coarse[0]):
         return None
     return abs(coarse[1].state.dynamics.amplitude)
 
@@ -83,7 +80,7 @@ def _refuse_by_alternatives(task: Task, model: RingDownModel) -> None:
         except RefusedError:
             continue
         chi2 = best.normal.chi2 / task.degrees(problem)
-        if chi2 < _EXPLAINED:
+        if chi2 < LIMITS.alternative_chi2_per_dof:
             seen = f"{model.name} finds no minimum, while {other.name} reaches chi2/dof = {chi2:.4g}"
             raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, seen)
 
@@ -92,6 +89,6 @@ def _refuse_by_residual(task: Task, problem: FitProblem, best: Minimum, residual
     """What a coarse fit leaves over has a shape, or is simply large."""
     found = residual_findings(task, problem, best, residual)
     refuse_failed(residual, found, task.frequency_hz)
-    if residual.coloured and residual.unexplained > _LEFT:
+    if residual.coloured and residual.unexplained > LIMITS.failed_misfit_share:
         seen = f"{problem.model.name}: {in_words(residual.unexplained)} is left over"
         raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, seen)

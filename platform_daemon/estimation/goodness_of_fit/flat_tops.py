@@ -13,10 +13,9 @@ import numpy as np
 
 from ..numerics.arrays import Array
 from .residual_jacobian import LinearisedResidual, fitted_subspace, noise_power, projected_out
+from .thresholds import LIMITS
 
 _CUTS = 0.004 * 1.35 ** np.arange(16)  # of the peak
-_WHOLE = (0.3, 3.0)  # of the excess: the fit follows some of it, and its own peaks are lower than the true ones
-_SURE = 50.0  # fall of chi^2
 PERIODS = 60.0  # a motion decays: the tops of its beginning are the first to be cut off, and the last
 _SIDES = {"top": (1.0,), "bottom": (-1.0,), "top and bottom": (1.0, -1.0)}
 
@@ -49,7 +48,7 @@ def find_flat_tops(given: LinearisedResidual) -> FlatTop | None:
         power = float(np.vdot(shape, shape))
         factor = -float(np.vdot(shape, left)) / max(power, 1e-300)
         gain = factor**2 * power
-        if _WHOLE[0] < factor < _WHOLE[1] and gain > _SURE * noise:
+        if LIMITS.cut_factor[0] < factor < LIMITS.cut_factor[1] and gain > LIMITS.cut_chi2 * noise:
             found.append((gain, FlatTop(channel, side, gain / max(misfit, gain), cut)))
     return max(found, key=lambda one: one[0])[1] if found else None
 

@@ -11,26 +11,27 @@ from ..result import FitResult
 
 
 def holdable_losses(
-    model: RingDownModel, hints: Mapping[str, float] | None, fixed: Mapping[str, float], *, dipole: bool
+    model: RingDownModel, hold_if_inseparable: Mapping[str, float] | None, fixed: Mapping[str, float], *, dipole: bool
 ) -> dict[str, float]:
-    """The hints that can matter: of losses that are fitted beside another one, in the model's order.
+    """Of the values to hold, those that can matter: of losses that are fitted beside another one, in the model's order.
 
     Raises:
-        ValueError: a hint for something that is no loss of the model, or a value that cannot be held.
+        ValueError: a value for something that is no loss of the model, or a value that cannot be held.
     """
-    for name in hints or ():
+    values = hold_if_inseparable or {}
+    for name in values:
         if name not in model.losses:
             raise ValueError(f"no hint can be given for {name}: the losses of {model.name} are {model.losses}")
-    held(model, hints, dipole=dipole)
+    held(model, values, dipole=dipole)
     free = [name for name in model.losses if name not in fixed]
-    return {name: hints[name] for name in free if hints and name in hints and len(free) > 1}
+    return {name: values[name] for name in free if name in values and len(free) > 1}
 
 
-def loss_to_hold(result: FitResult, hints: Mapping[str, float]) -> dict[str, float]:
-    """The one hint that a result needs: of a loss that was not told from another, or where losses came out absurd."""
+def loss_to_hold(result: FitResult, known: Mapping[str, float]) -> dict[str, float]:
+    """The one value that a result needs: of a loss that was not told from another, or where losses came out absurd."""
     absurd = result.code is Refusal.OUT_OF_RANGE
-    needed = [name for name in hints if absurd or name in result.inseparable]
-    return {name: hints[name] for name in needed[:1]}
+    needed = [name for name in known if absurd or name in result.inseparable]
+    return {name: known[name] for name in needed[:1]}
 
 
 def held_loss_notes(used: Mapping[str, float]) -> tuple[str, ...]:

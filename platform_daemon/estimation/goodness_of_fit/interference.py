@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ..least_squares.gauss_newton import FitState
 from ..least_squares.nuisance import Nuisance, NuisanceFit, fit_with_nuisance
-from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.problem import FitProblem, Minimum
 from ..noise.model import NoiseModel
-from ..noise.tones_and_drift import Zones, drift_degree, find_tones, may_hold_tones
+from ..noise.tones_and_drift import drift_degree, find_tones, may_hold_tones
 from ..numerics.arrays import Array
-from ..physics.orbit import frequency_ratio
+from ..screening.spectral_lines import Zones
 from ..screening.windows import SampleRange
 from .block_residual import residual_of
 from .residual import Residual
+from .thresholds import LIMITS
 
 _ROUNDS = 2  # a strong disturbance hides a weak one
-_RESOLVED = 4.0  # over the length of the window, in Hz: what is nearer to a harmonic cannot be told from it
-_KNOWN_RESOLVED = 1.5  # the same for tones that were seen in blank shots
 _SWEEP_MARGIN = 0.01
-_WIDEST = 3.0  # rad
 
 
 def without_interference(
@@ -67,7 +63,7 @@ def _seen(residual: Residual, state: FitState, chosen: SampleRange, dt_s: float,
     # A cheap look first: hardly any record is disturbed.
     if first_look and not may_hold_tones(residual.transformed, residual.with_lines):
         return np.empty(0), degree
-    zones = zones_of(state, _RESOLVED / _seconds(chosen, dt_s))
+    zones = zones_of(state, LIMITS.tone_apart_cycles / _seconds(chosen, dt_s))
     return find_tones(residual.scaled, residual.rate_hz, zones), degree
 
 
@@ -76,12 +72,11 @@ def _known_tones(noise: NoiseModel, state: FitState, chosen: SampleRange, dt_s: 
     tones, seconds = np.array(noise.tones_hz), _seconds(chosen, dt_s)
     if tones.size == 0:
         return tones
-    apart = ~zones_of(state, _KNOWN_RESOLVED / seconds).holds(tones)
-    return np.asarray(tones[apart & (tones * seconds > _KNOWN_RESOLVED)])
+    apart = ~zones_of(state, LIMITS.known_tone_apart_cycles / seconds).holds(tones)
+    return np.asarray(tones[apart & (tones * seconds > LIMITS.known_tone_apart_cycles)])
 
 
 def zones_of(state: FitState, margin_hz: float) -> Zones:
-    """Where the harmonics are as the motion decays: slower than the natural frequency the wider it swings."""
-    natural_hz = state.dynamics.w / (2.0 * math.pi)
-    slowest = frequency_ratio(min(abs(state.dynamics.amplitude), _WIDEST))
-    return Zones(natural_hz * slowest * (1.0 - _SWEEP_MARGIN), natural_hz * (1.0 + _SWEEP_MARGIN), margin_hz)
+    """Where the harmonics of a fitted motion are as it decays."""
+    d = state.dynamics
+    return Zones.of_sweep(d.w, d.amplitude, relative=_SWEEP_MARGIN, margin_hz=margin_hz)

@@ -20,36 +20,9 @@ from .flat_tops import FlatTop
 from .omitted_component import ParameterShift
 from .residual import Residual
 from .second_oscillation import SecondOscillation
+from .thresholds import LIMITS
 
-_WORTH_A_SEARCH = 1e-5  # of the signal's power: what a fit leaves of a companion of the smallest size that matters
-_WORTH_A_BEND = 1e-4  # the same for a receiver that compresses
-_SMALLEST_COMPANION = 0.03  # of the fitted oscillation
-_SMALLEST_SIDE_MODE = 0.003
-_LARGEST_MOVES = {"m_r_am2": 0.05, "phi_max_rad": 0.05}  # shares of themselves: errors that a result may not have
-_LARGEST_LOSS_MOVE = 0.5
-_LARGEST_MISFIT = 0.02  # of the signal's power
-APART = 3.0  # periods of the beat with the fitted motion
-_LOCKED = 0.3  # the same: a harmonic of the motion itself
-_NO_HARMONIC = 0.1  # of the fitted oscillation: more than a small effect can add to a harmonic
-_MOSTLY = 0.5  # of the misfit, more than one of a pair of side bands can have
-_ALONE = 0.8
-_SURE = 5.0  # standard deviations
-_STEADY = 0.02  # decay over the window below which a tone is steady
-_BURST_SHARE = 0.15  # of the residual's power, in a sixteenth of the window
-_BURST_SIGMA = 20.0
-_LARGE_CHI2 = 1.1
-_BEYOND_CHANCE = 4.0  # standard deviations of chi^2 and of the noise that it is measured with
 _TOPS = 12  # block means
-_BEYOND = 1.005
-_CLEAR = 4.0  # standard deviations of a block mean
-_FLAT = 0.2
-_BENT = 0.5  # of the misfit
-_HARDLY_BENT = 0.3
-_MOST_BEND = 1.5  # in linear approximation; nothing bends so far
-_LARGEST_BEND = 0.05  # of the signal at its peak: an error that m_r may not have
-_WHOLE = 0.99
-_CUT_OFF = 0.6  # of the misfit
-_PROBABLY = 0.6  # of the misfit, where no fit got through
 
 
 @dataclass(frozen=True)
@@ -63,14 +36,14 @@ class ResidualFindings:
     @property
     def cut(self) -> FlatTop | None:
         """Flat tops that explain most of the misfit, and more of it than anything else does."""
-        others = [one.share for one in (self.second, self.bent) if one is not None]
-        return self.clipped if self.clipped is not None and self.clipped.share > max([_CUT_OFF, *others]) else None
+        least = max([LIMITS.cut_off_share, *(one.share for one in (self.second, self.bent) if one is not None)])
+        return self.clipped if self.clipped is not None and self.clipped.share > least else None
 
     @property
     def may_be_clipped(self) -> bool:
         """Flat tops look much like a compression; a beat that lifts and lowers the tops does not."""
         other = 0.0 if self.second is None else self.second.share
-        return self.bent is None or self.bent.share > max(_HARDLY_BENT, other)
+        return self.bent is None or self.bent.share > max(LIMITS.hardly_bent_share, other)
 
 
 def is_worth_a_search(residual: Residual) -> bool:
@@ -78,13 +51,13 @@ def is_worth_a_search(residual: Residual) -> bool:
 
     A strong line may have passed for the noise of the record and its colour.
     """
-    coloured = residual.coloured and residual.unexplained > _WORTH_A_SEARCH
-    return coloured or residual.line_power > _WORTH_A_SEARCH
+    coloured = residual.coloured and residual.unexplained > LIMITS.search_share
+    return coloured or residual.line_power > LIMITS.search_share
 
 
 def may_be_compressed(residual: Residual) -> bool:
     """Large enough for a receiver that compresses by more than a percent or two."""
-    return residual.unexplained > _WORTH_A_BEND
+    return residual.unexplained > LIMITS.bend_search_share
 
 
 def refuse_lack_of_fit(model_name: str, residual: Residual, found: ResidualFindings) -> None:
@@ -94,15 +67,14 @@ def refuse_lack_of_fit(model_name: str, residual: Residual, found: ResidualFindi
     second = found.second
     explained = second.share if second is not None and _is_tone(second) else 0.0
     misfit = residual.unexplained * (1.0 - min(explained, 1.0))
-    if misfit > _LARGEST_MISFIT:
+    if misfit > LIMITS.misfit_share:
         raise RefusedError(Refusal.MODEL_DOES_NOT_EXPLAIN, f"{model_name}: {in_words(misfit)} is left over")
 
 
 def in_words(power: float) -> str:
     """A share of the signal's power."""
-    return (
-        "as much as the signal itself, or more," if power > _WHOLE else f"{100.0 * power:.2g} % of the signal's power"
-    )
+    everything = power > LIMITS.everything_share
+    return "as much as the signal itself, or more," if everything else f"{100.0 * power:.2g} % of the signal's power"
 
 
 def refuse_shape(residual: Residual, found: ResidualFindings) -> None:
@@ -121,10 +93,12 @@ def refuse_second_oscillation(second: SecondOscillation | None, losses: Sequence
     """
     if second is None or not (_is_resonator(second) or _is_tone(second)):
         return
-    limits = {**_LARGEST_MOVES, **dict.fromkeys(losses, _LARGEST_LOSS_MOVE)}
-    sure = [m for m in second.moves if m.name in limits and m.is_sure(_SURE) and second.plain_share > _ALONE]
-    far = [m for m in sure if abs(m.share) > limits[m.name]]
-    if far or (second.relative > _SMALLEST_COMPANION and not _is_tone(second)):
+    limits = dict.fromkeys(("m_r_am2", "phi_max_rad"), LIMITS.number_share)
+    limits |= dict.fromkeys(losses, LIMITS.loss_share)
+    sure = [m for m in second.moves if m.name in limits and m.is_sure(LIMITS.move_sigma)]
+    alone = second.plain_share > LIMITS.all_of_misfit
+    far = [m for m in sure if alone and abs(m.share) > limits[m.name]]
+    if far or (second.relative > LIMITS.companion_share and not _is_tone(second)):
         moved = "".join(f"; beside it {m.name} moves by {100.0 * m.share:+.2g} %" for m in far[:1])
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}{moved}")
 
@@ -139,13 +113,13 @@ def refuse_failed(residual: Residual, found: ResidualFindings, frequency_hz: flo
     if found.may_be_clipped:
         _refuse_clipped(residual)
     second = found.second
-    if second is not None and second.share > _PROBABLY and second.relative > _SMALLEST_COMPANION:
+    if second is not None and second.share > LIMITS.probable_share and second.relative > LIMITS.companion_share:
         raise RefusedError(Refusal.TWO_RESONATORS, f"{frequency_hz:.6g} Hz and {_described(second)}")
 
 
 def _refuse_cut(cut: FlatTop | None) -> None:
     """Refuse a channel that is without more than a twentieth of its peak."""
-    if cut is not None and cut.cut > _LARGEST_BEND:
+    if cut is not None and cut.cut > LIMITS.largest_bend_share:
         raise RefusedError(Refusal.SATURATED, _missing(cut))
 
 
@@ -155,7 +129,9 @@ def _missing(cut: FlatTop) -> str:
 
 def refuse_compressed(bent: Compression | None) -> None:
     """Refuse a receiver that bends the signal by more than a twentieth."""
-    if bent is not None and bent.share > _BENT and _LARGEST_BEND < bent.at_peak < _MOST_BEND:
+    if bent is None or not bent.share > LIMITS.bent_share:
+        return
+    if LIMITS.largest_bend_share < bent.at_peak < LIMITS.possible_bend_share:
         raise RefusedError(Refusal.SATURATED, _bent(bent))
 
 
@@ -172,33 +148,33 @@ def _refuse_clipped(residual: Residual) -> None:
     for channel, (data, model, sd) in enumerate(zip(residual.data, residual.model, residual.sd, strict=True)):
         size = np.abs(data)
         level = float(np.median(np.sort(size)[-_TOPS:]))
-        beyond = np.abs(model) > _BEYOND * level + _CLEAR * sd
+        beyond = np.abs(model) > LIMITS.clip_level_ratio * level + LIMITS.clip_sigma * sd
         excess = np.abs(model[beyond]) - level
-        if np.count_nonzero(beyond) < _TOPS or np.ptp(excess) < _CLEAR * sd:
+        if np.count_nonzero(beyond) < _TOPS or np.ptp(excess) < LIMITS.clip_sigma * sd:
             continue
         rise = float(np.polyfit(excess, np.sign(model[beyond]) * data[beyond], 1)[0])
-        if rise < _FLAT:
+        if rise < LIMITS.clip_slope:
             raise RefusedError(Refusal.SATURATED, f"channel {channel} stays at {level:.3g} while the motion goes on")
 
 
 def _is_resonator(second: SecondOscillation) -> bool:
     """Not steady, not a harmonic of the fitted motion, alone in the residual, and not too faint to be told."""
-    if second.relative < _SMALLEST_SIDE_MODE:
+    if second.relative < LIMITS.side_mode_share:
         return False
-    if second.turns >= APART:
-        return second.share > _MOSTLY and not _is_tone(second)
+    if second.turns >= LIMITS.apart_turns:
+        return second.share > LIMITS.most_of_misfit and not _is_tone(second)
     # Close to a harmonic the misfit of the motion itself looks much the same. At the fundamental that is a sweep or a
     # change of the decay; at others it keeps the phase of the motion, and is small.
     if second.harmonic == 1:
-        return second.plain_share > _ALONE
-    locked = second.turns < _LOCKED and second.relative < _NO_HARMONIC
-    return second.share > _ALONE and not locked
+        return second.plain_share > LIMITS.all_of_misfit
+    locked = second.turns < LIMITS.locked_turns and second.relative < LIMITS.harmonic_share
+    return second.share > LIMITS.all_of_misfit and not locked
 
 
 def _is_tone(second: SecondOscillation) -> bool:
     """Beside the harmonics of the motion, and steady as far as can be seen."""
-    decays = second.decay_per_s > max(_SURE * second.decay_sd_per_s, _STEADY / second.seconds)
-    return second.turns >= APART and second.share > _MOSTLY and not decays
+    decays = second.decay_per_s > max(LIMITS.decay_sigma * second.decay_sd_per_s, LIMITS.steady_decay / second.seconds)
+    return second.turns >= LIMITS.apart_turns and second.share > LIMITS.most_of_misfit and not decays
 
 
 def _described(second: SecondOscillation) -> str:
@@ -208,10 +184,10 @@ def _described(second: SecondOscillation) -> str:
 
 def is_large(chi2_per_dof: float, dof: int, noise: NoiseModel) -> bool:
     """More than noise leaves, as well as its level is known."""
-    if chi2_per_dof <= _LARGE_CHI2:
+    if chi2_per_dof <= LIMITS.large_chi2_per_dof:
         return False
     sd = math.sqrt(2.0 / dof + noise.kept(level_sd) ** 2 / noise.sd.size)
-    return math.log(chi2_per_dof) > _BEYOND_CHANCE * sd
+    return math.log(chi2_per_dof) > LIMITS.large_chi2_sigma * sd
 
 
 def lack_of_fit_warnings(
@@ -224,7 +200,7 @@ def lack_of_fit_warnings(
     second, bent = found.second, found.bent
     if found.cut is not None:
         warnings.append(f"saturated: {_missing(found.cut)}")
-    elif bent is not None and bent.share > _BENT and bent.at_peak > 0.0:
+    elif bent is not None and bent.share > LIMITS.bent_share and bent.at_peak > 0.0:
         warnings.append(f"saturated: {_bent(bent)}")
     time_s, share, significance = residual.outburst()
     if second is not None and _is_tone(second):
@@ -232,7 +208,7 @@ def lack_of_fit_warnings(
     elif second is not None and _is_resonator(second):
         moved = "".join(_moved(m, losses[m.name]) for m in second.moves if m.name in losses)
         warnings.append(f"side_mode: {_described(second)}{moved}")
-    elif share > _BURST_SHARE and significance > _BURST_SIGMA:
+    elif share > LIMITS.burst_share and significance > LIMITS.burst_sigma:
         warnings.append(
             f"residual_not_steady: {100.0 * share:.0f} % of it around t = {time_s:.3g} s: a spike, gap, step or switch?"
         )

@@ -14,8 +14,7 @@ from ..least_squares.observation_model import DipoleObservation, Observation
 from ..least_squares.public_parameters import PublicParameters
 from ..parameters import RODRIGUES
 from ..physics.rotation import rodrigues_jacobian
-
-_DECIDED = 3.0  # standard deviations
+from .thresholds import LIMITS
 
 
 def mirror_warnings(observation: Observation, public: PublicParameters) -> tuple[str, ...]:
@@ -25,10 +24,10 @@ def mirror_warnings(observation: Observation, public: PublicParameters) -> tuple
     side = float(observation.rotation[0, 1])
     stds = [public.parameters[name].std or 0.0 for name in RODRIGUES]
     # A rotation vector changes by at least as much as the rotation.
-    if abs(side) > _DECIDED * math.hypot(*stds):
+    if abs(side) > LIMITS.mirror_sigma * math.hypot(*stds):
         return ()
     std = _side_std(observation, public)
-    if abs(side) > _DECIDED * std:
+    if abs(side) > LIMITS.mirror_sigma * std:
         return ()
     return (
         f"twin_undecided: e_v . x = {side:.2g} +- {std:.2g}: noise decides between this motion and its exact twin, "

@@ -14,15 +14,7 @@ from dataclasses import dataclass
 from ..least_squares.public_parameters import POOR_CHI2
 from ..parameters import Estimate
 from ..refusal import Refusal, RefusedError
-
-_BETTER = 25.0  # fall of chi^2, of which noise leaves 1 per degree of freedom
-_PART = 0.1  # of what stands out of the noise: less comes with any further freedom
-_MOSTLY = 0.5
-_MOST = 0.5  # of a loss, which a rival with more parameters shares out
-_WRONG = 0.05  # relative: the error that a result may have at all
-_WRONG_F = 3e-4  # of f_nat, which is known a hundred times better than anything else
-_SURE = 5.0  # standard deviations
-_SOURCE = 2.0
+from .thresholds import LIMITS
 
 
 @dataclass(frozen=True)
@@ -69,8 +61,8 @@ def compare(model: ModelSummary, other: ModelSummary, dof: int) -> Comparison | 
     One with as many parameters need not be better to cast doubt on numbers: it is enough that it is not worse.
     """
     gain = model.chi2_per_dof - other.chi2_per_dof
-    least = _BETTER / dof * max(1.0, other.chi2_per_dof, other.widening)
-    if gain < _PART * model.excess or gain < -least or _feeds(model, other):
+    least = LIMITS.alternative_chi2 / dof * max(1.0, other.chi2_per_dof, other.widening)
+    if gain < LIMITS.alternative_part * model.excess or gain < -least or _feeds(model, other):
         return None
     complete = other.chi2_per_dof < POOR_CHI2
     moved = _moved(model, other) if complete else ()
@@ -78,7 +70,7 @@ def compare(model: ModelSummary, other: ModelSummary, dof: int) -> Comparison | 
         doubtful = bool(moved) and other.size <= model.size
         return Comparison(_seen(model, other, moved), decisive=False, complete=complete) if doubtful else None
     wrong = not model.losses or bool(moved) or _shrinks(model, other)
-    return Comparison(_seen(model, other, moved), wrong and gain > _MOSTLY * model.excess, complete)
+    return Comparison(_seen(model, other, moved), wrong and gain > LIMITS.alternative_most * model.excess, complete)
 
 
 def _seen(model: ModelSummary, other: ModelSummary, moved: Sequence[str]) -> str:
@@ -91,13 +83,13 @@ def _seen(model: ModelSummary, other: ModelSummary, moved: Sequence[str]) -> str
 def _feeds(model: ModelSummary, other: ModelSummary) -> bool:
     """The other one needs a source of energy, which no variant of that name is."""
     own = [other.parameters[name] for name in other.losses if name not in model.losses]
-    return any(loss.value < -_SOURCE * (loss.std or 0.0) for loss in own)
+    return any(loss.value < -LIMITS.source_sigma * (loss.std or 0.0) for loss in own)
 
 
 def _shrinks(model: ModelSummary, other: ModelSummary) -> bool:
     """The other one takes most of a loss over."""
     pairs = [(model.parameters[name], other.parameters[name]) for name in model.losses if name in other.losses]
-    return any(abs(theirs.value) < _MOST * abs(ours.value) for ours, theirs in pairs)
+    return any(abs(theirs.value) < LIMITS.loss_share * abs(ours.value) for ours, theirs in pairs)
 
 
 def _moved(model: ModelSummary, other: ModelSummary) -> tuple[str, ...]:
@@ -112,12 +104,12 @@ def _is_wrong(name: str, model: ModelSummary, other: ModelSummary) -> bool:
     ours, theirs = model.parameters[name], other.parameters[name]
     if ours.std is None or theirs.std is None:
         return False
-    most = _WRONG_F if name == "f_nat_hz" else _WRONG
+    most = LIMITS.frequency_share if name == "f_nat_hz" else LIMITS.number_share
     if name in model.losses and other.size > model.size:
-        most = _MOST
+        most = LIMITS.loss_share
     difference = abs(ours.value - theirs.value)
     sd = math.hypot(ours.std * math.sqrt(max(1.0, model.chi2_per_dof)), theirs.std)
-    return difference > most * abs(theirs.value) and difference > _SURE * sd
+    return difference > most * abs(theirs.value) and difference > LIMITS.number_sigma * sd
 
 
 def refuse_decided(comparisons: Sequence[Comparison]) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.fft import rfft
 
 from ..numerics.arrays import Array
+from .thresholds import LIMITS
 
 POINTS_PER_PERIOD = 36.0  # the band then reaches beyond _HIGHEST
 _SPLIT = 3.5  # harmonics; hardly any misfit is at higher ones alone
@@ -22,8 +23,6 @@ _HIGHEST = 16.0  # harmonics; the neighbourhood
 _FEWEST = 16  # bins in either band
 _SHARED = 35.0 / 18.0  # variance of a mean over bins of a Hann window, over that of independent ones
 _MEDIAN = 1.0 / math.log(2.0)  # relative standard deviation of a median of powers, over that of their mean
-_SURE = 4.0  # standard deviations
-_COLOUR = 2.0  # so much more may stand below than above in what is still called noise
 
 
 @dataclass(frozen=True)
@@ -77,4 +76,4 @@ def noise_floor_of(residual: Array, rate_hz: float, frequency_hz: float) -> Nois
 
 def _surely(*variances: float) -> float:
     """A ratio of densities beyond chance and smooth colour; variances: of their logarithms, were bins independent."""
-    return max(_COLOUR, math.exp(_SURE * math.sqrt(_SHARED * sum(variances))))
+    return max(LIMITS.floor_colour, math.exp(LIMITS.floor_sigma * math.sqrt(_SHARED * sum(variances))))

@@ -18,16 +18,11 @@ from ..noise.model import OF_RECORD, NoiseModel
 from ..numerics.arrays import Array, IntArray, medians
 from ..numerics.jit import fast_kernel
 from .noise_floor import NoiseFloor
+from .thresholds import LIMITS
 
 _EULER = 0.57721566490153286  # -mean of the logarithm of an exponentially distributed power
 _FLATNESS_SD = math.sqrt(math.pi**2 / 6.0 - 1.0)  # of the logarithm of the flatness, times sqrt(bins)
-_SURE_SIGMA = 8.0
-_FLAT = 0.9  # noise of unknown colour, drawn in wide bands, is hardly less flat than this
-_ROUNDING = 1e-8  # of the signal: the digits of the motion
-_SURE = 4.0  # standard deviations of the power of noise
 _STRETCHES = 16
-_WEAK_LINE = 1e-5  # of the model's power: not worth a look
-_LINE = 100.0  # over the median of the spectrum: hardly ever noise
 _OCTAVE_BANDS = 4
 _SMALLEST_BAND = 6.0  # independent values
 
@@ -129,7 +124,7 @@ class Residual:
     def is_rounding(self) -> bool:
         """True if so little is left over that it is the digits of the motion, and says nothing."""
         left = self.data - self.model
-        return float(np.vdot(left, left)) < _ROUNDING**2 * float(np.vdot(self.model, self.model))
+        return float(np.vdot(left, left)) < LIMITS.rounding_share**2 * float(np.vdot(self.model, self.model))
 
     @property
     def surplus(self) -> float:
@@ -142,17 +137,17 @@ class Residual:
         blocks = self.data.shape[1]
         share = 2.0 / self._length * blocks / max(float(np.vdot(self.model, self.model)), 1e-300)
         # Hardly any record gets beyond this cheap bound.
-        if float(self._power.max()) * max(self.sd.tolist()) ** 2 * share < _WEAK_LINE:
+        if float(self._power.max()) * max(self.sd.tolist()) ** 2 * share < LIMITS.weak_line_share:
             return 0.0
         lines = self._power.max(axis=1) * self.sd**2 * share
-        lines[self._power.max(axis=1) < _LINE * medians(self._power)] = 0.0
+        lines[self._power.max(axis=1) < LIMITS.line_over_median * medians(self._power)] = 0.0
         return float(lines.max())
 
     @property
     def excess(self) -> float:
         """Chi^2 of the block means that surely stands out of the noise that the residual's spectrum shows."""
         beyond = float(np.maximum(self._power.mean(axis=1) - self._level, 0.0).sum()) * self.scaled.shape[1]
-        return max(0.0, beyond - _SURE * math.sqrt(2.0 * self.scaled.size))
+        return max(0.0, beyond - LIMITS.power_sigma * math.sqrt(2.0 * self.scaled.size))
 
     @cached_property
     def coloured(self) -> bool:
@@ -160,7 +155,7 @@ class Residual:
         if self.floor is not None and (self.floor.sure or self.noise.source in OF_RECORD):
             # Beside few harmonics the colour of an angle's noise is not known.
             return self.floor.sure and not self.is_rounding
-        return self.colour_sigma > _SURE_SIGMA and float(self.flatness.min()) < _FLAT
+        return self.colour_sigma > LIMITS.colour_sigma and float(self.flatness.min()) < LIMITS.flatness
 
     def outburst(self) -> tuple[float, float, float]:
         """(time in s, share of all power, significance in sd) of the stretch that stands out most."""

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.fft import rfft
 
-from ..least_squares.gauss_newton import FitState
-from ..least_squares.normal_equations import coefficients
+from ..least_squares.gauss_newton import FitState, coefficient_jacobian
 from ..least_squares.public_parameters import public_jacobian
 from ..numerics.arrays import Array, ComplexArray
 from ..physics.models import RingDownModel
@@ -77,20 +76,13 @@ def derivatives_of(model: RingDownModel, state: FitState, first: int, blocks: in
     """Block means of the signal's derivatives by all parameters, (size, channels, blocks)."""
     d, seen = state.dynamics, state.observation
     trajectory = Trajectory(model, d, (first + blocks * block) * dt_s)
-    linear, chain = seen.linear(d.w), d.chain(model)
-    gains = linear[0]
-    # Two functions, their derivatives, and the constant (sampling.py).
-    functions = 2 + 2 * chain.shape[0] + 1
-    jacobian = np.empty((gains.shape[0], functions, state.size))
-    unused = np.empty(functions)
-    for channel in range(gains.shape[0]):
-        coefficients(chain, *linear, state.offsets, channel, unused, jacobian[channel])
-    out = np.empty((state.size, gains.shape[0], blocks))
+    jacobian = coefficient_jacobian(model, state)
+    out = np.empty((*jacobian.shape[:2], blocks))
     for begin in range(0, blocks, _CHUNK_BLOCKS):
         end = min(begin + _CHUNK_BLOCKS, blocks)
         basis = trajectory.basis(first + begin * block, first + end * block, dt_s, seen.observable)
         means = basis.reshape(basis.shape[0], end - begin, block).mean(axis=2)
-        out[..., begin:end] = np.einsum("cbp,bn->pcn", jacobian, means)
+        out[..., begin:end] = np.tensordot(jacobian, means, 1)
     return out
 
 

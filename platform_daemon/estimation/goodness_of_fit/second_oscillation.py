@@ -22,14 +22,12 @@ from ..numerics.arrays import Array, ComplexArray
 from .damped_sinusoid import DampedSinusoid, ProjectedResidual, carrier, projected_residual, refined
 from .omitted_component import ParameterShift, fit_with_component
 from .residual_jacobian import LinearisedResidual, noise_power, phase_of
+from .thresholds import LIMITS
 
 _PADDING = 4  # grid points per resolved frequency step
 _BAND = (0.2, 5.9)  # of the fundamental, in which candidates are sought; block means end at six
 _DECAYS = (0.0, 1.0, 3.0)  # over the stretch, as exponents
-_SURE_MISFIT = 10.0  # in standard deviations of the noise's power
 _STRETCH_PERIODS = (20.0, 60.0)  # a friction-damped companion changes its frequency over longer stretches
-_MOSTLY = 0.5  # of the misfit, below which the short stretch is tried
-_SHARPNESS = 5.0  # least quality factor of an oscillation: what dies faster is a transient
 _ENDS = 20  # part of a stretch at either end where the phase of a motion is not well known
 
 
@@ -76,7 +74,7 @@ def find_second_oscillation(leftover: LinearisedResidual) -> SecondOscillation |
     whole = leftover.scaled.shape[1]
     short, usual = (min(whole, int(p * leftover.rate_hz / leftover.fundamental_hz)) for p in _STRETCH_PERIODS)
     best = _best_of(leftover, {usual, whole})
-    if best is not None and best.share < _MOSTLY:
+    if best is not None and best.share < LIMITS.whole_stretch_share:
         best = _best_of(leftover, {short}) or best
     return None if best is None else _second_oscillation(best)
 
@@ -92,7 +90,7 @@ def _second_oscillation(candidate: _Candidate) -> SecondOscillation | None:
     at = candidate.cleared
     plain, wave = refined(at, candidate.frequency_hz, candidate.decay_per_s)
     frequency = float(wave.shape[0])
-    if np.pi * frequency < _SHARPNESS * (wave.shape[1] + wave.shape[3]) or frequency < 0.0:
+    if np.pi * frequency < LIMITS.least_quality * (wave.shape[1] + wave.shape[3]) or frequency < 0.0:
         return None
     harmonic = max(1, round(frequency / at.given.fundamental_hz))
     beside = fit_with_component(at.given, wave)
@@ -133,7 +131,7 @@ def _scan(at: ProjectedResidual) -> _Candidate | None:
     size = next_fast_len(_PADDING * n, real=True)
     low, high = (int(b * given.fundamental_hz / given.rate_hz * size) for b in _BAND)
     bins = np.arange(max(low, _PADDING), min(high, size // 2 - _PADDING))
-    if bins.size == 0 or misfit < _SURE_MISFIT * noise * np.sqrt(left.size):
+    if bins.size == 0 or misfit < LIMITS.misfit_sigma * noise * np.sqrt(left.size):
         return None
     gain, k, decay = max((*_best(left, at.known, d, size, bins), d) for d in _DECAYS)
     return _Candidate(at, float(bins[k]) * given.rate_hz / size, decay / at.seconds, _share(at, gain, noise))

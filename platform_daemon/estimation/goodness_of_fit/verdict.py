@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from ..least_squares.constraints import refuse_out_of_bounds
 from ..least_squares.gauss_newton import FitState
-from ..least_squares.progressive import FitProblem, Minimum
+from ..least_squares.problem import FitProblem, Minimum
 from ..least_squares.public_parameters import PublicParameters, by_convention, propagate_to_public
 from ..refusal import Refusal, RefusedError
 from ..result import FitResult, FittedModel
@@ -21,7 +19,6 @@ from .compression import find_compression
 from .flat_tops import PERIODS, find_flat_tops
 from .interference import zones_of
 from .lack_of_fit import (
-    APART,
     ResidualFindings,
     colour_notes,
     is_large,
@@ -36,6 +33,7 @@ from .mirror_ambiguity import mirror_warnings
 from .residual import Residual
 from .residual_jacobian import LinearisedResidual, linearise_residual
 from .second_oscillation import SecondOscillation, find_second_oscillation
+from .thresholds import LIMITS
 
 
 def assess_fit(task: Task, problem: FitProblem, best: Minimum, residual: Residual) -> FitResult:
@@ -144,8 +142,8 @@ def _second(leftover: LinearisedResidual, task: Task, best: Minimum) -> SecondOs
 
 def _may_be_motion(frequency_hz: float, task: Task, best: Minimum) -> bool:
     """True where the harmonics of a swing sweep along, or too near to tell: few periods hold a wide sweep."""
-    margin = APART / (task.samples * task.record.dt_s)
-    return bool(zones_of(best.state, margin).holds(np.array([frequency_hz]))[0])
+    margin = LIMITS.apart_turns / (task.samples * task.record.dt_s)
+    return bool(zones_of(best.state, margin).holds(frequency_hz))
 
 
 def residual_left(task: Task, problem: FitProblem, best: Minimum) -> Residual:

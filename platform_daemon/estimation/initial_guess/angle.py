@@ -1,6 +1,6 @@
 """Start values of an angle record: turning points give amplitude and phase, their decline the losses.
 
-Valid from six periods on, up to 170 degrees, for any loss that leaves two half swings to be seen.
+Valid from six periods on, up to 170 degrees, for any loss that leaves two half cycles to be seen.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ def guess_initial_state_of_angle(
     """Start states at the turning points nearest to t = 0.
 
     Raises:
-        RefusedError: no two half swings stand out.
+        RefusedError: no two half cycles stand out.
     """
-    swings = find_half_cycles(record.samples[0, first:last], first, record.dt_s, frequency_hz)
-    if swings is None:
-        raise RefusedError(Refusal.TOO_SHORT, "fewer than two half swings stand out")
-    w = _natural_frequency(model, swings)
-    values = _losses(model, swings, w)
-    states = {s.dynamics.amplitude: s for s in _states(model, swings, w, values)}
-    periods = (swings.passages_s[0] - first * record.dt_s) * frequency_hz + _PERIODS
+    cycles = find_half_cycles(record.samples[0, first:last], first, record.dt_s, frequency_hz)
+    if cycles is None:
+        raise RefusedError(Refusal.TOO_SHORT, "fewer than two half cycles stand out")
+    w = _natural_frequency(model, cycles)
+    values = _losses(model, cycles, w)
+    states = {s.dynamics.amplitude: s for s in _states(model, cycles, w, values)}
+    periods = (cycles.passages_s[0] - first * record.dt_s) * frequency_hz + _PERIODS
     return InitialState(tuple(states), periods, states.__getitem__)
 
 
@@ -50,10 +50,10 @@ def _ratio(model: RingDownModel, amplitude: float) -> float:
     return 1.0 if LINEAR_RESTORING in model.terms else frequency_ratio(min(abs(amplitude), _WIDEST))
 
 
-def _natural_frequency(model: RingDownModel, swings: HalfCycles) -> float:
-    """w in rad/s: the median over the half swings; wide ones tell little, for their duration depends on the angle."""
-    each = np.pi / np.diff(swings.passages_s) / [_ratio(model, a) for a in swings.turning_rad]
-    return float(np.median(each[: max(6, np.count_nonzero(np.abs(swings.turning_rad) > 0.3))]))
+def _natural_frequency(model: RingDownModel, cycles: HalfCycles) -> float:
+    """w in rad/s: the median over the half cycles; wide ones tell little, for their duration depends on the angle."""
+    each = np.pi / np.diff(cycles.passages_s) / [_ratio(model, a) for a in cycles.turning_rad]
+    return float(np.median(each[: max(6, np.count_nonzero(np.abs(cycles.turning_rad) > 0.3))]))
 
 
 def _energy(model: RingDownModel, angle: Array) -> Array:
@@ -62,15 +62,15 @@ def _energy(model: RingDownModel, angle: Array) -> Array:
     return np.asarray(0.5 * angle**2 if linear else 1.0 - np.cos(angle))
 
 
-def _losses(model: RingDownModel, swings: HalfCycles, w: float) -> tuple[float, ...]:
+def _losses(model: RingDownModel, cycles: HalfCycles, w: float) -> tuple[float, ...]:
     """Values of all coefficients: losses by least squares with no negative one from the energies, others 0."""
     typical = np.array([c.typical for c in model.coefficients])
     names = [c.name for c in model.coefficients]
     c = np.where([q.hidden for q in model.coefficients], typical, 0.0)
     lossy = [names.index(name) for name in model.losses]
     if lossy:
-        energy = _energy(model, swings.turning_rad)
-        size = 0.5 * np.abs(swings.turning_rad[1:] + 0.0) + 0.5 * np.abs(swings.turning_rad[:-1])
+        energy = _energy(model, cycles.turning_rad)
+        size = 0.5 * np.abs(cycles.turning_rad[1:] + 0.0) + 0.5 * np.abs(cycles.turning_rad[:-1])
         work = np.array([_work(model, min(a, _WIDEST), typical)[lossy] for a in size])
         scale = np.maximum(np.max(work, axis=0), 1e-300)
         from scipy.optimize import nnls  # here, because only angles need it
@@ -80,7 +80,7 @@ def _losses(model: RingDownModel, swings: HalfCycles, w: float) -> tuple[float, 
 
 
 def _work(model: RingDownModel, amplitude: float, c: Array) -> Array:
-    """Energy that a unit of each coefficient takes out of one half swing of this amplitude, (coefficients,)."""
+    """Energy that a unit of each coefficient takes out of one half cycle of this amplitude, (coefficients,)."""
     x = math.pi * (np.arange(_POINTS) + 0.5) / _POINTS
     phi = -amplitude * np.cos(x)
     v = np.sqrt(np.maximum(2.0 * (_energy(model, np.array(amplitude)) - _energy(model, phi)), 0.0))
@@ -92,10 +92,10 @@ def _work(model: RingDownModel, amplitude: float, c: Array) -> Array:
     return total
 
 
-def _states(model: RingDownModel, swings: HalfCycles, w: float, values: tuple[float, ...]) -> list[FitState]:
+def _states(model: RingDownModel, cycles: HalfCycles, w: float, values: tuple[float, ...]) -> list[FitState]:
     """The states anchored at the turning point before t = 0 or soon after it, the nearer one first."""
-    ratio = min(max(abs(swings.turning_rad[0] / swings.turning_rad[1]), 1.0), 1.5)
-    amplitude, time = float(swings.turning_rad[0]), float(swings.turning_s[0])
+    ratio = min(max(abs(cycles.turning_rad[0] / cycles.turning_rad[1]), 1.0), 1.5)
+    amplitude, time = float(cycles.turning_rad[0]), float(cycles.turning_s[0])
     anchors = [(time, amplitude)]
     while time > 0.0:
         time -= math.pi / (w * _ratio(model, amplitude))
@@ -104,6 +104,6 @@ def _states(model: RingDownModel, swings: HalfCycles, w: float, values: tuple[fl
     near = [(t, a) for t, a in anchors if abs(w * t) < math.pi / _ratio(model, a)]
     observation = AngleObservation()
     return [
-        FitState(MotionParameters(w, -w * t, a, values), observation, np.array([swings.zero_rad]))
+        FitState(MotionParameters(w, -w * t, a, values), observation, np.array([cycles.zero_rad]))
         for t, a in sorted(near, key=lambda anchor: abs(anchor[0]))
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -44,7 +44,7 @@ def held(model: RingDownModel, fixed: Mapping[str, float] | None, *, dipole: boo
     return {**by_model, **(fixed or {})}
 
 
-def free_mask(model: RingDownModel, size: int, fixed: Mapping[str, float]) -> np.ndarray:
+def free_mask(model: RingDownModel, size: int, fixed: Collection[str]) -> np.ndarray:
     """True for the internal parameters that are fitted, bool (size,)."""
     free = np.ones(size, dtype=bool)
     if fixed:

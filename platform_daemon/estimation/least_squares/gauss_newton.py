@@ -18,7 +18,7 @@ from ..numerics.linear_systems import solve_scaled
 from ..physics.models import RingDownModel
 from ..physics.torques import OF_OTHER_SIGN_IN_MIRROR
 from ..physics.trajectory.direct import MotionParameters
-from .normal_equations import assemble
+from .normal_equations import assemble, coefficients
 from .observation_model import Observation
 
 
@@ -111,7 +111,7 @@ def after_step(
 def assembled(
     model: RingDownModel, state: FitState, moments: Moments, weights: Array, step: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    """Gradient, matrix and squares by channel (assemble.py), by the linear model after a step."""
+    """Gradient, matrix and squares by channel (normal_equations.py), by the linear model after a step."""
     size = state.size
     out = np.zeros(size), np.zeros((size, size)), np.empty(weights.size)
     step = np.zeros(size) if step is None else step
@@ -123,6 +123,20 @@ def linearised(model: RingDownModel, state: FitState) -> tuple[Array, Array, Arr
     """How basis coefficients follow from the parameters: chain, gains, their derivatives, offsets."""
     d, obs = state.dynamics, state.observation
     return d.chain(model), *obs.linear(d.w), state.offsets
+
+
+def coefficient_jacobian(model: RingDownModel, state: FitState) -> Array:
+    """Derivatives of the channels' coefficients in the kernel's basis by all parameters, (size, channels, b).
+
+    Times the basis (b, n) it is the Jacobian of the signal; its odd places belong to the second function, f2.
+    """
+    linear = linearised(model, state)
+    # Two functions, their slopes, their derivatives by w and by the motion's other parameters, and the constant.
+    b = 3 + 2 * linear[0].shape[0]
+    out, unused = np.empty((state.offsets.size, b, state.size)), np.empty(b)
+    for channel in range(state.offsets.size):
+        coefficients(*linear, channel, unused, out[channel])
+    return np.ascontiguousarray(out.transpose(2, 0, 1))
 
 
 def solve_step(normal: NormalEquations, free: np.ndarray, damping: float = 0.0) -> tuple[Array, float]:

@@ -11,7 +11,7 @@ from ..physics.models import RingDownModel
 from ..physics.trajectory.direct import LostTrajectoryError, MotionParameters
 from ..physics.trajectory.turning_points import turning_points
 from .gauss_newton import covariance
-from .progressive import Minimum
+from .problem import Minimum
 
 _COMPARABLE = 25.0  # of chi2 over its mean per degree of freedom
 _DISTINCT = 10.0  # standard deviations

@@ -18,7 +18,7 @@ from ..numerics.arrays import Array
 from ..physics.models import RingDownModel
 from ..physics.trajectory.basis_functions import DIPOLE
 from .gauss_newton import FitState, NormalEquations, assembled, solve_step
-from .progressive import FitProblem, Minimum
+from .problem import FitProblem, Minimum
 from .public_parameters import by_convention
 
 _SAME = 1e-6

@@ -20,7 +20,7 @@ from ..physics.trajectory.direct import Trajectory
 from ..record import RingDownRecord
 from .gauss_newton import FitState, solve_step
 from .noise_weighting import harmonic_sd, weighted_normal
-from .progressive import FitProblem, Minimum
+from .problem import FitProblem, Minimum
 from .public_parameters import by_convention
 
 _CHUNK = 1 << 10  # small enough for one thread to be the fastest

@@ -1,1 +1,1 @@
-"""What the samples say about a motion: one pass over them, half swing by half swing."""
+"""What the samples say about a motion: one pass over them, half cycle by half cycle."""

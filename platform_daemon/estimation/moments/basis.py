@@ -1,4 +1,4 @@
-"""The model's basis at chosen places, from the tables of half swings that a pass over the samples has left behind."""
+"""The model's basis at chosen places, from the tables of half cycles that a pass over the samples has left behind."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from .tabulated import write_basis
 def fill_basis_from_table(  # type: ignore[no-untyped-def]
     begin, dt, w, theta, done, count, heads, weights, symmetric, observable, nodes, to_nodes, values, out
 ):
-    """Basis (sampling.py) at samples begin, begin + 1, ... into out (b, n).
+    """Basis (basis_functions.py) at samples begin, begin + 1, ... into out (b, n).
 
-    heads, weights: the next `count` half swings as walk_swings leaves them; values (2, k, f, m) of their tables.
+    heads, weights: the next `count` half cycles as walk_half_cycles leaves them; values (2, k, f, m) of their tables.
     Returns the places written so far; `done` were before.
     """
     columns = (heads.shape[1] - HEAD) // 2
@@ -26,17 +26,17 @@ def fill_basis_from_table(  # type: ignore[no-untyped-def]
     basis = np.empty((b - 1, m))
     chebyshev = np.empty(m)
     by_node = np.empty(m)
-    for swing in range(count):
+    for half_cycle in range(count):
         ready = False
         while done < out.shape[1]:
             place = begin + done
-            x = 2.0 * (w * dt * place + theta - heads[swing, HEAD_START]) / heads[swing, HEAD_DURATION] - 1.0
+            x = 2.0 * (w * dt * place + theta - heads[half_cycle, HEAD_START]) / heads[half_cycle, HEAD_DURATION] - 1.0
             if x >= 1.0:
                 break
             if not ready:
-                which = 0 if symmetric or heads[swing, HEAD_SIDE] > 0.0 else 1
-                look_up_values(weights[swing], values[which], here)
-                write_basis(here, heads[swing], observable, nodes, w, theta, columns, 0, basis)
+                which = 0 if symmetric or heads[half_cycle, HEAD_SIDE] > 0.0 else 1
+                look_up_values(weights[half_cycle], values[which], here)
+                write_basis(here, heads[half_cycle], observable, nodes, w, theta, columns, 0, basis)
                 ready = True
             chebyshev[0] = 1.0
             chebyshev[1] = x

@@ -1,4 +1,4 @@
-"""Sums over the samples of a half swing, and over its nodes: the inner loops of moments.py."""
+"""Sums over the samples of a half cycle, and over its nodes: the inner loops of tabulated.py."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from ..numerics.jit import fast_part
 _CHUNK = 384  # samples whose polynomials fit into the fastest cache
 _LANE = 8  # samples are handled in so many at once; the last few are filled up with zeros
 SCRATCH = 7 * _CHUNK
-BATCH = 8  # half swings whose nodes are summed over at once
+BATCH = 8  # half cycles whose nodes are summed over at once
 
 # Parts of arrays are taken as slices here: an index that might be negative keeps a loop from running in lanes.
 
@@ -96,7 +96,7 @@ def spread(y, row, first, last, x, dx, buffer, sums, ones, energy):  # type: ign
 def to_nodes(matrix, sums, lanes, out):  # type: ignore[no-untyped-def]
     """Sums by T_k turned into sums against the node polynomials, out (rows, BATCH m), and set back to zero.
 
-    sums (m, BATCH rows): a half swing after the other; matrix (k, node); lanes (BATCH rows,) is scratch.
+    sums (m, BATCH rows): a half cycle after the other; matrix (k, node); lanes (BATCH rows,) is scratch.
     m is a multiple of four.
     """
     m = matrix.shape[0]
@@ -111,9 +111,9 @@ def to_nodes(matrix, sums, lanes, out):  # type: ignore[no-untyped-def]
             d = matrix[k + 3, node]
             for i in range(lanes.size):
                 lanes[i] += a * sums[k, i] + b * sums[k + 1, i] + c * sums[k + 2, i] + d * sums[k + 3, i]
-        for swing in range(BATCH):
+        for half_cycle in range(BATCH):
             for r in range(rows):
-                out[r, swing * m + node] = lanes[swing * rows + r]
+                out[r, half_cycle * m + node] = lanes[half_cycle * rows + r]
     for k in range(m):
         for i in range(lanes.size):
             sums[k, i] = 0.0

@@ -1,4 +1,4 @@
-"""The fitted signal at chosen places, from the tables of half swings that a pass over the samples has left behind."""
+"""The fitted signal at chosen places, from the tables of half cycles that a pass over the samples has left behind."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def fill_model(  # type: ignore[no-untyped-def]
 ):
     """Add f1, f2 to their means over blocks of `block` samples from sample `begin` on, out (2, blocks).
 
-    places, shares (points,): points_in. heads, weights: the next `count` half swings as walk_swings leaves them,
+    places, shares (points,): points_in. heads, weights: the next `count` half cycles as walk_half_cycles leaves them,
     coefficients (tables, sizes, 2, k) of f1, f2; sign2: what f2 turns its sign with, 1 for never or -1 for the
     direction. Returns the points added so far; `done` were before.
     """
@@ -59,8 +59,8 @@ def fill_model(  # type: ignore[no-untyped-def]
     everything = out.shape[1] * points
     here = np.empty((2, coefficients.shape[3]))
     buffer = np.empty(5 * _TOGETHER)
-    for swing in range(count):
-        side = heads[swing, HEAD_SIDE]
+    for half_cycle in range(count):
+        side = heads[half_cycle, HEAD_SIDE]
         table = coefficients[0 if mirrored or side > 0.0 else 1]
         for f in range(2):
             sign = side if f == 0 or sign2 < 0.0 else 1.0
@@ -68,15 +68,15 @@ def fill_model(  # type: ignore[no-untyped-def]
                 here[f, i] = 0.0
             for size in range(table.shape[0]):
                 for i in range(here.shape[1]):
-                    here[f, i] += sign * weights[swing, size] * table[size, f, i]
-        scale = 2.0 / heads[swing, HEAD_DURATION]
+                    here[f, i] += sign * weights[half_cycle, size] * table[size, f, i]
+        scale = 2.0 / heads[half_cycle, HEAD_DURATION]
         inside = _TOGETHER
         while inside == _TOGETHER and done < everything:
             k = done // points
             j = done - k * points
             inside = 0
             while inside < _TOGETHER and done + inside < everything:
-                x = scale * (w * dt * (begin + k * block + places[j]) + theta - heads[swing, HEAD_START]) - 1.0
+                x = scale * (w * dt * (begin + k * block + places[j]) + theta - heads[half_cycle, HEAD_START]) - 1.0
                 if x >= 1.0:
                     break
                 buffer[inside] = x

@@ -1,7 +1,7 @@
-"""Moments of the data with the model's basis (sampling.py), half swing by half swing, without visiting the basis at
-the samples.
+"""Moments of the data with the model's basis (basis_functions.py), half cycle by half cycle, without visiting the basis
+at the samples.
 
-On a half swing every basis function is a polynomial with known values at m nodes. Its product with the data is
+On a half cycle every basis function is a polynomial with known values at m nodes. Its product with the data is
 sum over nodes of B(node) Y(node), where Y collects the samples against the node polynomials: a few multiply-adds per
 sample, whatever the number of basis functions. Products of basis functions are collected in the same way from ones.
 """
@@ -48,11 +48,11 @@ def collect_half_cycles(  # type: ignore[no-untyped-def]
     y, first, last, dt, w, theta, skipped, stride, count, heads, weights, mirrored, observable, nodes, matrix, values,
     gram, products, energy,
 ):  # fmt: skip
-    """Add the moments of the samples first .. last-1 in the first `count` half swings of heads, weights (walk_swings).
+    """Add the moments of samples first .. last-1 in the first `count` half cycles of heads, weights (walk_half_cycles).
 
     y (channels, n); values (2, k, f, m) the tables of the two directions, of which mirrored motion needs only the
-    first; skipped: half swings passed before these; of all of them every stride-th takes part. nodes (m,), matrix
-    (m, m): Grid.nodes, Grid.to_nodes.
+    first; skipped: half cycles passed before these; of all of them every stride-th takes part. nodes (m,), matrix
+    (m, m): ChebyshevGrid.nodes, ChebyshevGrid.to_nodes.
     gram (b, b), products (channels, b), energy (channels,) grow. Returns the samples that took part.
     """
     channels = y.shape[0]

@@ -14,7 +14,7 @@ from ..physics.models import RingDownModel
 from ..physics.trajectory.basis_functions import DIPOLE
 from ..physics.trajectory.direct import EARLIEST, LostTrajectoryError, MotionParameters, Trajectory
 from ..physics.trajectory.direct_chain import STATUS_LOST, STATUS_OK, STATUS_STUCK
-from ..physics.trajectory.half_cycle_walk import SwingTables, Walk
+from ..physics.trajectory.half_cycle_walk import HalfCycleTables, Walk
 from ..physics.trajectory.table_range import WALK, WALK_START
 from .basis import fill_basis_from_table
 from .direct import Moments, direct_moments
@@ -30,16 +30,16 @@ def _check(d: MotionParameters, end_s: float) -> None:
     """Raises LostTrajectoryError for what is no oscillation, or begins too late."""
     finite = math.isfinite(d.w * end_s + d.theta + sum(d.values))
     if not (finite and 0.0 < abs(d.amplitude) < np.pi and d.theta >= EARLIEST):
-        raise LostTrajectoryError("the trajectory must pass a turning point within half a swing of t = 0")
+        raise LostTrajectoryError("the trajectory must pass a turning point within half a cycle of t = 0")
 
 
 @dataclass(frozen=True)
 class _Held:
-    """A walk that needed one stretch only: `count` half swings, as they stand in its heads and weights."""
+    """A walk that needed one stretch only: `count` half cycles, as they stand in its heads and weights."""
 
     dynamics: MotionParameters
     walk: Walk
-    tables: SwingTables
+    tables: HalfCycleTables
     count: int
 
 
@@ -48,7 +48,7 @@ class Workspace:
     """Everything that passes over the same record with the same model can share."""
 
     model: RingDownModel
-    _tables: dict[int, SwingTables] = field(default_factory=dict)
+    _tables: dict[int, HalfCycleTables] = field(default_factory=dict)
     _held: _Held | None = None
 
     def __post_init__(self) -> None:
@@ -60,7 +60,7 @@ class Workspace:
         self, dynamics: MotionParameters, y: Array, first: int, last: int, dt_s: float, observable: int,
         stride: int = 1, digits: float = EXACT,
     ) -> Moments:  # fmt: skip
-        """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half swing of them.
+        """Moments of samples first .. last-1 of y (channels, n), or of every stride-th (odd) half cycle of them.
 
         digits: to how many the trajectory is represented.
         Torques that depend on time take the direct path, which knows neither stride nor digits.
@@ -70,7 +70,7 @@ class Workspace:
         """
         d = dynamics
         _check(d, last * dt_s)
-        # The tables know half swings from their beginning on only, and nothing of time.
+        # The tables know half cycles from their beginning on only, and nothing of time.
         direct_to = first if d.theta >= 0.0 else min(last, max(first, math.ceil(-d.theta / (d.w * dt_s))))
         if self.model.time_dependent or direct_to == last:
             return direct_moments(self.model, d, y, first, last, dt_s, observable)
@@ -147,7 +147,7 @@ class Workspace:
         return out
 
     def basis(self, dynamics: MotionParameters, first: int, last: int, dt_s: float, observable: int) -> Array:
-        """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
+        """Basis functions (basis_functions.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
 
         Like Trajectory.basis, but from the tables where these know the motion.
 
@@ -170,7 +170,7 @@ class Workspace:
             raise LostTrajectoryError(_LOST)
         return out
 
-    def _ways(self, d: MotionParameters, s_end: float, observable: int) -> Iterator[tuple[Walk, SwingTables, int]]:
+    def _ways(self, d: MotionParameters, s_end: float, observable: int) -> Iterator[tuple[Walk, HalfCycleTables, int]]:
         """Stretches of a walk until s_end, walked already or anew."""
         held = self._held
         if held is not None and held.dynamics == d and held.walk.reaches(s_end):
@@ -181,11 +181,11 @@ class Workspace:
         for count in walk.stretches(tables, observable, EXACT):
             yield walk, tables, count
 
-    def _tables_for(self, d: MotionParameters, digits: float) -> SwingTables:
-        """Room for tables that represent half swings from this amplitude on to so many digits."""
+    def _tables_for(self, d: MotionParameters, digits: float) -> HalfCycleTables:
+        """Room for tables that represent half cycles from this amplitude on to so many digits."""
         nodes = nodes_for(abs(d.amplitude), digits)
         if nodes not in self._tables:
-            self._tables[nodes] = SwingTables(nodes, self.columns)
+            self._tables[nodes] = HalfCycleTables(nodes, self.columns)
         return self._tables[nodes]
 
 

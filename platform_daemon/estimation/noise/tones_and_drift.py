@@ -6,15 +6,15 @@ strong at the end as at the beginning: what decays is another oscillation, and n
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.fft import next_fast_len, rfft
+from scipy.fft import next_fast_len
 
 from ..numerics.arrays import Array, ComplexArray, medians
 from ..screening.frequency_search import block_means
+from ..screening.spectral_lines import Zones, is_mains, median_level, peak_shift, periodogram
 
 _BETA = 8.0
 _LOBE_BINS = 2.8  # half width of the window's main lobe
@@ -30,30 +30,11 @@ _CHANGE, _MAINS_CHANGE = 0.01, 0.15  # of a steady tone's size over the window; 
 _MAINS_FALL = 0.04  # of its size over the window that a voltage of mains may do; larger changes of a load are steps
 _ALIKE, _ALIKE_SIGMA = 0.1, 3.0  # departures from an exponential decay: of the fall, or by chance
 _CHIRP, _MAINS_CHIRP = 0.4, 2.0  # rad per window squared: a quarter of it is the phase at either end
-_MAINS_HZ = (50.0, 60.0)
 _MAINS_TOLERANCE = 0.005
 _MISSED = 0.1  # bins, by which noise and drift may shift a slow line
 _HIGHEST_DEGREE = 8
 _DRIFT_POINTS = 256
 _SURE_DRIFT = 6.0  # standard deviations
-
-
-@dataclass(frozen=True)
-class Zones:
-    """Frequencies that belong to the signal: k (low .. high) give or take the margin, all in Hz."""
-
-    low_hz: float
-    high_hz: float
-    margin_hz: float
-
-    def holds(self, frequency_hz: Array) -> np.ndarray:
-        """True where a harmonic may stand."""
-        k = np.maximum(np.round(frequency_hz / (0.5 * (self.low_hz + self.high_hz))), 1.0)
-        inside = np.zeros(np.shape(frequency_hz), dtype=bool)
-        for n in (k - 1.0, k, k + 1.0):
-            above, below = n * self.low_hz - self.margin_hz, n * self.high_hz + self.margin_hz
-            inside |= (n > 0.0) & (frequency_hz > above) & (frequency_hz < below)
-        return inside
 
 
 def may_hold_tones(residual: Array, spectrum: Array) -> bool:
@@ -103,8 +84,7 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
     """
     n = residual.shape[1]
     size = next_fast_len(_PADDING * n, real=True)
-    spectrum = rfft((residual - residual.mean(axis=1, keepdims=True)) * _window(n), size, axis=1)
-    power = spectrum.real**2 + spectrum.imag**2
+    power = periodogram(residual - residual.mean(axis=1, keepdims=True), _window(n), size)
     bin_hz = rate_hz / size
     # Each channel by its own level: a tone counts where it stands out, wherever that is.
     level = _level_beside(power, size / n)
@@ -117,11 +97,11 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
         near = slice(max(0, k - lobe), k + lobe + 1)
         if not lobe <= k < standing.size - 1 or standing[k] < standing[near].max():
             continue
-        frequency = (k + _peak_shift(standing, int(k))) * bin_hz
+        frequency = (k + peak_shift(standing, int(k))) * bin_hz
         # What is slower than two lobes may be drift, unless it is where hum is expected.
-        drift = k < 2 * lobe and not _is_mains(frequency, _MISSED * rate_hz / n)
+        drift = k < 2 * lobe and not is_mains(frequency, relative=_MAINS_TOLERANCE, missed_hz=_MISSED * rate_hz / n)
         known = any(abs(frequency - t) < lobe * bin_hz for t in tones)
-        if drift or known or (zones is not None and zones.holds(np.array([frequency]))[0]):
+        if drift or known or (zones is not None and zones.holds(frequency)):
             continue
         if _keeps_size(residual, frequency, rate_hz) and _keeps_pitch(residual, frequency, rate_hz, level[:, k]):
             tones.append(frequency)
@@ -129,21 +109,10 @@ def find_tones(residual: Array, rate_hz: float, zones: Zones | None) -> Array:
 
 
 def _level_beside(power: Array, padding: float) -> Array:
-    """Mean level around each bin from medians of blocks, interpolated, (channels, bins)."""
+    """Mean level around each bin, (channels, bins)."""
     block = max(8, int(_NEIGHBOURHOOD * padding))
-    count = max(1, power.shape[1] // block)
-    blocks = power[:, : count * block].reshape(power.shape[0], count, -1)
-    levels = np.median(blocks, axis=2) / np.log(2.0)
-    centres = (np.arange(count) + 0.5) * block
-    rows = [np.interp(np.arange(power.shape[1]), centres, row) for row in levels]
-    return np.maximum(np.stack(rows), 1e-300)
-
-
-def _peak_shift(power: Array, k: int) -> float:
-    """Sub-bin position of a maximum from the logarithms of three bins."""
-    left, middle, right = np.log(np.maximum(power[k - 1 : k + 2], 1e-300))
-    curvature = left - 2.0 * middle + right
-    return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0
+    edges = block * np.arange(max(1, power.shape[1] // block) + 1)
+    return median_level(power, edges) / np.log(2.0)
 
 
 def _keeps_size(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
@@ -159,7 +128,7 @@ def _keeps_size(residual: Array, frequency_hz: float, rate_hz: float) -> bool:
     place = np.linspace(-0.5, 0.5, _STRETCHES)
     slope = float(place @ sizes / (place @ place))
     sd = noise / float(np.sqrt(place @ place))
-    mains = _is_mains(frequency_hz)
+    mains = is_mains(frequency_hz, relative=_MAINS_TOLERANCE)
     # In less than two periods a stretch shows its own phase too.
     if mains and n * frequency_hz / rate_hz > 2.0 and _decays(sizes, noise):
         return False
@@ -182,30 +151,25 @@ def _decays(sizes: Array, noise: float) -> bool:
 
 
 def _keeps_pitch(residual: Array, frequency_hz: float, rate_hz: float, level: Array) -> bool:
-    """No chirp and no decay in the middle of the window, beyond chance; level (channels,) of windowed noise power.
+    """No chirp and no decay in the middle of the window, beyond chance; level (channels,): noise power of a sample.
 
     With time t in windows and the window w, a tone exp((d + i k t) t) has the moments sum(w t) ~ d and
     sum(w (t^2 - mean)) ~ i k.
     """
     n = residual.shape[1]
-    window, time = np.kaiser(n, _BETA), np.linspace(-0.5, 0.5, n)
+    window, time = _window(n), np.linspace(-0.5, 0.5, n)
     mean = float(window @ time**2 / window.sum())
     shapes = np.stack([window, window * time, window * (time**2 - mean)])
     spread = shapes @ np.stack([time**0, time, time**2]).T / window.sum()
     wave = np.exp(-2j * np.pi * frequency_hz / rate_hz * np.arange(n))
     moments = (residual * wave) @ shapes.T
-    snr = float(np.sum(np.abs(moments[:, 0]) ** 2 / level))
-    ratios = (np.conj(moments[:, 0]) / level) @ moments[:, 1:] / snr
+    weights = np.conj(moments[:, 0]) / level
+    whole = float((weights @ moments[:, 0]).real)
+    ratios, snr = weights @ moments[:, 1:] / whole, whole / float(window @ window)
     found = np.abs([ratios[0].real / spread[1, 1], ratios[1].imag / spread[2, 2]])
     noise = np.sqrt(0.5 * np.sum(shapes[1:] ** 2, axis=1) / np.sum(window**2) / snr) / np.diag(spread)[1:]
-    allowed = (_MAINS_CHANGE, _MAINS_CHIRP) if _is_mains(frequency_hz) else (_CHANGE, _CHIRP)
+    allowed = (_MAINS_CHANGE, _MAINS_CHIRP) if is_mains(frequency_hz, relative=_MAINS_TOLERANCE) else (_CHANGE, _CHIRP)
     return bool(np.all(found < np.maximum(_CHANGE_SIGMA * noise, allowed)))
-
-
-def _is_mains(frequency_hz: float, missed_hz: float = 0.0) -> bool:
-    """Near a multiple of 50 or 60 Hz; missed_hz: error that the frequency may have."""
-    allowed = _MAINS_TOLERANCE * frequency_hz + missed_hz
-    return any(abs(frequency_hz - m * max(1.0, round(frequency_hz / m))) < allowed for m in _MAINS_HZ)
 
 
 @lru_cache(32)

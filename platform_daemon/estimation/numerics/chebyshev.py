@@ -19,7 +19,7 @@ EXACT, COARSE = 10.5, 5.5  # digits of a motion
 
 @dataclass(frozen=True)
 class ChebyshevGrid:
-    """A grid of m nodes of the first kind, for functions on a half swing, mapped to the unit interval.
+    """A grid of m nodes of the first kind, for functions on a half cycle, mapped to the unit interval.
 
     Attributes:
         nodes: (m,) in (-1, 1), falling from the end to the beginning.
@@ -58,7 +58,7 @@ def grid(m: int) -> ChebyshevGrid:
 
 
 def nodes_for(amplitude_rad: float, digits: float) -> int:
-    """Nodes (a multiple of four) with which a half swing of this amplitude is represented to so many digits.
+    """Nodes (a multiple of four) with which a half cycle of this amplitude is represented to so many digits.
 
     The undamped orbit has its nearest poles at +-i K' above its middle, K from either end: the error of m nodes falls
     like rho^-m with rho = y + sqrt(1 + y^2), y = K'/K. Sensitivities need a few more.
@@ -82,9 +82,9 @@ def _quarter_period_ratio(amplitude_rad: float) -> float:
 
 @part
 def sizes_for(amplitude_rad, band_ratio, digits):  # type: ignore[no-untyped-def]
-    """Sizes at which half swings between amplitude/band_ratio and amplitude are tabulated, to so many digits.
+    """Sizes at which half cycles between amplitude/band_ratio and amplitude are tabulated, to so many digits.
 
-    What lies nearest is the inverted position, where a half swing takes forever.
+    What lies nearest is the inverted position, where a half cycle takes forever.
     """
     low = amplitude_rad / band_ratio
     z = (2.0 * math.pi - amplitude_rad - low) / (amplitude_rad - low)

@@ -22,13 +22,18 @@ _ROOM = Path(__file__).parents[1]
 _MARK = re.compile(rb"^@((fast_)?(kernel|part)|inlined)$", re.MULTILINE)
 
 
+def has_kernels(source: bytes) -> bool:
+    """Whether a file of this text holds compiled functions."""
+    return _MARK.search(source) is not None
+
+
 @cache
-def _sources_digest() -> str:
+def sources_digest() -> str:
     """Digest of all that compiled code depends on: files with kernels, their options, the tableau."""
     digest = hashlib.sha256()
     for path in sorted(_ROOM.rglob("*.py")):
         text = path.read_bytes()
-        if _MARK.search(text) or path.name in ("jit.py", "dormand_prince.py"):
+        if has_kernels(text) or path.name in ("jit.py", "dormand_prince.py"):
             digest.update(str(path.relative_to(_ROOM)).encode() + text)
     return digest.hexdigest()
 
@@ -96,5 +101,5 @@ def _entry(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     dispatcher = numba.njit(cache=True, **options)(function)
     cache_file = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
     if cache_file is not None and hasattr(cache_file, "_source_stamp"):
-        cache_file._source_stamp = _sources_digest()
+        cache_file._source_stamp = sources_digest()  # noqa: SLF001 numba has no public way to a stamp of one's own
     return dispatcher

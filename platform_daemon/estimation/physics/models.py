@@ -64,16 +64,16 @@ class RingDownModel:
         observation: "by_quantity": through m_r and R for dm/dt and for volts with a sensitivity, through free gains
             for volts without, as it is for an angle. "free_gains": of every channel, whatever is known.
         known: parameters about which more is known than their default.
-        rivals: models of other bearings; one that explains a record far better speaks against this one.
-        rivals_of_angle: the same where an angle is recorded: of a pendulum, whose dry friction knows no Hertz contact.
+        alternatives: models of other bearings; one that explains a record far better speaks against this one.
+        alternatives_of_angle: the same where an angle is recorded: of a pendulum, whose friction has no Hertz contact.
     """
 
     name: str
     terms: tuple[TorqueTerm, ...]
     observation: ObservationKind = "by_quantity"
     known: tuple[Parameter, ...] = ()
-    rivals: tuple[str, ...] = ()
-    rivals_of_angle: tuple[str, ...] = ()
+    alternatives: tuple[str, ...] = ()
+    alternatives_of_angle: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         names = [c.name for c in self.coefficients]
@@ -142,32 +142,39 @@ class RingDownModel:
 
 
 _DRY = ("jewel_constant_friction",)
-THREAD = RingDownModel("thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), rivals=("jewel",), rivals_of_angle=_DRY)
-JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION), rivals_of_angle=_DRY)
+THREAD = RingDownModel(
+    "thread", (MAGNETIC_RESTORING, VISCOUS_DAMPING), alternatives=("jewel",), alternatives_of_angle=_DRY
+)
+JEWEL = RingDownModel("jewel", (MAGNETIC_RESTORING, VISCOUS_DAMPING, HERTZ_FRICTION), alternatives_of_angle=_DRY)
 _MODELS = (
     THREAD,
     JEWEL,
     # eq:Jewel_ODE_norm_simp, the approximation that the paper compares with.
     RingDownModel(
-        "jewel_constant_friction", (MAGNETIC_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION), rivals=("jewel",)
+        "jewel_constant_friction", (MAGNETIC_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION), alternatives=("jewel",)
     ),
     # equ:ODE_norm.
-    RingDownModel("undamped", (MAGNETIC_RESTORING,), rivals=("thread", "jewel"), rivals_of_angle=("thread", *_DRY)),
+    RingDownModel(
+        "undamped", (MAGNETIC_RESTORING,), alternatives=("thread", "jewel"), alternatives_of_angle=("thread", *_DRY)
+    ),
     # The regime sin(phi) ~ phi of equ:ODE_norm, with the losses of either bearing.
     RingDownModel(
-        "undamped_small_angle", (LINEAR_RESTORING,), rivals=("thread", "jewel"), rivals_of_angle=("thread", *_DRY)
+        "undamped_small_angle",
+        (LINEAR_RESTORING,),
+        alternatives=("thread", "jewel"),
+        alternatives_of_angle=("thread", *_DRY),
     ),
     RingDownModel(
         "thread_small_angle",
         (LINEAR_RESTORING, VISCOUS_DAMPING),
-        rivals=("thread", "jewel"),
-        rivals_of_angle=("thread", *_DRY),
+        alternatives=("thread", "jewel"),
+        alternatives_of_angle=("thread", *_DRY),
     ),
     RingDownModel(
         "jewel_small_angle",
         (LINEAR_RESTORING, VISCOUS_DAMPING, COULOMB_FRICTION),
-        rivals=("jewel",),
-        rivals_of_angle=_DRY,
+        alternatives=("jewel",),
+        alternatives_of_angle=_DRY,
     ),
 )
 MODELS = {model.name: model for model in _MODELS}
@@ -190,4 +197,4 @@ def model_named(name: str) -> RingDownModel:
 
 def alternatives_of(model: RingDownModel, quantity: str) -> tuple[RingDownModel, ...]:
     """The declared models that speak against this one if they explain a record of this quantity far better."""
-    return tuple(MODELS[name] for name in (model.rivals_of_angle if quantity == "angle" else model.rivals))
+    return tuple(MODELS[name] for name in (model.alternatives_of_angle if quantity == "angle" else model.alternatives))

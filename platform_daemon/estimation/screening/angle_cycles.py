@@ -21,7 +21,7 @@ _FEWEST_CYCLES = 1.5  # slower than that, a segment shows its own length
 _PADDING = 4
 _POINTS_PER_PERIOD = 40
 _ABOVE_NOISE = 6.0
-_OF_LAST_SWING = 0.15
+_OF_LAST_CYCLE = 0.15
 
 
 def find_angle_frequency(samples: Array, sampling_rate_hz: float) -> SpectralPeak | None:
@@ -56,7 +56,7 @@ def _strongest(y: Array) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class HalfCycles:
-    """Half swings that lie between two passages through zero.
+    """Half cycles that lie between two passages through zero.
 
     Attributes:
         passages_s: (k + 1,) times of the passages.
@@ -72,7 +72,7 @@ class HalfCycles:
 
 
 def find_half_cycles(y: Array, first: int, dt_s: float, frequency_hz: float) -> HalfCycles | None:
-    """Half swings of the angle y (n,), whose first sample has number `first`; None if there are fewer than two.
+    """Half cycles of the angle y (n,), whose first sample has number `first`; None if there are fewer than two.
 
     Samples are averaged to blocks, 40 per period, so that neither noise nor coarse steps make passages of their own.
     """
@@ -111,7 +111,7 @@ def _half_cycles(x: Array, time: Array, points: float) -> HalfCycles | None:
     """
     noise = 1.5 * float(np.median(np.abs(np.diff(x, 3)))) / math.sqrt(20.0)
     passages, turning, when = [], [], []
-    level = _OF_LAST_SWING * float(np.max(np.abs(x[: max(8, int(points))])))
+    level = _OF_LAST_CYCLE * float(np.max(np.abs(x[: max(8, int(points))])))
     side, since = 0, 0
     for k, value in enumerate(x):
         new = 1 if value > level else -1 if value < -level else 0
@@ -125,7 +125,7 @@ def _half_cycles(x: Array, time: Array, points: float) -> HalfCycles | None:
                 at, value_there = _extreme(x[since : j + 1] * side, max(1, int(0.1 * points)))
                 turning.append(side * value_there)
                 when.append(time[since] + at * (time[1] - time[0]))
-                level = max(_OF_LAST_SWING * value_there, _ABOVE_NOISE * noise)
+                level = max(_OF_LAST_CYCLE * value_there, _ABOVE_NOISE * noise)
         side, since = new, k
     if len(turning) < 2:
         return None

@@ -10,6 +10,7 @@ from scipy.fft import next_fast_len, rfft
 
 from ..numerics.arrays import Array, centred, medians
 from .frequency_search import block_means
+from .spectral_lines import peak_shift
 
 _BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)
 _HALF_LOBE_BINS = 4  # of the Blackman-Harris window
@@ -131,7 +132,7 @@ def _strongest_line(samples: Array, sampling_rate_hz: float, weakest: float) -> 
         is_local = near.start < candidate < near.stop - 1
         if stands_out and is_local:
             peak = candidate
-    shift = _parabolic_shift(power, peak)
+    shift = peak_shift(power, peak)
     significance = float(power[peak]) / floor if floor > 0.0 else np.inf
     return SpectralPeak((peak + shift) * sampling_rate_hz / size, significance)
 
@@ -140,12 +141,3 @@ def _may_be_folded(at: int, peak: int, size: int, lobe: int) -> bool:
     """True if a weak harmonic of the line at bin `peak` appears near bin `at` of a transform of so many samples."""
     places = [k * peak % size for k in range(3, _HARMONICS + 1)]
     return any(abs(min(place, size - place) - at) <= lobe for place in places if place)
-
-
-def _parabolic_shift(power: Array, peak: int) -> float:
-    """Sub-bin position of a maximum from the logarithms of three bins."""
-    if not 0 < peak < power.size - 1 or power[peak - 1] <= 0.0 or power[peak + 1] <= 0.0:
-        return 0.0
-    left, middle, right = np.log(power[peak - 1 : peak + 2])
-    curvature = left - 2.0 * middle + right
-    return float(0.5 * (left - right) / curvature) if curvature < 0.0 else 0.0

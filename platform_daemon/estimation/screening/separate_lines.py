@@ -7,12 +7,12 @@ record, whose spectrum is broad, is not taken for two lines.
 from __future__ import annotations
 
 import numpy as np
-from scipy.fft import rfft
 
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
 from .beat import Beat
 from .frequency_search import block_means
+from .spectral_lines import periodogram
 
 _PERIODS = 60.0
 _FEWEST_PERIODS = 15.0
@@ -36,8 +36,7 @@ def find_far_lines(record: RingDownRecord, frequency_hz: float) -> Beat | None:
     if blocks * step < _FEWEST_PERIODS:
         return None
     means = block_means(record.samples, record.valid_from, block, blocks)
-    windowed = (means - means.mean(axis=1, keepdims=True)) * np.blackman(blocks)
-    power = np.sum(np.abs(rfft(windowed, axis=1)) ** 2, axis=0)
+    power = periodogram(means - means.mean(axis=1, keepdims=True), np.blackman(blocks)).sum(axis=0)
     cycles = np.arange(power.size) / (blocks * step)  # in units of frequency_hz
     seen = (cycles > 2.0 * _LOBE_BINS / (blocks * step)) & (cycles < _HIGHEST)
     if not seen.any():

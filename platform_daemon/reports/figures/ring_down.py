@@ -12,7 +12,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from platform_daemon.analysis import RingDownPlotData, min_max_decimate
+from platform_daemon.estimation import FitResult
 from platform_daemon.store import write_file
+
+from ..numbers import estimates_text
 
 COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
 BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets
@@ -23,12 +26,18 @@ def draw(picture: RingDownPlotData) -> Figure:
     figure = Figure(figsize=(11, 9), layout="constrained")
     FigureCanvasAgg(figure)
     whole, zoom, rest, spectrum = figure.subplots(4, 1, height_ratios=(3, 3, 2, 3))
-    figure.suptitle(f"{picture.title}\n{picture.caption}", fontsize=11)
+    figure.suptitle(f"{picture.title}\n{_caption(picture.fit)}", fontsize=11)
     _whole(whole, picture)
     _zoom(zoom, picture)
     _residual(rest, picture)
     _spectrum(spectrum, picture)
     return figure
+
+
+def _caption(fit: FitResult) -> str:
+    if fit.verdict != "good":
+        return f"fit refused: {fit.reason}"
+    return f"{estimates_text(fit.parameters)}, χ²/dof {fit.chi2_per_dof:.3f}"
 
 
 def save_png(picture: RingDownPlotData, path: Path) -> None:
@@ -61,10 +70,14 @@ def _whole(axes: Axes, p: RingDownPlotData) -> None:
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c, name in enumerate(p.channels):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.75, lw=0.3, label=name)
-    if p.window_s is not None:
-        axes.axvline(p.window_s, color="k", ls="--", lw=0.8)
+    if p.fit.window_s is not None:
+        axes.axvline(p.fit.window_s, color="k", ls="--", lw=0.8)
         axes.annotate(
-            " end of the fitted window", (p.window_s, 0.97), xycoords=("data", "axes fraction"), va="top", fontsize=8
+            " end of the fitted window",
+            (p.fit.window_s, 0.97),
+            xycoords=("data", "axes fraction"),
+            va="top",
+            fontsize=8,
         )
     axes.set(ylabel=p.unit, xlabel="time after the first RX sample / s")
     axes.legend(loc="upper right", ncols=3, fontsize=8)
@@ -97,7 +110,11 @@ def _residual(axes: Axes, p: RingDownPlotData) -> None:
 
 
 def _spectrum(axes: Axes, p: RingDownPlotData) -> None:
-    n = p.measured.shape[1] if p.window_s is None else min(p.measured.shape[1], round(p.window_s * p.sampling_rate_hz))
+    n = (
+        p.measured.shape[1]
+        if p.fit.window_s is None
+        else min(p.measured.shape[1], round(p.fit.window_s * p.sampling_rate_hz))
+    )
     window = np.blackman(n)
     f = np.fft.rfftfreq(n, 1 / p.sampling_rate_hz)
     shown = (f > 20) & (f < 2500)

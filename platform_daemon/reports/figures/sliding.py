@@ -10,15 +10,9 @@ from matplotlib.figure import Figure
 
 from platform_daemon.analysis import amplitude_course
 from platform_daemon.estimation import SlidingFit
+from platform_daemon.schemas import definition_of
 
 from .ring_down import COLOURS, save_figure
-
-_LABELS = {
-    "f_nat_hz": ("$f_{nat}$ / Hz", 1.0),
-    "m_r_am2": ("$m_r$ / mA m²", 1e3),
-    "lambda_per_s": ("λ / s⁻¹", 1.0),
-    "tf_over_i_rad_per_s2": ("$T_f/I$ / rad s⁻²", 1.0),
-}
 
 
 def save_sliding_png(found: SlidingFit, title: str, path: Path) -> None:
@@ -45,10 +39,11 @@ def draw_sliding(found: SlidingFit, title: str) -> Figure:
 
 
 def _constant(axes: Axes, found: SlidingFit, name: str) -> None:
-    label, factor = _LABELS.get(name, (name, 1.0))
+    shown = definition_of(name)
+    factor = shown.display_factor
     time, value, sd = found.course(name)
     axes.errorbar(time, value * factor, sd * factor, fmt="o", ms=3, capsize=2, lw=0.9, color=COLOURS[0])
-    axes.set_ylabel(label)
+    axes.set_ylabel(shown.axis_label)
     axes.ticklabel_format(axis="y", useOffset=False)
     flat = found.flatness(name)
     if flat is not None:

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from sim_backend.world.faults import DROPPED
 
-from ..options import AXES, BoardOptions
-from .registers import PINS, Registers
+from .options import AXES, BoardOptions
+from .registers import BASE_HZ, PINS, Registers
 from .sequence import Sequence, State
-from .session import BASE_HZ, Cards, Shot
+from .shot import Lab, Shot
 from .tape import RING
 
 BURST = 32  # the RAM writer's granularity, sample pairs
@@ -37,7 +37,7 @@ class Mode(Enum):
 class Board:
     """State that survives a reconnect, and what the converters see."""
 
-    def __init__(self, cards: Cards, options: BoardOptions) -> None:
+    def __init__(self, cards: Lab, options: BoardOptions) -> None:
         self.cards, self.options = cards, options
         self.mode = Mode.CONFIGURATION
         self.decimation, self.fir = 16, True

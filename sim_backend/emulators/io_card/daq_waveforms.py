@@ -22,8 +22,16 @@ from .daq_handler import (
     quoted,
     word,
 )
-from .registers import AMPLITUDE_CODES, AWG_SAMPLES, COMPONENTS, FREQUENCY_STEP_HZ, OUTPUTS, PHASE_STEP_RAD, SIGNALS
-from .session import BASE_HZ
+from .registers import (
+    AMPLITUDE_CODES,
+    AWG_SAMPLES,
+    BASE_HZ,
+    COMPONENTS,
+    FREQUENCY_STEP_HZ,
+    OUTPUTS,
+    PHASE_STEP_RAD,
+    SIGNALS,
+)
 
 SLOWEST_HZ = 0.03
 

@@ -1,1 +1,6 @@
-"""To be written."""
+"""Serial devices on pseudo-terminals, as docs/wire-protocols.md describes them.
+
+serial_port.py  lines in, one reply line each out, faults of the wire
+switch.py       the Tx/Rx switch's controller
+lna.py          the low-noise amplifier's controller
+"""

@@ -1,4 +1,4 @@
-"""The socket that an emulated USB device listens on; drivers/usb/wire.py has the frames."""
+"""The socket that an emulated USB device listens on; frames.py says what travels over it."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import socket
 import threading
 import time
 
-from drivers.usb.wire import REPLY, REQUEST, SETUP, Op, receive
-
 from ..listening import Listener
 from ..wire_faults import Hangup, WireFaults
+from .frames import REPLY, REQUEST, SETUP, Op, receive
 from .usbtmc import Stall, UsbTmcDevice, message_text
 
 POLL_S = 1e-3

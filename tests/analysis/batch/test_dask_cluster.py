@@ -9,8 +9,8 @@ import pytest
 
 from drivers.errors import InputError, PlatformError
 from platform_daemon.analysis.batch.executors import in_this_process
-from platform_daemon.analysis.batch.part import FitSettings
 from platform_daemon.analysis.batch.run import Advanced, fit_files
+from platform_daemon.analysis.fit_request import FitSettings
 from tests.kit.example_copies import WINDOW_S, copies, same
 
 pytest.importorskip("distributed", reason="the optional extra dask is not installed")

@@ -7,7 +7,7 @@ import pytest
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
 from platform_daemon.analysis.batch.ledger import Ledger
-from platform_daemon.analysis.batch.part import FitSettings
+from platform_daemon.analysis.fit_request import FitSettings
 
 SETTINGS = FitSettings(window="n50", fixed={"lambda_per_s": 0.25})
 REPORT = {"file": "a.h5", "frames": []}

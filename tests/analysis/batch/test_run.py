@@ -1,17 +1,16 @@
 import math
 import os
 import signal
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 
 import pytest
 
 from drivers.errors import InputError, PlatformError
 from platform_daemon.analysis.batch import run
 from platform_daemon.analysis.batch.executors import WorkerPool, in_this_process, processes
-from platform_daemon.analysis.batch.part import FitSettings
 from platform_daemon.analysis.batch.run import Advanced, Failed, Finished, fit_files
 from platform_daemon.analysis.fit import fit_recording
-from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.analysis.fit_request import FitRequest, FitSettings
 from platform_daemon.store.reader import open_recording
 from tests.kit.example_copies import WINDOW_S, copies, same
 
@@ -58,17 +57,25 @@ def test_shares_grow_until_a_file_is_finished(tmp_path):
     assert events[0].share == 0.5
 
 
-def test_no_more_parts_are_in_flight_than_twice_the_workers(tmp_path, monkeypatch):
+def test_no_more_parts_are_in_flight_than_twice_the_workers(tmp_path):
     paths = copies(tmp_path, 6)
-    begun = []
-    monkeypatch.setattr(run._Batch, "_begin", lambda self, path: begun.append(path) or real(self, path))
-    with ThreadPoolExecutor(1) as pool:
+    with Watched(1) as pool:
         first = next(iter(fit_files(paths, SETTINGS, WorkerPool(pool, 1, frames_per_part=1))))
     assert isinstance(first, Advanced)
-    assert len(begun) <= 2
+    assert len(pool.submitted) == 2
+    assert set(pool.submitted) <= set(paths[:2])
 
 
-real = run._Batch._begin
+class Watched(ThreadPoolExecutor):
+    """Keeps which files' parts it was given."""
+
+    def __init__(self, count):
+        super().__init__(count)
+        self.submitted = []
+
+    def submit(self, fn, source, *rest):
+        self.submitted.append(source.path)
+        return super().submit(fn, source, *rest)
 
 
 def _die_on_jewel(source, settings, first, last):
@@ -78,18 +85,22 @@ def _die_on_jewel(source, settings, first, last):
     return run.fit_part(source, settings, first, last)
 
 
-def test_a_process_that_dies_takes_only_the_file_with_it_that_killed_it(tmp_path, monkeypatch):
+class Deadly(Executor):
+    """Processes in which a jewel is deadly."""
+
+    def __init__(self, pool):
+        self.pool = pool
+
+    def submit(self, fn, *part):
+        return self.pool.submit(_die_on_jewel, *part)
+
+
+def test_a_process_that_dies_takes_only_the_file_with_it_that_killed_it(tmp_path):
     paths = copies(tmp_path, 4)
-    monkeypatch.setattr(run._Batch, "_submit", _submit_deadly)
     with processes(2) as workers:
-        found = ended(paths, workers)
+        found = ended(paths, WorkerPool(Deadly(workers.executor), workers.count, workers.frames_per_part))
     assert [type(found[p]) for p in paths] == [Failed, Finished, Failed, Finished]
     assert "died" in str(found[paths[0]].error)
-
-
-def _submit_deadly(self, part):
-    task = (part.file.source, self._settings, part.first, part.last)
-    self._running[self._workers.executor.submit(_die_on_jewel, *task)] = part
 
 
 def test_an_unexpected_error_is_said_with_the_file(tmp_path, monkeypatch):

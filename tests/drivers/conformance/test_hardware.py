@@ -1,6 +1,6 @@
 """The contracts on real devices (or on an emulator that runs somewhere):
 
-PLATFORM_DAEMON_HARDWARE=lab.toml pytest -n 0 -m hardware tests/drivers/contract
+PLATFORM_DAEMON_HARDWARE=lab.toml pytest -n 0 -m hardware tests/drivers/conformance
 
 PLATFORM_DAEMON_ENDPOINTS may name a file of endpoints.
 """

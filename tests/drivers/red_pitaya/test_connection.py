@@ -11,7 +11,7 @@ import pytest
 from drivers.errors import DeviceLost, DeviceNotFound, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya import connection as module
 from drivers.red_pitaya.connection import Connection
-from tests.kit.scripted_daq_server import FakeServer, answering, lines, listener
+from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener
 
 IDENTITY = b"CUSTOM,REDPITAYA,0,0.1\r\n"
 
@@ -28,7 +28,7 @@ def serve():
     made = []
 
     def start(*scripts):
-        made.append(FakeServer(*scripts))
+        made.append(ScriptedDaqServer(*scripts))
         return made[-1].ports
 
     yield start

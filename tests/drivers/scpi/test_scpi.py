@@ -8,6 +8,7 @@ import threading
 import pytest
 import usb.core
 
+from drivers import entry_points
 from drivers.conformance import AmplifierContract, LnaContract
 from drivers.errors import (
     ConfigError,
@@ -23,7 +24,7 @@ from drivers.scpi import usb_wire
 from drivers.scpi.amplifier import ScpiAmplifier
 from drivers.scpi.backend import ScpiBackend
 from drivers.scpi.options import AmplifierCommands, Words
-from tests.kit.fake_wire import Opener
+from drivers.testing import ScriptedWires, TcpDevice
 
 
 class Standard:
@@ -81,7 +82,7 @@ MODELS = {
 
 
 def amplifier(device, commands=AmplifierCommands(), words=Words()):  # noqa: B008 frozen
-    return ScpiAmplifier(Exchange("amplifier", Opener(device), identify=commands.identify), commands, words)
+    return ScpiAmplifier(Exchange("amplifier", ScriptedWires(device), identify=commands.identify), commands, words)
 
 
 class TestAmplifierContract(AmplifierContract):
@@ -185,12 +186,16 @@ def test_the_reset_command_is_that_of_the_table():
 
 
 def test_a_fault_between_the_question_and_the_command_is_seen_in_the_error_queue():
-    device = Standard()
+    class Trips(Standard):
+        def __call__(self, text):
+            self.fault = "over-current" if text == "OUTP ON" else self.fault
+            return super().__call__(text)
+
+    device = Trips()
     made = amplifier(device)
-    made._fault = lambda: None
-    device.fault = "over-current"
     with pytest.raises(DeviceFault, match="fault latched"):
         made.enable()
+    assert not device.on
 
 
 def test_an_amplifier_that_stays_on_is_a_fault_not_a_success():
@@ -220,16 +225,15 @@ def test_a_device_that_tells_its_health_in_words_needs_only_the_words():
 
 
 def test_a_reconnect_never_leaves_it_on():
-    device, opener = Standard(), None
-    opener = Opener(device)
-    made = ScpiAmplifier(Exchange("amplifier", opener), AmplifierCommands(), Words())
+    device = Standard()
+    wires = ScriptedWires(device)
+    made = ScpiAmplifier(Exchange("amplifier", wires), AmplifierCommands(), Words())
     made.enable()
     made.unmute()
-    opener.device = lambda text: None
-    opener.wires[-1]._device = opener.device
+    wires.device = lambda text: None
     with pytest.raises(DeviceTimeout):
         made.status()
-    opener.device = device
+    wires.device = device
     assert not made.status().can_put_out_power
     assert not device.on
 
@@ -260,25 +264,6 @@ def test_a_table_that_cannot_work_is_refused(table, complaint):
         ScpiBackend({}).power_amplifier(table)
 
 
-def tcp_device(device):
-    """A device behind a TCP port: its port, and how to close it."""
-    listening = socket.create_server(("127.0.0.1", 0))
-
-    def serve():
-        try:
-            while True:
-                peer, _ = listening.accept()
-                for line in peer.makefile("r"):
-                    answer = device(line.strip())
-                    if answer is not None:
-                        peer.sendall(f"{answer}\n".encode())
-        except OSError:
-            pass
-
-    threading.Thread(target=serve, daemon=True).start()
-    return listening.getsockname()[1], listening.close
-
-
 class TestLnaOverTcp(LnaContract):
     @pytest.fixture(scope="class")
     @classmethod
@@ -290,49 +275,34 @@ class TestLnaOverTcp(LnaContract):
                 state["gain"] = text[5:]
             return {"*IDN?": "ACME,LNA,2,1", "AMPL?": state["gain"], "OVER?": "no"}.get(text)
 
-        port, close = tcp_device(device)
+        served = TcpDevice(device)
         table = {
-            "transport": "tcp", "host": "127.0.0.1", "tcp_port": port, "gains": [1.0, 20.0], "gain": 20.0,
+            "transport": "tcp", "host": "127.0.0.1", "tcp_port": served.port, "gains": [1.0, 20.0], "gain": 20.0,
             "commands": {"gain": "AMPL?", "set_gain": "AMPL {gain}", "overload": "OVER?", "clear_overload": ""},
             "words": {"yes": ["yes"], "no": ["no"]},
         }  # fmt: skip
         lna = ScpiBackend({}).lna(table)
         yield lna
         lna.close()
-        close()
+        served.close()
 
 
 def test_a_thermometer_needs_only_its_table():
-    port, close = tcp_device({"*IDN?": "ACME,PT100,1,1", "TEMP?": "21.25"}.get)
-    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": port, "commands": {"temperature": "TEMP?"}}
-    thermometer = ScpiBackend({}).thermometer(table)
-    assert thermometer.temperature_c() == 21.25
-    thermometer.close()
-    close()
+    with TcpDevice({"*IDN?": "ACME,PT100,1,1", "TEMP?": "21.25"}.get) as served:
+        address = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": served.port}
+        thermometer = ScpiBackend({}).thermometer({**address, "commands": {"temperature": "TEMP?"}})
+        assert thermometer.temperature_c() == 21.25
+        thermometer.close()
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_lines_end_as_the_table_says(end):
-    listener = socket.create_server(("127.0.0.1", 0))
-    heard = []
-
-    def serve():
-        link = listener.accept()[0]
-        with link, link.makefile("rb") as stream:
-            for answer in ("ACME,PT100,1,1", "21.25", "21.5"):
-                line = b""
-                while not line.endswith(end.encode()):
-                    line += stream.read(1)
-                heard.append(line)
-                link.sendall(answer.encode() + end.encode())
-
-    threading.Thread(target=serve, daemon=True).start()
-    table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": listener.getsockname()[1], "line_end": end}
-    thermometer = ScpiBackend({}).thermometer(table)
-    assert [thermometer.temperature_c() for _ in range(2)] == [21.25, 21.5]
-    assert heard == [f"{question}{end}".encode() for question in ("*IDN?", "MEAS:TEMP?", "MEAS:TEMP?")]
-    thermometer.close()
-    listener.close()
+    with TcpDevice({"*IDN?": "ACME,PT100,1,1", "MEAS:TEMP?": "21.25"}.get, end) as served:
+        table = {"transport": "tcp", "host": "127.0.0.1", "tcp_port": served.port, "line_end": end}
+        thermometer = ScpiBackend({}).thermometer(table)
+        assert [thermometer.temperature_c() for _ in range(2)] == [21.25, 21.25]
+        assert served.heard == [f"{question}{end}".encode() for question in ("*IDN?", "MEAS:TEMP?", "MEAS:TEMP?")]
+        thermometer.close()
 
 
 def test_an_answer_that_breaks_off_is_none():
@@ -362,6 +332,12 @@ def test_nobody_at_the_address_is_not_found():
 
 
 USB = {"transport": "usb", "vendor_id": 0x1209, "product_id": 0x0D0D, "timeout_s": 0.2}
+
+
+def test_an_emulated_usb_device_needs_the_package_that_emulates_it(monkeypatch):
+    monkeypatch.setattr(entry_points, "USB_BACKENDS", "platform_daemon.a_group_that_nobody_publishes_in")
+    with pytest.raises(ConfigError, match=r"no USB back end is called 'socket'.*installed are: none"):
+        ScpiBackend({}).power_amplifier({**USB, "socket": {"host": "127.0.0.1", "port": 1}})
 
 
 def test_a_usb_device_that_is_not_there_is_not_found():

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-import select
 import threading
-import tty
 
 import pytest
 import serial
@@ -25,41 +22,8 @@ from drivers.serial_line import switch as switch_module
 from drivers.serial_line import wire as wire_module
 from drivers.serial_line.backend import SerialBackend
 from drivers.serial_line.wire import SerialWire
+from drivers.testing import SerialDevice
 from drivers.tx_rx_switch import SwitchPosition
-
-
-class Terminal:
-    """A pseudo-terminal whose far end answers each line with what `device(line)` gives, bytes as they are."""
-
-    def __init__(self, device) -> None:
-        self.master, slave = os.openpty()
-        tty.setraw(slave)
-        self.port, self._device = os.ttyname(slave), device
-        self._slave, self._over = slave, threading.Event()
-        self._thread = threading.Thread(target=self._serve, daemon=True)
-        self._thread.start()
-
-    def _serve(self) -> None:
-        pending = b""
-        try:
-            while not self._over.is_set():
-                if not select.select([self.master], [], [], 0.01)[0]:
-                    continue
-                pending += os.read(self.master, 1000)
-                while b"\n" in pending:
-                    line, _, pending = pending.partition(b"\n")
-                    reply = self._device(line.decode().strip())
-                    if reply is not None:
-                        os.write(self.master, reply if isinstance(reply, bytes) else f"{reply}\r\n".encode())
-        except OSError:
-            pass
-
-    def close(self) -> None:
-        """The thread goes first: it would answer for the next terminal that gets the same number."""
-        self._over.set()
-        self._thread.join()
-        os.close(self.master)
-        os.close(self._slave)
 
 
 class Lna:
@@ -100,7 +64,7 @@ def terminal():
     made = []
 
     def start(device):
-        made.append(Terminal(device))
+        made.append(SerialDevice(device))
         return made[-1].port
 
     yield start
@@ -112,7 +76,7 @@ class TestLnaContract(LnaContract):
     @pytest.fixture(scope="class")
     @classmethod
     def lna(cls):
-        terminal = Terminal(Lna())
+        terminal = SerialDevice(Lna())
         lna = SerialBackend({}).lna({"port": terminal.port, "gain": 40.0})
         yield lna
         lna.close()
@@ -224,7 +188,7 @@ def test_permission_denied_names_the_udev_rule(monkeypatch):
 
 
 def test_a_line_that_breaks_is_lost():
-    terminal = Terminal(Lna())
+    terminal = SerialDevice(Lna())
     wire = SerialWire(terminal.port, 115200, 0.2)
     terminal.close()
 

@@ -19,7 +19,7 @@ def fit(seconds, truth=JEWEL, variant="jewel", **more):
 
 
 def test_a_hint_holds_lambda_in_a_window_that_cannot_tell_it_from_the_friction():
-    free, hinted = fit(0.12), fit(0.12, hints=KNOWN)
+    free, hinted = fit(0.12), fit(0.12, hold_if_inseparable=KNOWN)
     assert set(free.inseparable) == {"tf_over_i_rad_per_s2", "lambda_per_s"}
     assert free.parameters["lambda_per_s"].std > 0
     assert (hinted.parameters["lambda_per_s"].value, hinted.parameters["lambda_per_s"].std) == (0.2465, None)
@@ -33,23 +33,34 @@ def test_a_hint_holds_lambda_in_a_window_that_cannot_tell_it_from_the_friction()
 
 
 def test_a_hint_is_left_alone_where_the_window_tells_both():
-    free, hinted = fit(0.6), fit(0.6, hints={"lambda_per_s": 5.0})
+    free, hinted = fit(0.6), fit(0.6, hold_if_inseparable={"lambda_per_s": 5.0})
     assert hinted.parameters == free.parameters
     assert hinted.notes == free.notes
 
 
 def test_without_a_hint_for_them_the_losses_stay_free_and_the_warning_stays():
     assert any(w.startswith("lambda_tf_not_separable") for w in fit(0.12).warnings)
-    held = fit(0.12, fixed=KNOWN, hints={"tf_over_i_rad_per_s2": 1.0})
+    held = fit(0.12, fixed=KNOWN, hold_if_inseparable={"tf_over_i_rad_per_s2": 1.0})
     assert held.parameters["tf_over_i_rad_per_s2"].std is not None
 
 
 def test_a_thread_has_one_loss_only_and_needs_no_hint():
     truth = JEWEL.with_(tf_over_i_rad_per_s2=0.0)
-    assert fit(0.12, truth, "thread", hints={"lambda_per_s": 9.0}).parameters == fit(0.12, truth, "thread").parameters
+    assert (
+        fit(0.12, truth, "thread", hold_if_inseparable={"lambda_per_s": 9.0}).parameters
+        == fit(0.12, truth, "thread").parameters
+    )
 
 
-@pytest.mark.parametrize("hints", [{"m_r_am2": 0.01}, {"nonsense": 1.0}, {"lambda_per_s": float("nan")}])
-def test_hints_that_cannot_be_used_are_errors_that_name_them(hints):
-    with pytest.raises(ValueError, match=next(iter(hints))):
-        fit(0.12, hints=hints)
+@pytest.mark.parametrize("values", [{"m_r_am2": 0.01}, {"nonsense": 1.0}, {"lambda_per_s": float("nan")}])
+def test_values_that_cannot_be_held_are_errors_that_name_them(values):
+    with pytest.raises(ValueError, match=next(iter(values))):
+        fit(0.12, hold_if_inseparable=values)
+
+
+def test_the_former_name_does_the_same_and_says_that_it_is_the_former_one():
+    with pytest.warns(DeprecationWarning, match="hold_if_inseparable"):
+        former = fit(0.12, hints=KNOWN)
+    assert former.parameters == fit(0.12, hold_if_inseparable=KNOWN).parameters
+    with pytest.raises(ValueError, match="give one of them"):
+        fit(0.12, hints=KNOWN, hold_if_inseparable=KNOWN)

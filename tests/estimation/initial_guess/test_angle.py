@@ -9,7 +9,7 @@ from platform_daemon.estimation.fit import fit_ring_down
 from platform_daemon.estimation.noise.model import NoiseModel
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.estimation.screening.angle_cycles import find_angle_frequency, find_half_cycles
-from tests.kit.pendulum import half_swings
+from tests.kit.pendulum import half_cycles
 
 
 def random_record(seed):
@@ -19,7 +19,7 @@ def random_record(seed):
     viscous, dry = 10 ** rng.uniform(-4.5, -1.6), rng.choice([0, 1]) * 10 ** rng.uniform(-4, -2.5) * abs(amplitude)
     points, periods = 10 ** rng.uniform(1.3, 2.5), rng.uniform(14, 40)
     s = rng.uniform(0, 2 * math.pi) + 2 * math.pi * np.arange(int(periods * points)) / points
-    angle = half_swings(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]
+    angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]
     noise = 10 ** rng.uniform(-4, -1.5) * abs(amplitude)
     read = angle + rng.normal(0.1, noise, angle.size)
     if seed % 3 == 0:
@@ -60,7 +60,7 @@ def test_many_pendulums_are_recovered_from_their_angles():
 @pytest.mark.parametrize("phase_deg", [0.0, 1.0, 90.0, 179.0, 181.0, 270.0, 359.0])
 def test_six_periods_are_enough_at_any_phase(phase_deg):
     s = math.radians(phase_deg) + 2 * math.pi * np.arange(1300) / 200
-    angle = half_swings(lambda p, v, sigma, _: -math.sin(p) - 0.02 * v - sigma * 1e-3, 1.0, s, 1e-11)[0]
+    angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 0.02 * v - sigma * 1e-3, 1.0, s, 1e-11)[0]
     record = RingDownRecord((angle + np.random.default_rng(1).normal(0, 0.005, 1300))[None], 200.0, "angle")
     result = fit_ring_down(record, "jewel_constant_friction", 1e9)
     assert result.verdict == "good", result.reason
@@ -69,14 +69,14 @@ def test_six_periods_are_enough_at_any_phase(phase_deg):
 
 def test_passages_and_turning_points_are_found_in_coarse_steps_with_their_zero():
     s = 0.3 + 2 * math.pi * np.arange(2000) / 200
-    angle = half_swings(lambda p, v, sigma, _: -math.sin(p) - 0.02 * v, 1.5, s, 1e-11)[0] + 0.7
+    angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 0.02 * v, 1.5, s, 1e-11)[0] + 0.7
     coarse = np.round(angle / 0.05) * 0.05
     line = find_angle_frequency(coarse[None], 200.0)
-    swings = find_half_cycles(coarse, 0, 1 / 200, line.frequency_hz)
-    assert swings.zero_rad == pytest.approx(0.7, abs=0.02)
-    assert np.all(np.diff(np.abs(swings.turning_rad)) < 0.03)
-    assert np.all(np.sign(swings.turning_rad[1:]) == -np.sign(swings.turning_rad[:-1]))
-    assert np.diff(swings.passages_s) == pytest.approx(0.5, abs=0.09)
+    cycles = find_half_cycles(coarse, 0, 1 / 200, line.frequency_hz)
+    assert cycles.zero_rad == pytest.approx(0.7, abs=0.02)
+    assert np.all(np.diff(np.abs(cycles.turning_rad)) < 0.03)
+    assert np.all(np.sign(cycles.turning_rad[1:]) == -np.sign(cycles.turning_rad[:-1]))
+    assert np.diff(cycles.passages_s) == pytest.approx(0.5, abs=0.09)
 
 
 @pytest.mark.parametrize("samples", [np.zeros(4000), np.random.default_rng(0).normal(size=4000), np.arange(4000.0)])
@@ -87,7 +87,7 @@ def test_what_does_not_swing_is_refused(samples):
 @pytest.mark.parametrize("periods", [8, 14, 30])
 def test_errors_of_a_short_angle_record_are_honest_though_its_noise_was_not_told(periods):
     s = 0.7 + 2 * math.pi * np.arange(periods * 120) / 120
-    angle = half_swings(lambda p, v, sigma, _: -math.sin(p) - 0.01 * v, 1.0, s, 1e-11)[0]
+    angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 0.01 * v, 1.0, s, 1e-11)[0]
     pulls = []
     for seed in range(25):
         noisy = angle + np.random.default_rng(seed).normal(0, 0.005, angle.size)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.fit import fit_ring_down
-from platform_daemon.estimation.noise.tones_and_drift import Zones, drift_degree, find_tones
+from platform_daemon.estimation.noise.tones_and_drift import drift_degree, find_tones
 from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.estimation.screening.spectral_lines import Zones
 from tests.kit.coloured_noise import pink, three
 from tests.kit.ring_down_generator import NOISE_SD, RATE_HZ, Truth, dmdt, errors, with_noise
 

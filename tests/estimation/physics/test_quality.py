@@ -10,10 +10,10 @@ from platform_daemon.estimation.physics.quality import (
     envelopes,
     equivalent_quality_factor,
     quality_factor,
-    small_angle_quality_factor,
 )
 from platform_daemon.estimation.physics.ring_down import RingDown
 from tests.kit.paper_parameters import JEWEL_D30, JEWEL_D30_S, JEWEL_N50, N50_S, THREAD_D30, THREAD_D30_S
+from tests.kit.small_angle import small_angle_quality_factor
 
 
 def jewel(public=JEWEL_D30, **changes):

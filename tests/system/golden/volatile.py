@@ -52,7 +52,7 @@ class Placeholders:
         text = _JOB.sub(lambda m: self._job(m[0], m[1]), text)
         text = _TIME.sub(lambda m: re.sub(r"\d", "#", m[0]) if _now(m[0]) else m[0], text)
         text = _DATE.sub(lambda m: "########" if _now(f"{m[0][:4]}-{m[0][4:6]}-{m[0][6:]}") else m[0], text)
-        text = _TIMING.sub(lambda m: m[0] if m[1] else f'{m[2]}"{_kind(m[3])}"', text)
+        text = _TIMING.sub(_untimed, text)
         text = _PORT.sub(r'\1"<int>"', text)
         text = text.replace(f'"{self._version}"', '"<version>"').replace(f"'{self._version}'", "'<version>'")
         text = _DIGEST.sub(lambda m: m[0] if m[2] in self._inputs else f'{m[1]}<digest>"', text)
@@ -65,6 +65,11 @@ class Placeholders:
             self._counts[kind] = self._counts.get(kind, 0) + 1
             self._jobs[identifier] = f"{kind}-<{self._counts[kind]}>"
         return self._jobs[identifier]
+
+
+def _untimed(found: re.Match[str]) -> str:
+    samples, key, number = found.groups(default="")
+    return found[0] if samples and key.startswith('"seconds"') else f'{samples}{key}"{_kind(number)}"'
 
 
 def _kind(number: str) -> str:

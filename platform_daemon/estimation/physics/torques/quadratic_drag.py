@@ -8,7 +8,7 @@ from .torque_term import Coefficient, TorqueTerm
 
 @inlined
 def quadratic_drag(phi, sin_phi, cos_phi, v, sigma, c, j, grad):  # type: ignore[no-untyped-def]
-    """tau = -b v |v|, |v| = sigma v: smooth within a half swing; b is the same in both units of time."""
+    """tau = -b v |v|, |v| = sigma v: smooth within a half cycle; b is the same in both units of time."""
     grad[j] = -sigma * v * v
     return c[j] * grad[j], 0.0, -2.0 * sigma * c[j] * v
 

@@ -1,1 +1,1 @@
-"""The motion of the model: half swings solved, tabulated and chained, or traced sample by sample."""
+"""The motion of the model: half cycles solved, tabulated and chained, or traced sample by sample."""

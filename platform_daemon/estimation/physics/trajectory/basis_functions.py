@@ -87,7 +87,7 @@ def fill_basis(  # type: ignore[no-untyped-def]
 ):
     """Basis at the samples first .. last-1 (t = i dt, s = w t + theta) into out (n_basis, last - first).
 
-    row: half swing to begin the search at. Returns the half swing of the last sample.
+    row: half cycle to begin the search at. Returns the half cycle of the last sample.
     """
     angle = np.empty(8)
     sens = np.empty((columns, 6))

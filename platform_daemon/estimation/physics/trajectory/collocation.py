@@ -1,6 +1,6 @@
-"""One half swing as a whole: the acceleration at Chebyshev nodes by Newton's method, with exact derivatives.
+"""One half cycle as a whole: the acceleration at Chebyshev nodes by Newton's method, with exact derivatives.
 
-Written in the mirrored frame of its direction (`side`, +1 or -1): every half swing begins at angle -size, at rest,
+Written in the mirrored frame of its direction (`side`, +1 or -1): every half cycle begins at angle -size, at rest,
 and moves up. With a(x) the acceleration as a polynomial on the unit interval and D the duration,
     phi = -size + D^2 (integral twice of a),   v = D (integral of a),   a = tau(phi, v)  at the nodes,  v(end) = 0.
 The sensitivities solve the same linear system, so they are exact derivatives of what is computed.
@@ -30,10 +30,29 @@ def _integrate(once, twice, a, single, double):  # type: ignore[no-untyped-def]
 
 
 @fast_part
+def _linearise(  # type: ignore[no-untyped-def]
+    size, side, duration, codes, widths, c, once, twice, a, single, double, grad, phi, v, matrix, residual, by_duration
+):
+    """What Newton's method solves for the acceleration a (m,): residual (m,) = tau - a, minus its
+    derivatives by a, matrix (m, m), and those by the duration, by_duration (m,); phi, v (m,) are those of a.
+    """
+    square = duration * duration
+    for i in range(a.size):
+        phi[i] = square * double[i] - size
+        v[i] = duration * single[i]
+        tau, tau_phi, tau_v = acceleration(side * phi[i], side * v[i], side, codes, widths, c, grad)
+        residual[i] = side * tau - a[i]
+        by_duration[i] = tau_phi * 2.0 * duration * double[i] + tau_v * single[i]
+        for j in range(a.size):
+            matrix[i, j] = -square * tau_phi * twice[i, j] - duration * tau_v * once[i, j]
+        matrix[i, i] += 1.0
+
+
+@fast_part
 def solve_half_cycle(  # type: ignore[no-untyped-def]
     size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, end
 ):
-    """Solve the half swing from -size (mirrored frame), given guesses of its `duration` and acceleration a (m,).
+    """Solve the half cycle from -size (mirrored frame), given guesses of its `duration` and acceleration a (m,).
 
     settled: size of the last Newton step, relative; the error after it is about its square.
     Out: a, phi, v (m,) at the nodes; slopes (columns, 3, m) d a, d phi, d v by size and by c at fixed time; end
@@ -50,17 +69,11 @@ def solve_half_cycle(  # type: ignore[no-untyped-def]
     double = np.empty(m + 1)
     done = False
     for _ in range(_MOST_STEPS):
-        square = duration * duration
         _integrate(once, twice, a, single, double)
-        for i in range(m):
-            phi[i] = square * double[i] - size
-            v[i] = duration * single[i]
-            tau, tau_phi, tau_v = acceleration(side * phi[i], side * v[i], side, codes, widths, c, grad)
-            residual[i] = side * tau - a[i]
-            by_duration[i] = tau_phi * 2.0 * duration * double[i] + tau_v * single[i]
-            for j in range(m):
-                matrix[i, j] = -square * tau_phi * twice[i, j] - duration * tau_v * once[i, j]
-            matrix[i, i] += 1.0
+        _linearise(
+            size, side, duration, codes, widths, c, once, twice, a, single, double, grad, phi, v, matrix, residual,
+            by_duration,
+        )  # fmt: skip
         if not factorise(matrix, order):
             return False
         substitute(matrix, order, residual)
@@ -101,7 +114,7 @@ def _finish(  # type: ignore[no-untyped-def]
     """Final values, sensitivities and end values from a settled solution.
 
     The factors are those of the last Newton step; one refinement with the final derivatives makes the sensitivities
-    exact. It matters: their errors add up over a thousand half swings.
+    exact. It matters: their errors add up over a thousand half cycles.
     """
     m = a.size
     square = duration * duration

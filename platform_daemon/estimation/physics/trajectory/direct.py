@@ -13,7 +13,7 @@ from .basis_functions import fill_basis
 from .direct_chain import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_cycles
 from .runge_kutta import STEPS
 
-EARLIEST = -12.0  # a half swing from 175 degrees takes less
+EARLIEST = -12.0  # a half cycle from 175 degrees takes less
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Trajectory:
         self.columns = 1 + len(model.coefficients) + int(self._timed)
         s_end = dynamics.w * t_end_s + dynamics.theta
         if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= EARLIEST):
-            raise LostTrajectoryError("the trajectory must begin no later than half a swing after t = 0")
+            raise LostTrajectoryError("the trajectory must begin no later than half a cycle after t = 0")
         rows = int(max(s_end, 0.0) / 2.0) + 9
         self._heads = np.empty((rows, HEAD))
         self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
@@ -94,7 +94,7 @@ class Trajectory:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
 
     def basis(self, first: int, last: int, dt_s: float, observable: int) -> Array:
-        """Basis functions (sampling.py) at samples first .. last-1, float64 (n_basis, last - first)."""
+        """Basis functions (basis_functions.py) at samples first .. last-1, float64 (n_basis, last - first)."""
         d, columns = self.dynamics, self.columns
         out = np.empty((7 + 2 * columns, last - first))
         fill_basis(

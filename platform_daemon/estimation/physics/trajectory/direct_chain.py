@@ -1,4 +1,4 @@
-"""A ring-down as a chain of half swings, each integrated: the direct path, for any torque, with its derivatives.
+"""A ring-down as a chain of half cycles, each integrated: the direct path, for any torque, with its derivatives.
 
 At a turning point the angle and its derivatives go on. The acceleration jumps from a to a' where friction changes
 sides, and with it the derivatives of the velocity: the turning point moves by ds = -dv/a, after it dv' = -a' ds.
@@ -13,17 +13,17 @@ import numpy as np
 from ...numerics.jit import kernel
 from .runge_kutta import STEPS, direction_at_rest, integrate_arrival, integrate_half_cycle
 
-# Columns of `heads`, float64 (n_half, HEAD): where each half swing begins.
+# Columns of `heads`, float64 (n_half, HEAD): where each half cycle begins.
 HEAD_START, HEAD_STEP, HEAD_DURATION, HEAD = 0, 1, 2, 3
 STATUS_OK, STATUS_STUCK, STATUS_LOST = 0, 1, 2
-_WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
+_WIDEST = 3.0  # rad; close to the inverted position a half cycle takes forever
 
 
 @kernel
 def trace_half_cycles(amplitude, theta, s_end, columns, codes, widths, c, heads, nodes):  # type: ignore[no-untyped-def]
-    """Chain half swings from the turning point (amplitude, s = 0) until s_end or until the rotor sticks.
+    """Chain half cycles from the turning point (amplitude, s = 0) until s_end or until the rotor sticks.
 
-    theta: s at t = 0; if negative, the first row is what remains of the half swing that arrives at s = 0.
+    theta: s at t = 0; if negative, the first row is what remains of the half cycle that arrives at s = 0.
     heads: (n_max, HEAD) out: start s, step h, duration. nodes: (n_max, STEPS + 1, fields) out.
     Returns (count, status): STATUS_OK, STATUS_STUCK (at rest from the last row's start on: that row has duration
     0 and one node), STATUS_LOST (no turning point; count rows are valid).

@@ -1,6 +1,6 @@
 """Coefficients of the 12-stage Runge-Kutta method of order 8 by Dormand and Prince (Hairer, Norsett, Wanner I, II.5).
 
-Its error estimate is not needed, because the number of steps per half swing is fixed and its error is tested.
+Its error estimate is not needed, because the number of steps per half cycle is fixed and its error is tested.
 """
 
 from __future__ import annotations

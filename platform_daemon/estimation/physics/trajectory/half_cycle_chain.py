@@ -1,7 +1,7 @@
-"""A ring-down as a chain of tabulated half swings (swing_table.py): where each begins, how long it lasts, its size.
+"""A ring-down as a chain of tabulated half cycles (half_cycle_table.py): where each begins, its duration, its size.
 
 The jump of the sensitivities at a turning point needs no formula of its own: with P(A, c) the next size and D(A, c)
-the duration of a half swing, dS/dq and dA/dq follow from the chain rule.
+the duration of a half cycle, dS/dq and dA/dq follow from the chain rule.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from .half_cycle_table import look_up_end
 from .table_range import WALK, WALK_ANGLE, WALK_CARRY, WALK_START
 
 STATUS_NO_TABLE = 3
-# A half swing passed, float64 (HEAD + 2 columns,): start S, duration, direction; d size/dq, d S/dq.
+# A half cycle passed, float64 (HEAD + 2 columns,): start S, duration, direction; d size/dq, d S/dq.
 HEAD_START, HEAD_DURATION, HEAD_SIDE, HEAD = 0, 1, 2, 3
 _SURE_PULL = 0.1  # far enough from sticking that between the sizes nothing can stick either
-_SHORTEST = 2.0  # duration of a half swing is pi at least, unless something pushes
-_WIDEST = 3.0  # rad; close to the inverted position a half swing takes forever
+_SHORTEST = 2.0  # duration of a half cycle is pi at least, unless something pushes
+_WIDEST = 3.0  # rad; close to the inverted position a half cycle takes forever
 
 
 @kernel
 def walk_half_cycles(walk, s_end, columns, codes, widths, c, mirrored, used, bands, sizes, ends):  # type: ignore[no-untyped-def]
-    """Pass half swings from where `walk` stands, until s_end, rest or the end of the tables; `walk` moves along.
+    """Pass half cycles from where `walk` stands, until s_end, rest or the end of the tables; `walk` moves along.
 
     By direction, as build_table leaves them: bands (2, 3), sizes (2, .), ends (2, ., 2 + 2 columns), `used` sizes each.
     Returns (count, status, heads, weights): STATUS_OK, STATUS_STUCK (it rests from here on), STATUS_LOST (no turning
-    point), STATUS_NO_TABLE (the next half swing needs another table). A row per half swing: heads (n, HEAD + 2
+    point), STATUS_NO_TABLE (the next half cycle needs another table). A row per half cycle: heads (n, HEAD + 2
     columns), one more with the start of the next, and weights (n - 1, used) to look its values up with.
     """
     grad = np.zeros(c.size + 1)
@@ -88,7 +88,7 @@ def _direction_at_rest(angle, likely, codes, widths, c, grad):  # type: ignore[n
 
 @part
 def _pass_half_cycle(walk, side, end, columns):  # type: ignore[no-untyped-def]
-    """Move `walk` over a half swing with these end values (2 + 2 columns,)."""
+    """Move `walk` over a half cycle with these end values (2 + 2 columns,)."""
     turn = math.copysign(1.0, end[1])  # friction may stop it before it crosses zero: then its size is -end[1]
     for p in range(columns):
         own = 0.0 if p == 0 else 1.0

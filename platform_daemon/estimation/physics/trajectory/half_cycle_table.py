@@ -1,9 +1,9 @@
-"""Half swings tabulated over their amplitude: between two turning points one number, the size, tells everything.
+"""Half cycles tabulated over their amplitude: between two turning points one number, the size, tells everything.
 
-While the torque depends on phi, v and the direction only, every half swing of a ring-down is a member of one smooth
+While the torque depends on phi, v and the direction only, every half cycle of a ring-down is a member of one smooth
 family. It is solved at a few Chebyshev sizes of a band and interpolated between them.
 
-Values of a half swing, float64 (4 + 2 columns, m): f1, f2, their slopes by s, then (d f1/dq, d f2/dq) by size and c at
+Values of a half cycle, float64 (4 + 2 columns, m): f1, f2, their slopes by s, then (d f1/dq, d f2/dq) by size and c at
 fixed time, all in the mirrored frame (collocation.py). DIPOLE: f1 = v cos(phi), f2 = -v sin(phi); STATE: phi, v.
 """
 
@@ -56,7 +56,7 @@ def _mean(a, b):  # type: ignore[no-untyped-def]
 
 @fast_part
 def undamped(size, nodes, a):  # type: ignore[no-untyped-def]
-    """First guess: acceleration a (m,) of the undamped half swing, from its Fourier series; returns its duration.
+    """First guess: acceleration a (m,) of the undamped half cycle, from its Fourier series; returns its duration.
 
     phi = -8 sum over odd n of (-1)^((n-1)/2) q^(n/2) / (n (1 + q^n)) cos(n pi x), with the nome q, x from 0 to 1.
     """
@@ -92,12 +92,28 @@ def _continued(size, k, sizes, ends, accelerations, a):  # type: ignore[no-untyp
     return duration
 
 
+@fast_part
+def _first_guess(size, k, alike, sizes, ends, accelerations, nodes, a):  # type: ignore[no-untyped-def]
+    """First guess of the k-th half cycle: from an earlier table that is alike, from its neighbours, or undamped.
+
+    a (m,): its acceleration in that table, if there was one; returns the duration.
+    """
+    duration = ends[k, 0]
+    if alike and duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
+        for i in range(a.size):
+            a[i] *= size / sizes[k]
+        return duration
+    if k > 0 and size > 0.8 * sizes[k - 1]:
+        return _continued(size, k, sizes, ends, accelerations, a)
+    return undamped(size, nodes, a)
+
+
 @fast_kernel
 def build_table(  # type: ignore[no-untyped-def]
     walk, s_end, columns, codes, widths, c, mirrored, observable, digits, nodes, once, twice, bands, all_sizes,
     all_accelerations, all_values, all_ends,
 ):  # fmt: skip
-    """Solve the half swings at the Chebyshev sizes of the next band of `walk`, to so many digits.
+    """Solve the half cycles at the Chebyshev sizes of the next band of `walk`, to so many digits.
 
     By direction, of which mirrored motion needs the first only: bands (2, 3), smallest size, largest, and the smallest
     pull back from rest over the largest of all sizes (0 or less: somewhere it sticks), NaN if one has no solution;
@@ -130,14 +146,7 @@ def build_table(  # type: ignore[no-untyped-def]
     for k in range(count):
         size = 0.5 * (low + high) + 0.5 * (high - low) * math.cos(math.pi * (2 * k + 1) / (2 * count))
         a = accelerations[k]
-        duration = ends[k, 0]
-        if alike and duration > 0.0 and 0.8 * sizes[k] < size < 1.25 * sizes[k]:
-            for i in range(m):
-                a[i] *= size / sizes[k]
-        elif k > 0 and size > 0.8 * sizes[k - 1]:
-            duration = _continued(size, k, sizes, ends, accelerations, a)
-        else:
-            duration = undamped(size, nodes, a)
+        duration = _first_guess(size, k, alike, sizes, ends, accelerations, nodes, a)
         sizes[k] = size
         if not solve_half_cycle(
             size, side, duration, settled, columns, codes, widths, c, once, twice, a, phi, v, slopes, ends[k]

@@ -1,4 +1,4 @@
-"""Half swing after half swing through a ring-down, by tables that are made on the way."""
+"""Half cycle after half cycle through a ring-down, by tables that are made on the way."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from .half_cycle_table import build_table
 from .table_range import WALK, WALK_ANGLE, WALK_SIZES, WALK_START
 
 
-class SwingTables:
-    """Room for tables of half swings on a grid, by direction; one serves both if the torque is symmetric.
+class HalfCycleTables:
+    """Room for tables of half cycles on a grid, by direction; one serves both if the torque is symmetric.
 
     What an earlier walk left is the best first guess.
     """
@@ -33,15 +33,15 @@ class SwingTables:
 
 
 class Walk:
-    """A ring-down from its anchor to the dimensionless time s_end (swing_chain.py).
+    """A ring-down from its anchor to the dimensionless time s_end (half_cycle_chain.py).
 
-    one_by_one: every half swing is solved for itself, worth it for a few.
+    one_by_one: every half cycle is solved for itself, worth it for a few.
 
     Attributes:
         columns: of derivatives, by size and by c.
         at: where it stands.
-        heads, weights: of the half swings passed in the last stretch; the weights interpolate over the table's sizes.
-        status: why that stretch ended (walk_swings).
+        heads, weights: of the half cycles passed in the last stretch; the weights interpolate over the table's sizes.
+        status: why that stretch ended (walk_half_cycles).
     """
 
     def __init__(self, model: RingDownModel, d: MotionParameters, s_end: float, *, one_by_one: bool = False) -> None:
@@ -55,11 +55,11 @@ class Walk:
 
     @property
     def angle(self) -> float:
-        """Where the next half swing begins."""
+        """Where the next half cycle begins."""
         return float(self.at[WALK_ANGLE])
 
     def at_rest(self, observable: int) -> Array:
-        """The basis (sampling.py) of a rotor that is stuck, (n_basis,): dm/dt is silent, an angle is constant."""
+        """The basis (basis_functions.py) of a stuck rotor, (n_basis,): dm/dt is silent, an angle is constant."""
         constant = np.zeros(7 + 2 * self.columns)
         constant[-1] = 1.0
         if observable != DIPOLE:
@@ -71,8 +71,8 @@ class Walk:
         """True if it has ended, and not before s_end."""
         return self.status == STATUS_STUCK or (self.status == STATUS_OK and float(self.at[WALK_START]) >= s_end)
 
-    def stretches(self, tables: SwingTables, observable: int, digits: float) -> Iterator[int]:
-        """Half swings passed, from table to table; afterwards `status` says why the last stretch ended.
+    def stretches(self, tables: HalfCycleTables, observable: int, digits: float) -> Iterator[int]:
+        """Half cycles passed, from table to table; afterwards `status` says why the last stretch ended.
 
         digits: to how many the tables are right.
         """

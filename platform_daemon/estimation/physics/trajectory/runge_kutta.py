@@ -1,4 +1,4 @@
-"""One half swing: from a turning point to the next, with exact derivatives. Dimensionless time s = w t.
+"""One half cycle: from a turning point to the next, with exact derivatives. Dimensionless time s = w t.
 
 Between two turning points the sign of the velocity is fixed and the equation of motion (eq:Jewel_ODE_norm with
 the exact sign) is smooth: an order-8 Runge-Kutta method with a fixed number of steps suffices.
@@ -17,7 +17,7 @@ from ...numerics.jit import part
 from ..torques.dispatch import acceleration, timed_acceleration
 from .dormand_prince import NODES, STAGE_MATRIX, STAGES, WEIGHTS
 
-STEPS = 32  # per half swing: the trajectory error stays below 1e-9 of the signal up to 75 degrees
+STEPS = 32  # per half cycle: the trajectory error stays below 1e-9 of the signal up to 75 degrees
 MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
 
 
@@ -156,7 +156,7 @@ def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, node
 
 @part
 def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes):  # type: ignore[no-untyped-def]
-    """The last `length` of the half swing that ends at the turning point `end` at u, going back from there.
+    """The last `length` of the half cycle that ends at the turning point `end` at u, going back from there.
 
     sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step,
     or 0 if it did not come that way for so long.

@@ -1,4 +1,4 @@
-"""The state of a ring-down at t = 0, from the one or two half swings that lead there."""
+"""The state of a ring-down at t = 0, from the one or two half cycles that lead there."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .basis_functions import STATE
 from .direct import LostTrajectoryError, MotionParameters, Trajectory
 from .direct_chain import STATUS_LOST, STATUS_STUCK
 from .half_cycle_chain import HEAD, HEAD_DURATION, HEAD_SIDE, HEAD_START
-from .half_cycle_walk import SwingTables, Walk
+from .half_cycle_walk import HalfCycleTables, Walk
 
 
 def state_at_zero(model: RingDownModel, dynamics: MotionParameters) -> tuple[Array, Array]:
@@ -29,10 +29,10 @@ def state_at_zero(model: RingDownModel, dynamics: MotionParameters) -> tuple[Arr
 
 
 def _by_half_cycles(model: RingDownModel, d: MotionParameters) -> Array:
-    """The basis (sampling.py) at t = 0, (n_basis,)."""
+    """The basis (basis_functions.py) at t = 0, (n_basis,)."""
     walk = Walk(model, d, d.theta, one_by_one=True)
     columns = walk.columns
-    tables = SwingTables(nodes_for(abs(d.amplitude), EXACT), columns)
+    tables = HalfCycleTables(nodes_for(abs(d.amplitude), EXACT), columns)
     count = [count for count in walk.stretches(tables, STATE, EXACT) if count][-1:]
     if walk.status == STATUS_STUCK:
         return walk.at_rest(STATE)

@@ -1,4 +1,4 @@
-"""Which half swings the next table of a ring-down holds: those that are left, no further apart than makes sense."""
+"""Which half cycles the next table of a ring-down holds: those that are left, no further apart than makes sense."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from ...numerics.chebyshev import sizes_for
 from ...numerics.jit import part
 from ..torques.dispatch import acceleration
 
-# Where a walk through a ring-down stands, float64 (WALK + 2 columns,): start S of the next half swing, its rounding
+# Where a walk through a ring-down stands, float64 (WALK + 2 columns,): start S of the next half cycle, its rounding
 # error, the angle; how wide a band a table covers and at how many sizes, 0 before the first; d size/dq, d S/dq.
 WALK_START, WALK_CARRY, WALK_ANGLE, WALK_RATIO, WALK_SIZES, WALK = 0, 1, 2, 3, 4, 5
-_WIDEST_BAND = 25.0  # nothing happens at small sizes: more half swings in one table cost no more sizes
+_WIDEST_BAND = 25.0  # nothing happens at small sizes: more half cycles in one table cost no more sizes
 _ROOM = 1.05  # that a band has for the parameters to change before it needs another number of sizes
 _MARGIN = 1.15
 
 
 @part
 def next_band(walk, s_end, codes, widths, c, digits):  # type: ignore[no-untyped-def]
-    """Smallest and largest size of the half swings left until s_end, and at how many sizes to tabulate them.
+    """Smallest and largest size of the half cycles left until s_end, and at how many sizes to tabulate them.
 
-    The first band sets width and number for those that follow, in `walk`. One size: the next half swing only.
+    The first band sets width and number for those that follow, in `walk`. One size: the next half cycle only.
     """
     angle = walk[WALK_ANGLE]
     size = abs(angle)
@@ -40,7 +40,7 @@ def next_band(walk, s_end, codes, widths, c, digits):  # type: ignore[no-untyped
 
 @part
 def remaining_sizes(size, left, side, codes, widths, c, ratio):  # type: ignore[no-untyped-def]
-    """Smallest and largest size of the half swings in the remaining time `left`.
+    """Smallest and largest size of the half cycles in the remaining time `left`.
 
     An estimate from the work of the losses in one of them, no wider than size/ratio to 1.5 size: a ring-down that
     leaves the band gets another table.

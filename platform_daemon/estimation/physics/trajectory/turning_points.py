@@ -1,4 +1,4 @@
-"""The turning points of a long ring-down, walked from half swing to half swing without looking inside."""
+"""The turning points of a long ring-down, walked from half cycle to half cycle without looking inside."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .basis_functions import STATE
 from .direct import LostTrajectoryError, MotionParameters
 from .direct_chain import STATUS_LOST, STATUS_OK
 from .half_cycle_chain import HEAD_SIDE, HEAD_START
-from .half_cycle_walk import SwingTables, Walk
+from .half_cycle_walk import HalfCycleTables, Walk
 from .table_range import WALK_START
 
 
@@ -21,14 +21,14 @@ def turning_points(model: RingDownModel, dynamics: MotionParameters, until_s: fl
     """(times in s, |angles| in rad) from the anchor to beyond until_s, or to the last before the rotor sticks.
 
     Raises:
-        ValueError: a torque that depends on time has no table of half swings.
+        ValueError: a torque that depends on time has no table of half cycles.
         LostTrajectoryError: no oscillation.
     """
     if model.time_dependent:
-        raise ValueError(f"the half swings of {model.name} depend on time")
+        raise ValueError(f"the half cycles of {model.name} depend on time")
     d = dynamics
     walk, size = Walk(model, d, d.w * until_s + d.theta), abs(d.amplitude)
-    tables = SwingTables(nodes_for(size, EXACT), walk.columns)
+    tables = HalfCycleTables(nodes_for(size, EXACT), walk.columns)
     starts, sizes = [], []
     for count in walk.stretches(tables, STATE, EXACT):
         which = np.where(walk.heads[:count, HEAD_SIDE] > 0.0, 0, 0 if model.symmetric else 1)

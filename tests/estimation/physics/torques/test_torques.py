@@ -72,7 +72,7 @@ def test_a_term_is_its_own_mirror_image_exactly_if_it_says_so(term):
 @ALL
 @DIRECTIONS
 def test_a_term_loses_energy_exactly_if_it_says_so(term, sigma):
-    """Over a symmetric half swing: conservative torques give back what they took."""
+    """Over a symmetric half cycle: conservative torques give back what they took."""
     c, amplitude = coefficients_of(term), 1.1
     phi = sigma * amplitude * np.cos(np.pi * (np.arange(400) + 0.5) / 400)
     v = sigma * np.sqrt(2 * (np.cos(phi) - math.cos(amplitude)))

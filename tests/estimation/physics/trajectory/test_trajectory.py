@@ -17,7 +17,7 @@ from platform_daemon.estimation.physics.torques.stribeck_friction import STRIBEC
 from platform_daemon.estimation.physics.trajectory.basis_functions import DIPOLE, STATE
 from platform_daemon.estimation.physics.trajectory.direct import LostTrajectoryError, MotionParameters, Trajectory
 from platform_daemon.estimation.physics.trajectory.state_at_zero import state_at_zero
-from tests.kit.pendulum import half_swings
+from tests.kit.pendulum import half_cycles
 
 W = 2 * math.pi * 215.5
 RATE_HZ = 8000.0
@@ -38,7 +38,7 @@ def thread_reference(amplitude, lam, seconds, rtol):
 
 
 def jewel_reference(amplitude, lam, tf, seconds, rtol):
-    """Half swing by half swing with events; at rest once friction holds the rotor at a turning point."""
+    """Half cycle by half cycle with events; at rest once friction holds the rotor at a turning point."""
     s = W * np.arange(int(seconds * RATE_HZ)) / RATE_HZ + THETA
     c0, c1 = lam / W, tf / W**2
     out = np.zeros((2, s.size))
@@ -75,7 +75,7 @@ def relative_rms(signal, reference):
 
 
 def traced(model, dynamics, samples, observable):
-    """Basis functions at the samples, every half swing integrated."""
+    """Basis functions at the samples, every half cycle integrated."""
     last = int(samples[-1]) + 1
     return Trajectory(model, dynamics, last / RATE_HZ).basis(0, last, 1 / RATE_HZ, observable)[:, samples]
 
@@ -92,7 +92,7 @@ BOTH_WAYS = pytest.mark.parametrize("basis_of", [traced, tabulated])
 
 
 def some_of(n):
-    """Four hundred samples or so: all phases of many half swings, the last sample too."""
+    """Four hundred samples or so: all phases of many half cycles, the last sample too."""
     return np.unique(np.append(np.arange(0, n, max(1, n // 400)), n - 1))
 
 
@@ -197,7 +197,7 @@ def stribeck(phi, v, sigma, s):
 @pytest.mark.parametrize("amplitude", [0.9, pytest.param(-0.3, marks=pytest.mark.campaign)])
 def test_further_torque_terms_agree_with_dop853_too(model, values, torque, ways, amplitude):
     samples = some_of(6000)
-    expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
+    expected = half_cycles(torque, amplitude, W * samples / RATE_HZ + THETA)
     for basis_of in ways:
         found = basis_of(model, MotionParameters(W, THETA, amplitude, values), samples, STATE)[:2]
         error = relative_rms(found, expected)
@@ -215,7 +215,7 @@ def test_wide_swings_of_a_pendulum_agree_with_dop853(degrees, basis_of):
 
     samples = some_of(1200)
     amplitude = math.radians(degrees)
-    expected = half_swings(torque, amplitude, W * samples / RATE_HZ + THETA)
+    expected = half_cycles(torque, amplitude, W * samples / RATE_HZ + THETA)
     found = basis_of(model, MotionParameters(W, THETA, amplitude, (0.01 * W, 2e-3 * W**2)), samples, STATE)[:2]
     print(degrees, basis_of.__name__, f"{relative_rms(found, expected):.1e}")
     assert relative_rms(found, expected) < 1e-7
@@ -276,8 +276,8 @@ def test_the_anchor_may_be_the_turning_point_after_the_first_sample_as_well(basi
     """The same motion from the turning point before t = 0 and from the one after it."""
     before = MotionParameters(W, THETA, 0.9, (0.3, 1190.0))
     trajectory = Trajectory(JEWEL, before, 0.01)
-    start = trajectory._heads[1, 0]
-    after = MotionParameters(W, THETA - start, float(trajectory._nodes[1, 0, 0]), (0.3, 1190.0))
+    start, amplitude = trajectory._heads[1, 0], trajectory._nodes[1, 0, 0]  # noqa: SLF001 its second turning point
+    after = MotionParameters(W, THETA - start, float(amplitude), (0.3, 1190.0))
     assert after.theta < 0.0
     samples = np.arange(200)
     late, early = (basis_of(JEWEL, d, samples, observable) for d in (after, before))

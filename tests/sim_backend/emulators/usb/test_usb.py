@@ -11,8 +11,8 @@ import usb.util
 from drivers.errors import DeviceTimeout
 from drivers.scpi.options import AmplifierTable
 from drivers.scpi.usb_wire import UsbWire
-from drivers.usb.socket_backend import SocketBackend
 from sim_backend.emulators.usb.amplifier import AmplifierScpi
+from sim_backend.emulators.usb.socket_backend import SocketBackend
 from sim_backend.emulators.usb.usb_server import UsbServer
 from sim_backend.emulators.usb.usbtmc import UsbIdentity, UsbTmcDevice
 from sim_backend.emulators.wire_faults import WireFault, WireFaults

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 from drivers.specimen import Specimen
+from platform_daemon.design import expected_inertia, expected_moment, expected_omega
 from sequences.compiler import ShotPlan
-
-VACUUM_PERMEABILITY = 1.25663706127e-6
 
 
 @dataclass(frozen=True)
@@ -19,27 +18,6 @@ class Settling:
     remaining_rad: float
     share: float
     warning: str | None
-
-
-def expected_inertia(specimen: Specimen) -> float:
-    """Moment of inertia of the rotor, a homogeneous sphere, kg m^2."""
-    m = specimen.magnets
-    return 8 / 15 * math.pi * m.density_kg_per_m3 * m.radius_m**5
-
-
-def expected_moment(specimen: Specimen) -> float:
-    """Magnetic moment of the rotor, A m^2: measured, else design (paper eq:m_r)."""
-    m = specimen.magnets
-    design = 4 / 3 * math.pi * m.radius_m**3 * m.remanence_t / VACUUM_PERMEABILITY
-    return specimen.measured.m_r_am2 or design
-
-
-def expected_omega(specimen: Specimen) -> float:
-    """Natural angular frequency, rad/s: measured, else design (paper eq:fnat)."""
-    m = specimen.magnets
-    square = 5 * m.remanence_t**2 * m.radius_m / (6 * m.density_kg_per_m3 * m.distance_m**3 * VACUUM_PERMEABILITY)
-    measured = specimen.measured.f_nat_hz
-    return 2 * math.pi * measured if measured else math.sqrt(square)
 
 
 def deflection_bound(plan: ShotPlan, specimen: Specimen) -> float:

@@ -2,10 +2,10 @@ import math
 
 import pytest
 
+from platform_daemon.engine.settling import remaining_amplitude, settling
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import compile_shot
 from sequences.request import SequenceRequest
-from sequences.settle import expected_inertia, remaining_amplitude, settling
 from tests.kit.transmit_side import side
 
 THREAD, JEWEL = load_specimen("thread")[0], load_specimen("jewel")[0]
@@ -46,7 +46,3 @@ def test_dry_friction_alone_decays_linearly_to_zero():
     slope = 2 * 1324.0 / (math.pi * 1340.0)
     assert remaining_amplitude(0.9, 0.0, 1324.0, 1340.0, 0.5) == pytest.approx(0.9 - 0.5 * slope)
     assert remaining_amplitude(0.9, 0.1, 1324.0, 1340.0, 5.0) == 0.0
-
-
-def test_the_rotors_inertia_is_that_of_the_design():
-    assert expected_inertia(THREAD) == pytest.approx(9.924e-11, rel=1e-3)

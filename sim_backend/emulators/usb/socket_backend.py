@@ -20,8 +20,8 @@ from typing import Any
 import usb.backend
 import usb.core
 
-from drivers.usb import descriptors
-from drivers.usb.wire import REPLY, REQUEST, SETUP, Op, receive
+from . import descriptors
+from .frames import REPLY, REQUEST, SETUP, Op, receive
 
 CONNECT_S = 2.0
 GRACE_S = 2.0  # an answer may come this much later than the time-out that the device was told

@@ -1,0 +1,32 @@
+"""What other packages publish for us: `module:attribute` under a name, in a group of entry points."""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+from typing import Any
+
+from drivers.errors import ConfigError
+
+BACKENDS = "platform_daemon.backends"  # drivers.platform.Backend, constructed as Backend(options)
+EMULATORS = "platform_daemon.emulators"  # drivers.registry.Emulator, constructed as Emulator(tables, folder)
+USB_BACKENDS = "platform_daemon.usb_backends"  # usb.backend.IBackend of pyusb, constructed as IBackend(host, port)
+
+
+def installed(group: str) -> dict[str, str]:
+    """What is installed in a group: name -> "module:attribute"."""
+    return {e.name: e.value for e in entry_points(group=group)}
+
+
+def load(group: str, name: str, kind: str) -> Any:
+    """Import what is published under a name; `kind` is what a message calls it ("back end").
+
+    Raises ConfigError if none of that name is installed; it names those that are.
+    """
+    found = {e.name: e for e in entry_points(group=group)}
+    if name not in found:
+        raise ConfigError(
+            f"no {kind} is called {name!r}",
+            why=f"installed are: {', '.join(sorted(found)) or 'none'}",
+            remedy=f"correct the name, or install the package that publishes it in the entry-point group {group}",
+        )
+    return found[name].load()

@@ -1,0 +1,88 @@
+"""Refits while effects are sought: with another hypothesis, and with hidden scales and places at their best."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor
+from dataclasses import replace
+
+import numpy as np
+
+from platform_daemon.estimation import LostTrajectoryError
+
+from ..effects.effect import Candidate
+from ..regression.hypothesis import Hypothesis
+from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.score_test import score_table
+from .sign_constraints import without_gain_of_energy
+
+_MOST_MOVES = 5  # from place to place
+_ENOUGH_FALL = 0.5  # of chi^2, that makes another move worth while
+
+
+def refit(hypothesis: Hypothesis, at: JointFit, pool: Executor) -> JointFit | None:
+    """The joint fit of a hypothesis, begun at another one; None if the motion is lost."""
+    try:
+        # What is new begins at 0, so that the shots' own parameters can follow it.
+        return fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
+
+
+def allowed_refit(hypothesis: Hypothesis, at: JointFit, pool: Executor) -> JointFit | None:
+    """A refit without losses that would feed energy into the motion: these are held at 0."""
+    found = refit(hypothesis, at, pool)
+    try:
+        return None if found is None else without_gain_of_energy(found, pool)
+    except (LostTrajectoryError, np.linalg.LinAlgError):
+        return None
+
+
+def refined(at: JointFit, pool: Executor) -> JointFit:
+    """The joint fit with the hidden scales and places of its common effects where chi^2 is least."""
+    for share in (1.0, 0.4, 0.15):
+        for _ in range(_MOST_MOVES):
+            before = at
+            for c in at.hypothesis.common:
+                at = _refined_effect(at, c, share, pool) if c.near is not None else at
+            if before.chi2 - at.chi2 < _ENOUGH_FALL:
+                break
+    return at
+
+
+def _refined_effect(at: JointFit, c: Candidate, share: float, pool: Executor) -> JointFit:
+    """One effect at the best of its neighbouring places; the refit itself if none is better."""
+    beside = refit(at.hypothesis.without(c), at, pool)
+    if beside is None or c.near is None:
+        return at
+    seen = score_table(beside, [replace(v, parts=()) for v in c.near(share)], pool)
+    scores = [(score.gain, b.candidate) for b in seen.blocks if (score := seen.gain([b])) is not None]
+    if not scores:
+        return at
+    best = max(scores, key=lambda pair: pair[0])[1]
+    trial = allowed_refit(beside.hypothesis.plus(best), beside, pool)
+    return at if trial is None or trial.chi2 >= at.chi2 else trial
+
+
+def refined_own(at: JointFit, c: Candidate, pool: Executor) -> Candidate:
+    """An effect that every shot has for itself, where it gains most."""
+    bin_hz = 1.0 / float(at.started[0].time_s[-1])
+    for share in (1.0, 0.3):
+        if c.near is not None:
+            scale = share * bin_hz if c.detail.tau_s is None else share
+            c = max(c.near(scale), key=lambda v: own_gain(at, v, pool)[0])
+    return c
+
+
+def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> tuple[float, int]:
+    """What an additive effect of every shot's own gains: fall of chi^2 over the noise factor, and its columns."""
+
+    def one(k: int) -> tuple[float, int]:
+        linear = at.linear[k]
+        assert candidate.columns is not None
+        columns = at.started[k].white(candidate.columns(linear.seen)).T
+        rest = linear.beside(columns)
+        q, _ = np.linalg.qr(rest)
+        return float(np.sum((q.T @ linear.beside(linear.residual)) ** 2)), columns.shape[1]
+
+    parts = list(pool.map(one, range(len(at.linear))))
+    return sum(p[0] for p in parts) / at.noise_factor, sum(p[1] for p in parts)

@@ -1,0 +1,61 @@
+"""The whole table `[backends.simulated]`, the clock and the converters."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from sim_backend.section import Positive, Section
+from sim_backend.undeclared.listing import Undeclared
+from sim_backend.undeclared.signals import check_distinct, extra_poles_hz
+
+from .effects import EffectsOptions, FaultOptions, ThermometerOptions
+from .receive import LnaOptions, NoiseOptions, ReceiveOptions, SwitchOptions
+from .transmit import AmplifierOptions, CoilsOptions, WiringOptions
+
+
+class ClockOptions(Section):
+    """`fast`: time passes only when somebody sleeps or reads; `realtime`: like a clock on the wall, `speed` times as
+    fast.
+
+    start_utc: time of day at construction, None: this computer's.
+    """
+
+    mode: Literal["fast", "realtime"]
+    speed: Positive = 1.0
+    start_utc: datetime | None = None
+
+
+class CardOptions(Section):
+    """Converters: full scales V (peak), resolution of the ADC in bit."""
+
+    input_full_scale_v: Positive
+    output_full_scale_v: Positive
+    adc_bits: Annotated[int, Field(ge=4, le=24)]
+
+
+class SimulatedOptions(Section):
+    """The whole table `[backends.simulated]`."""
+
+    seed: Annotated[int, Field(ge=0)]
+    clock: ClockOptions
+    card: CardOptions
+    amplifier: AmplifierOptions
+    coils: CoilsOptions
+    switch: SwitchOptions
+    lna: LnaOptions
+    receive: ReceiveOptions
+    noise: NoiseOptions
+    effects: EffectsOptions
+    thermometer: ThermometerOptions
+    wiring: WiringOptions = WiringOptions()
+    faults: FaultOptions = FaultOptions()
+    undeclared: Undeclared = ()
+
+    @model_validator(mode="after")
+    def _poles(self) -> Self:
+        for channel, poles in enumerate(self.receive.in_place().poles_hz):
+            check_distinct(poles + extra_poles_hz(self.undeclared, channel))
+        return self
