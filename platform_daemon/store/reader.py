@@ -33,6 +33,7 @@ from .recording import FrameInfo, Recording, SequenceInfo
 
 ANOTHER_LAYOUT = "convert it to the layout in docs/file-format.md"
 VOLT_NAMES = ("", "v", "volt", "volts")
+_SLOWEST_CLOCK_HZ = 1e-3  # below, a damaged number: times would overflow
 
 
 def open_recording(path: Path | str) -> Recording:
@@ -112,10 +113,12 @@ def _sequence(source: Hdf5File, samples: int) -> SequenceInfo:
     if not source.has_group(SEQUENCE):
         raise source.defect("missing", SEQUENCE, "a group with baseFrequency and decimation", ANOTHER_LAYOUT)
     base = source.number(f"{SEQUENCE}/baseFrequency", "Hz")
-    if base is None or base <= 0:
+    if base is None or not base >= _SLOWEST_CLOCK_HZ:
         what = "missing" if base is None else f"is {base}"
         remedy = "write the converter clock, 125e6 for a Red Pitaya"
-        raise source.defect(what, f"{SEQUENCE}/baseFrequency", "a clock in Hz above 0", remedy)
+        raise source.defect(
+            what, f"{SEQUENCE}/baseFrequency", f"a clock in Hz of at least {_SLOWEST_CLOCK_HZ:g}", remedy
+        )
     decimation = _count(source, "decimation", "1")
     if decimation is None or decimation < 1:
         what = "missing" if decimation is None else f"is {decimation}"

@@ -1,8 +1,8 @@
 """Models that a diagnosis has made better: named, versioned, never overwritten, with the evidence for them.
 
-model.py (what is adopted) - draft.py (from a diagnosis, or refused) - library.py (on disk) - names.py (names wherever a
-variant is accepted) - receiver.py (what is undone in the samples before a fit) - evidence.py (who, when,
-from which data).
+adopted_model.py (what is adopted) - adoption.py (from a diagnosis, or refused) - library.py (on disk) - resolve.py
+(names wherever a model is accepted, and what it corrects in the samples before a fit) - evidence.py (who, when, from
+which data).
 """
 
 from .adopted_model import AdoptedModel, AdoptedTerm

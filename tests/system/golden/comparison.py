@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-RELATIVE = 1e-6
+from tests.system.golden.tolerances import in_any_order, is_close, number_for_nothing
+
 _DECIMAL = re.compile(r"-?\d+\.\d+(?:[eE][+-]?\d+)?|-?\d+[eE][+-]?\d+|[+-]?\d+")
 
-# Frames of tables are as wide as their numbers; the standard deviation in brackets is the last digits of one.
-_FRAME = re.compile(r"[━─]+|(?<=\d)\(\d+\)")
+# Frames of tables are as wide as their numbers; the standard deviation in brackets is the last digits of one; a digest
+# is of numbers to their last bit.
+_FRAME = re.compile(r"[━─]+|(?<=\d)\(\d+\)|(?<=sha256 )[0-9a-f]{12}")
 
 
 def differences(golden: Path, found: Path, *, exact: bool) -> list[str]:
@@ -53,33 +54,41 @@ def _first_change(was: str, now: str) -> str:
     return f"at character {place}: was {was[place - 20 : place + 30]!r}, is {now[place - 20 : place + 30]!r}"
 
 
-def values(was: Any, now: Any, pointer: str = "", *, exact: bool = False) -> Iterator[str]:
-    """Differences of two JSON values, as `pointer: what`; the order of keys counts."""
+def values(was: Any, now: Any, pointer: str = "", *, exact: bool = False, std: float = 0.0) -> Iterator[str]:
+    """Differences of two JSON values, as `pointer: what`; the order of keys counts.  std: see `is_close`."""
+    if not exact:
+        was, now = number_for_nothing(was, pointer), number_for_nothing(now, pointer)
     if type(was) is not type(now):
         yield f"{pointer}: was {_short(was)}, is {_short(now)}"
     elif isinstance(was, dict):
         yield from _objects(was, now, pointer, exact)
     elif isinstance(was, list):
-        if len(was) != len(now):
-            yield f"{pointer}: {len(was)} entries were, {len(now)} are"
-        for k, (a, b) in enumerate(zip(was, now, strict=False)):
-            yield from values(a, b, f"{pointer}/{k}", exact=exact)
-    elif was != now and (exact or not _close(was, now)):
+        yield from _lists(was, now, pointer, exact)
+    elif was != now and (exact or not (is_close(was, now, pointer, std) or _same_text(was, now))):
         yield f"{pointer}: was {_short(was)}, is {_short(now)}"
+
+
+def _lists(was: list[Any], now: list[Any], pointer: str, exact: bool) -> Iterator[str]:
+    if len(was) != len(now):
+        yield f"{pointer}: {len(was)} entries were, {len(now)} are"
+    elif not exact:
+        was, now = in_any_order(was, pointer), in_any_order(now, pointer)
+    for k, (a, b) in enumerate(zip(was, now, strict=False)):
+        yield from values(a, b, f"{pointer}/{k}", exact=exact)
 
 
 def _objects(was: dict[str, Any], now: dict[str, Any], pointer: str, exact: bool) -> Iterator[str]:
     if list(was) != list(now):
         lost, added = [k for k in was if k not in now], [k for k in now if k not in was]
         yield f"{pointer}: keys lost {lost}, new {added}" if lost or added else f"{pointer}: the order of keys changed"
+    std = was.get("std")
     for key in (k for k in was if k in now):
         name = key.replace("~", "~0").replace("/", "~1")
-        yield from values(was[key], now[key], f"{pointer}/{name}", exact=exact)
+        spread = std if isinstance(std, float) and key in ("value", "mean") else 0.0
+        yield from values(was[key], now[key], f"{pointer}/{name}", exact=exact, std=spread)
 
 
-def _close(was: Any, now: Any) -> bool:
-    if isinstance(was, float):
-        return math.isclose(was, now, rel_tol=RELATIVE)
+def _same_text(was: Any, now: Any) -> bool:
     return isinstance(was, str) and same_words(was, now)
 
 
