@@ -21,10 +21,10 @@ from .fits import DATASETS, Dataset, make_record, milliseconds
 _LENGTHS = (1, 2, 4)
 _FIRST_FIT = f"""
 import json, time
-from {fit_ring_down.__module__} import fit_ring_down
-from {synthetic_record.__module__} import made_up
+from {fit_ring_down.__module__} import {fit_ring_down.__name__} as fit
+from {synthetic_record.__module__} import {synthetic_record.__name__} as made_up
 record, noise = made_up()
-verdict = fit_ring_down(record, "thread", noise=noise).verdict
+verdict = fit(record, "thread", noise=noise).verdict
 print(json.dumps({{"verdict": verdict, "processor_s": time.process_time()}}))
 """
 

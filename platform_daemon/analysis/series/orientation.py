@@ -1,8 +1,8 @@
 """How far orientations lie apart: the error angle of tab:model_params_fit_result, over the frames of a series.
 
 Orientations are Rodrigues vectors, rad, as the fit publishes them. Vectors of length near pi that look different can
-be the same orientation; angles between rotations do not care. Nor do they care which of its two twins (twins.py) a fit
-publishes: an error is the angle to the nearer one.
+be the same orientation; angles between rotations do not care. Nor do they care which of its two twins a fit publishes
+(estimation/physics/mirror.py): an error is the angle to the nearer one.
 """
 
 from __future__ import annotations

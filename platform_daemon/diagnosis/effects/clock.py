@@ -1,4 +1,4 @@
-"""A gap in the clock is no physics: it is found by integrity.py, mended, and reported under its name."""
+"""A gap in the clock is no physics: it is found by data_integrity.py, mended, and reported under its name."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 An effect is tried as candidates: the effect at one place (axis, frequency, decay time ...). There are three kinds.
 
-* A torque candidate names a term of estimation/terms; its columns come with the term's derivatives.
+* A torque candidate names a term of estimation/physics/torques; its columns come with the term's derivatives.
 * A receiver candidate changes the channels of the model: it has columns, the change per unit of strength, and the
   whole change at any strength.
 * An additive candidate stands in the data beside the signal: it has columns of its own, linear in their sizes.
@@ -48,7 +48,7 @@ class Effect:
         id: public name.
         unit: of its strength.
         sign: 1: physics allows no negative strength; 0: either sign.
-        separates: keys of the measurements (proposals.py) that set it apart from its look-alikes.
+        separates: keys of the measurements (next_measurements.py) that set it apart from its look-alikes.
         signature: how it shows in the residual.
         source: who described it.
         absorbed: the part of it that declared parameters take up, whatever its size.
@@ -71,7 +71,7 @@ class Candidate:
         effect, detail: what and where.
         term: the torque term, for torque candidates; its first coefficient is the strength, the others are `hidden`.
         hidden: values of the term's further coefficients, in their units.
-        columns: (q, channels, m) from a Look, for receiver (q = 1) and additive candidates.
+        columns: (q, channels, m) from a Linearisation, for receiver (q = 1) and additive candidates.
         change: (look, strength) -> change of the model's channels, (channels, m), for receiver candidates.
         shared: additive only: sizes are common to all shots (tied to the start of the shot), else each has its own.
         of: coefficient of the declared model that the strength is a share of, as every shot has it; "": of none.

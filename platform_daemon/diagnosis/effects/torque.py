@@ -1,4 +1,4 @@
-"""Torque effects: the terms of estimation/terms that the declared models lack, with their sign rules."""
+"""Torque effects: the terms of estimation/physics/torques that the declared models lack, with their sign rules."""
 
 from __future__ import annotations
 

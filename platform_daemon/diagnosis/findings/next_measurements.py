@@ -21,7 +21,7 @@ class Measurement:
         key: name in an effect's `separates`.
         what: instruction for the operator.
         automatic: the platform can do it by itself.
-        power: where design.py has no plan for it: by how much it widens the difference of two effects.
+        power: where experiment_design.py has no plan for it: by how much it widens the difference of two effects.
         dipole_only: of no use for an angle.
         what_of_angles: the same for a pendulum whose angle is recorded.
     """
@@ -35,7 +35,7 @@ class Measurement:
 
     @property
     def planned(self) -> bool:
-        """design.py computes what it would bring."""
+        """experiment_design.py computes what it would bring."""
         return self.power == 0.0
 
 

@@ -53,7 +53,7 @@ def integrate_responses(phi, v, force, h, split, codes, widths, c, at, dipole, o
     """March the answers to extra torques along the motion, from `at` (2, k) = (d, d') on, which moves along.
 
     phi, v (split (m - 1) + 1,) with an even number `split` of half steps of h between the instants; force (k, ...) at
-    the same places. out (2, k, m): change of f1, f2 (sampling.py) at the instants.
+    the same places. out (2, k, m): change of f1, f2 (basis_functions.py) at the instants.
     """
     grad = np.zeros(c.size + 1)
     k = force.shape[0]

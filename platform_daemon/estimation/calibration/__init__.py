@@ -6,5 +6,5 @@ transmit    field per volt per coil -> field per ampere and inductance
 propagation the standard uncertainty of a fitted m_r that comes from that of P
 validity    typed warnings about a calibration that is used for something else than it was made for
 
-The shots are made by engine/calibration.py, the files written by store/calibrations.py.
+The shots are made by engine/work, the files written by store/calibrations.py.
 """

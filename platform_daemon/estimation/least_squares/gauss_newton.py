@@ -111,7 +111,7 @@ def after_step(
 def assembled(
     model: RingDownModel, state: FitState, moments: Moments, weights: Array, step: Array | None = None
 ) -> tuple[Array, Array, Array]:
-    """Gradient, matrix and squares by channel (assemble.py), by the linear model after a step."""
+    """Gradient, matrix and squares by channel (normal_equations.py), by the linear model after a step."""
     size = state.size
     out = np.zeros(size), np.zeros((size, size)), np.empty(weights.size)
     step = np.zeros(size) if step is None else step

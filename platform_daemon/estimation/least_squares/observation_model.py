@@ -25,7 +25,7 @@ class Observation(Protocol):
 
     @property
     def observable(self) -> int:
-        """Which pair of kernel functions (sampling.py) the channels see."""
+        """Which pair of kernel functions (basis_functions.py) the channels see."""
 
     @property
     def ties_amplitude(self) -> bool:

@@ -14,7 +14,7 @@ from .tabulated import write_basis
 def fill_basis_from_table(  # type: ignore[no-untyped-def]
     begin, dt, w, theta, done, count, heads, weights, symmetric, observable, nodes, to_nodes, values, out
 ):
-    """Basis (sampling.py) at samples begin, begin + 1, ... into out (b, n).
+    """Basis (basis_functions.py) at samples begin, begin + 1, ... into out (b, n).
 
     heads, weights: the next `count` half cycles as walk_half_cycles leaves them; values (2, k, f, m) of their tables.
     Returns the places written so far; `done` were before.

@@ -1,4 +1,4 @@
-"""Sums over the samples of a half cycle, and over its nodes: the inner loops of moments.py."""
+"""Sums over the samples of a half cycle, and over its nodes: the inner loops of tabulated.py."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Moments of the data with the model's basis (sampling.py), half cycle by half cycle, without visiting the basis at
-the samples.
+"""Moments of the data with the model's basis (basis_functions.py), half cycle by half cycle, without visiting the basis
+at the samples.
 
 On a half cycle every basis function is a polynomial with known values at m nodes. Its product with the data is
 sum over nodes of B(node) Y(node), where Y collects the samples against the node polynomials: a few multiply-adds per
@@ -52,7 +52,7 @@ def collect_half_cycles(  # type: ignore[no-untyped-def]
 
     y (channels, n); values (2, k, f, m) the tables of the two directions, of which mirrored motion needs only the
     first; skipped: half cycles passed before these; of all of them every stride-th takes part. nodes (m,), matrix
-    (m, m): Grid.nodes, Grid.to_nodes.
+    (m, m): ChebyshevGrid.nodes, ChebyshevGrid.to_nodes.
     gram (b, b), products (channels, b), energy (channels,) grow. Returns the samples that took part.
     """
     channels = y.shape[0]

@@ -147,7 +147,7 @@ class Workspace:
         return out
 
     def basis(self, dynamics: MotionParameters, first: int, last: int, dt_s: float, observable: int) -> Array:
-        """Basis functions (sampling.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
+        """Basis functions (basis_functions.py) at t = i dt_s, first <= i < last, float64 (n_basis, last - first).
 
         Like Trajectory.basis, but from the tables where these know the motion.
 

@@ -1,6 +1,6 @@
 """Noise of every channel, measured beside the signal: between and above its harmonics, not from a fit's residual.
 
-Angles of few periods are the exception (OWN_RESIDUAL, OWN_FLOOR; judging/floor.py).
+Angles of few periods are the exception (OWN_RESIDUAL, OWN_FLOOR; goodness_of_fit/noise_floor.py).
 """
 
 from __future__ import annotations

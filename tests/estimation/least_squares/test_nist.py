@@ -1,7 +1,7 @@
 """NIST's certified nonlinear regression problems, through the very optimiser that fits ring-downs.
 
-`fit_growing` and `solve_step` know nothing of magnets: they see a state that can be moved, its normal equations, and
-which parameters are free. Here the state is a vector of regression parameters behind three dummies that are held
+`fit_progressively` and `solve_step` know nothing of magnets: they see a state that can be moved, its normal equations,
+and which parameters are free. Here the state is a vector of regression parameters behind three dummies that are held
 (phase, frequency, amplitude in a ring-down), and the normal equations come from the regression's own derivatives. A
 leading factor b1 is treated as the fit treats free gains: every pass puts it at its best for the other parameters, and
 it stays a column of the normal equations.
@@ -49,7 +49,7 @@ MODELS = {
 
 @dataclass(frozen=True)
 class Vector:
-    """The optimiser's state for a regression: what fit_growing reads of a FitState."""
+    """The optimiser's state for a regression: what fit_progressively reads of a FitState."""
 
     b: np.ndarray
     dynamics = MotionParameters(1.0, 0.0, 1.0, ())
@@ -68,7 +68,7 @@ GAIN_FIRST = {"Misra1a", "Eckerle4", "Rat42", "Rat43", "Bennett5", "BoxBOD", "MG
 
 
 class Regression:
-    """What fit_growing reads of a Problem."""
+    """What fit_progressively reads of a FitProblem."""
 
     model = RingDownModel("regression", ())
     first = 0

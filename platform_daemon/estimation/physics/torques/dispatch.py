@@ -1,6 +1,6 @@
 """The one place where the kernel meets the terms: a number in, the term's acceleration and derivatives out.
 
-The number of a term is its place in AUTONOMOUS (terms/__init__.py), or TIMED_FROM plus its place in TIMED. The
+The number of a term is its place in AUTONOMOUS (__init__.py of this folder), or TIMED_FROM plus its place in TIMED. The
 integrator does not change and is compiled once for all combinations: which terms act is data (`codes`), not code.
 """
 

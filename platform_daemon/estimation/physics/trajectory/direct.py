@@ -94,7 +94,7 @@ class Trajectory:
             raise LostTrajectoryError("no further turning point: the motion is not an oscillation")
 
     def basis(self, first: int, last: int, dt_s: float, observable: int) -> Array:
-        """Basis functions (sampling.py) at samples first .. last-1, float64 (n_basis, last - first)."""
+        """Basis functions (basis_functions.py) at samples first .. last-1, float64 (n_basis, last - first)."""
         d, columns = self.dynamics, self.columns
         out = np.empty((7 + 2 * columns, last - first))
         fill_basis(

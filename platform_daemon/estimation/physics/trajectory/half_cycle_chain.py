@@ -1,4 +1,4 @@
-"""A ring-down as a chain of tabulated half cycles (swing_table.py): where each begins, how long it lasts, its size.
+"""A ring-down as a chain of tabulated half cycles (half_cycle_table.py): where each begins, its duration, its size.
 
 The jump of the sensitivities at a turning point needs no formula of its own: with P(A, c) the next size and D(A, c)
 the duration of a half cycle, dS/dq and dA/dq follow from the chain rule.

@@ -33,7 +33,7 @@ class HalfCycleTables:
 
 
 class Walk:
-    """A ring-down from its anchor to the dimensionless time s_end (swing_chain.py).
+    """A ring-down from its anchor to the dimensionless time s_end (half_cycle_chain.py).
 
     one_by_one: every half cycle is solved for itself, worth it for a few.
 
@@ -59,7 +59,7 @@ class Walk:
         return float(self.at[WALK_ANGLE])
 
     def at_rest(self, observable: int) -> Array:
-        """The basis (sampling.py) of a rotor that is stuck, (n_basis,): dm/dt is silent, an angle is constant."""
+        """The basis (basis_functions.py) of a stuck rotor, (n_basis,): dm/dt is silent, an angle is constant."""
         constant = np.zeros(7 + 2 * self.columns)
         constant[-1] = 1.0
         if observable != DIPOLE:

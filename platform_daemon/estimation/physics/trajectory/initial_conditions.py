@@ -46,7 +46,7 @@ def initial_conditions_of_state(phi: float, v: float) -> tuple[float, float, Arr
     """(phi_max in rad, psi in [0, 2 pi), d(phi_max, psi)/d(phi, v) of shape (2, 2)).
 
     Raises:
-        NoLabelError: at rest, or beyond 180 degrees.
+        NoInitialConditionsError: at rest, or beyond 180 degrees.
     """
     phi_max = _solve_phi_max(phi, v)
     half = 0.5 * phi_max

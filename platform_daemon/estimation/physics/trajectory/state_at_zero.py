@@ -29,7 +29,7 @@ def state_at_zero(model: RingDownModel, dynamics: MotionParameters) -> tuple[Arr
 
 
 def _by_half_cycles(model: RingDownModel, d: MotionParameters) -> Array:
-    """The basis (sampling.py) at t = 0, (n_basis,)."""
+    """The basis (basis_functions.py) at t = 0, (n_basis,)."""
     walk = Walk(model, d, d.theta, one_by_one=True)
     columns = walk.columns
     tables = HalfCycleTables(nodes_for(abs(d.amplitude), EXACT), columns)
