@@ -10,7 +10,7 @@ import typer
 
 from drivers.validation import validated
 
-from .interrupts import INTERRUPTED, heed_one_interrupt
+from .interrupts import heed_one_interrupt
 from .options import (
     ForceOption,
     HtmlOption,
@@ -97,9 +97,6 @@ def diagnose_live(
     except NothingToDiagnoseError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(3) from None
-    except KeyboardInterrupt:
-        print("interrupted; outputs are off", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
     finally:
         engine.close()
         if loop is not None and loop.rounds:
