@@ -8,6 +8,7 @@ from platform_daemon.analysis.fit import file_report
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.reports.fit_tables import fit_line, fit_table_text, prediction_table_text, ranges
 from platform_daemon.schemas.fits import unfitted
+from platform_daemon.schemas.parameters import RODRIGUES
 from platform_daemon.schemas.predictions import PredictionReport, WindowPrecision
 from tests.kit.frame_fits import good_frame
 
@@ -71,14 +72,20 @@ def test_frames_in_a_row_are_a_range():
 
 
 def test_what_was_derived_is_told():
-    frames = [good_frame(k, **JEWEL | {"f_nat_hz": 213.05 + 1e-4 * (-1) ** k}) for k in range(6)]
+    signs = [(-1) ** k for k in range(6)]
+    frames = [
+        good_frame(
+            k, **JEWEL | dict.fromkeys(RODRIGUES, 0.0) | {"f_nat_hz": 213.05 + 1e-4 * s, "rodrigues_x": 1e-3 * s}
+        )
+        for k, s in enumerate(signs)
+    ]
     frames = [f.model_copy(update={"derived": frame_quantities("jewel", f)}) for f in frames]
     derived = series_quantities(frames, [10.0 * k for k in range(6)])
     text = fit_table_text(report_of(*frames).model_copy(update={"derived": derived}))
     assert {"Q", "Q_eq", "Q_eq to ∞"} <= {h for part in headings(text) for h in part}
     assert "│ 2715.3 │" in text  # pi f_nat / lambda
-    assert "orientation error against the mean orientation 0°" in text.replace("1.21e-06°", "0°")
-    assert "Allan deviation of f_nat: 0.0002 Hz at 10 s" in text
+    assert "orientation error against the mean orientation 0.0573°" in text  # 1 mrad to either side
+    assert "Allan deviation of f_nat: 0.000141 Hz at 10 s" in text  # sqrt(2) 0.1 mHz
     assert not any("Allan" in line for line in fit_table_text(report_of(*frames)).splitlines())
 
 
