@@ -7,8 +7,9 @@ import pytest
 
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
-from platform_daemon.analysis.fit import fit_recording
-from platform_daemon.analysis.fit_request import FitRequest, choose_variant
+from platform_daemon.analysis.fit import fit_measurement
+from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.analysis.measurement import VoltageMeasurement
 from platform_daemon.analysis.model_registry.adoption import model_from_diagnosis
 from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.analysis.model_registry.resolve import resolve
@@ -39,8 +40,8 @@ def chi2(report):
 
 
 def fitted(recording, variant=None):
-    recording, chosen = choose_variant(recording, variant)
-    return fit_recording(recording, FitRequest(chosen, "d30"))
+    used, chosen = VoltageMeasurement.of(recording).under(variant)
+    return fit_measurement(used, FitRequest(chosen, "d30")).model_dump()
 
 
 EFFECTS = [
@@ -74,7 +75,7 @@ def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, 
     engine = engine_with(*world(hidden), models=library)
     job = acquire(engine, tmp_path / "a.h5", **SHOT, variant="better")
     assert job.result.fit.variant == "better@1"
-    assert chi2(job.result.fit.model_dump()) < 1.02
+    assert chi2(job.result.fit) < 1.02
     assert read_fits(tmp_path / "a.h5")[0].variant == "better@1"
     # The recording keeps the platform's own calibration: with the declared model the effect is there.
     assert chi2(fitted(open_recording(tmp_path / "a.h5"))) > 1.1
@@ -91,9 +92,9 @@ def test_a_model_with_receiver_effects_needs_a_sensitivity(tmp_path):
     made = library.add(model_from_diagnosis(diagnosis(EFFECTS[2][1]), "better", "me", library, recordings=[]))
     recording = replace(open_recording(DATA / "example_thread.mmr.h5"), calibration=None)
     with pytest.raises(InputError, match="sensitivity"):
-        choose_variant(recording, made)
+        VoltageMeasurement.of(recording).under(made)
     with pytest.raises(InputError, match="no further terms"):
-        choose_variant(recording, resolve("better@1", library), ["bias_torque"])
+        VoltageMeasurement.of(recording).under(resolve("better@1", library), ["bias_torque"])
 
 
 @pytest.mark.parametrize("even", [True, False])
