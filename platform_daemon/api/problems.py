@@ -4,26 +4,36 @@ from __future__ import annotations
 
 import re
 import secrets
+from collections.abc import Mapping
 from typing import Any
 
 import structlog
-from fastapi import FastAPI, Request
+from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
 from starlette.exceptions import HTTPException
 
 from drivers import errors
+from drivers.validation import complaints
 from platform_daemon.analysis import UnknownModel
 from platform_daemon.engine import UnknownId
+from platform_daemon.schemas import Problem, to_json
 from platform_daemon.store import StorageError, UnknownRecording
 
 log = structlog.get_logger()
 MEDIA_TYPE = "application/problem+json"
 
+
+class UnsupportedMediaType(errors.InputError):
+    """The body of a request is not said to be JSON."""
+
+    title = "Unsupported media type"
+
+
 STATUS: dict[type[errors.PlatformError], int] = {
     UnknownId: 404,
     UnknownModel: 404,
     UnknownRecording: 404,
+    UnsupportedMediaType: 415,
     StorageError: 507,
     errors.InputError: 422,
     errors.DeviceTimeout: 504,
@@ -32,6 +42,23 @@ STATUS: dict[type[errors.PlatformError], int] = {
     errors.InterlockError: 409,
     errors.PlatformError: 500,
 }
+
+
+WHEN = {
+    404: "There is nothing of that id or name",
+    409: "It does not fit the state that the platform is in",
+    415: "The body is not said to be JSON",
+    422: "The request is wrong, or cannot be carried out; nothing has moved",
+    500: "An error that nobody foresaw; the log has it",
+    502: "A device failed",
+    504: "A device did not answer in time",
+    507: "The disk refused to write",
+}
+
+
+def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """What a route declares to answer beside its result."""
+    return {status: {"model": Problem, "description": WHEN[status]} for status in statuses}
 
 
 def slug(kind: type[errors.PlatformError]) -> str:
@@ -50,7 +77,7 @@ def problem_kinds() -> dict[str, type[errors.PlatformError]]:
     return found
 
 
-def problem(error: Exception, instance: str | None = None) -> dict[str, Any]:
+def problem(error: Exception, instance: str | None = None) -> Problem:
     """Problem details of any error; an unexpected one gets an id that is also in the log, not its traceback."""
     if not isinstance(error, errors.PlatformError):
         reference = secrets.token_hex(4)
@@ -60,16 +87,15 @@ def problem(error: Exception, instance: str | None = None) -> dict[str, Any]:
             why=str(error),
             remedy=f"report it; the log has it under {reference}",
         )
-    body = {
-        "type": f"/problems/{slug(type(error))}",
-        "title": error.title,
-        "status": status_of(error),
-        "detail": str(error),
-        "instance": instance,
-        "where": error.where or None,
-        "remedy": error.remedy or None,
-    }
-    return {k: v for k, v in body.items() if v is not None}
+    return Problem(
+        type=f"/problems/{slug(type(error))}",
+        title=error.title,
+        status=status_of(error),
+        detail=str(error),
+        instance=instance,
+        where=error.where or None,
+        remedy=error.remedy or None,
+    )
 
 
 def status_of(error: errors.PlatformError) -> int:
@@ -80,21 +106,28 @@ def status_of(error: errors.PlatformError) -> int:
 def install(app: FastAPI) -> None:
     """Make the application answer every error in this form."""
 
-    async def ours(request: Request, error: Exception) -> JSONResponse:
+    async def ours(request: Request, error: Exception) -> Response:
         return _respond(problem(error, request.url.path))
 
-    async def validation(request: Request, error: Exception) -> JSONResponse:
+    async def validation(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        (place, message), *others = [(".".join(str(p) for p in e["loc"]), e["msg"]) for e in error.errors()]
-        text = "; ".join([message, *(f"{p}: {m}" for p, m in others)])
-        found = errors.InputError(text, where=place, remedy="correct the request; /docs shows every field")
-        return _respond(problem(found, request.url.path))
+        return _respond(problem(_explained(request, error), request.url.path))
 
-    async def http(request: Request, error: Exception) -> JSONResponse:
+    async def http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        body = {"type": "about:blank", "title": str(error.detail), "status": error.status_code}
-        body |= {"instance": request.url.path, "remedy": "GET / lists what there is"}
-        return JSONResponse(body, error.status_code, headers=error.headers, media_type=MEDIA_TYPE)
+        if error.status_code == 400:  # how FastAPI takes bytes that are no text
+            return _respond(problem(_no_json("the body is not text in UTF-8"), request.url.path))
+        allowed = (error.headers or {}).get("Allow", "")
+        remedy = f"use {allowed}" if error.status_code == 405 and allowed else "GET / lists what there is"
+        body = Problem(
+            type="about:blank",
+            title=str(error.detail),
+            status=error.status_code,
+            detail=f"{request.method} {request.url.path}: {error.detail}. Remedy: {remedy}.",
+            instance=request.url.path,
+            remedy=remedy,
+        )
+        return _respond(body, error.headers)
 
     app.add_exception_handler(RequestValidationError, validation)
     app.add_exception_handler(HTTPException, http)
@@ -102,5 +135,33 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(errors.PlatformError, ours)
 
 
-def _respond(body: dict[str, Any]) -> JSONResponse:
-    return JSONResponse(body, body["status"], media_type=MEDIA_TYPE)
+def _explained(request: Request, error: RequestValidationError) -> errors.InputError:
+    """What was wrong with a request, in words."""
+    entries = error.errors()
+    if entries[0]["type"] == "json_invalid":
+        return _no_json(f"the body is not JSON: {entries[0]['ctx']['error']} at character {entries[0]['loc'][-1]}")
+    if isinstance(error.body, bytes):
+        said = request.headers.get("content-type")
+        return UnsupportedMediaType(
+            f"the body is sent as {said}" if said else "the request does not say what its body is",
+            # A browser sends that for any page, which must not be able to move hardware behind its user's back.
+            why="only JSON is taken, and only if the request says that it is",
+            where="Content-Type",
+            remedy="add the header, with curl: -H 'Content-Type: application/json'",
+        )
+    field = getattr(request.scope.get("route"), "body_field", None)
+    body = [{**e, "loc": e["loc"][1:]} for e in entries if e["loc"][0] == "body"]
+    others = [{**e, "loc": e["loc"][1:]} for e in entries if e["loc"][0] != "body"]
+    first, *rest = [*complaints(others), *complaints(body, None if field is None else field.field_info.annotation)]
+    text = "; ".join([first.what, *map(str, rest)])
+    where = first.where or "body"
+    return errors.InputError(text, where=where, remedy="correct the request; /docs shows every field with its unit")
+
+
+def _no_json(what: str) -> errors.InputError:
+    return errors.InputError(what, where="body", remedy="send JSON, with double quotes around keys and text")
+
+
+def _respond(body: Problem, headers: Mapping[str, str] | None = None) -> Response:
+    # What a client sent may hold halves of characters, which cannot be sent back but escaped.
+    return Response(to_json(body), body.status, headers, MEDIA_TYPE)

@@ -13,17 +13,37 @@ from platform_daemon.engine import Engine
 
 from . import problems
 from .context import Context
+from .openapi import describe_problems
 from .routes import acquisitions, calibrations, derived, diagnoses, fits, models, platform, recordings
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 Long work is a job: POST answers 202 with a Location, GET it for progress and result, DELETE it to cancel.
 Errors are RFC 9457 problem details with a remedy.  All values are in SI units, named in every key."""
 
+TAGS = {
+    "platform": "State of the hardware, outputs off, resonators, and what problems mean",
+    "acquisitions": "Series of shots",
+    "calibrations": "Of the receive and of the transmit side",
+    "recordings": "What was measured, with its dm/dt",
+    "fits": "Of stored recordings",
+    "derived": "What follows from fits, recordings and plans",
+    "diagnoses": "What the declared model lacks",
+    "models": "Declared models, and those that were adopted from diagnoses",
+}
+
 
 def create_api(context: Context) -> FastAPI:
     """The application over an engine and its folders."""
     # Labs without internet must see the documentation page too: its scripts come from here, not from a CDN.
-    app = FastAPIOffline(title="platform-daemon", version=__version__, description=DESCRIPTION)
+    app = FastAPIOffline(
+        title="platform-daemon",
+        version=__version__,
+        description=DESCRIPTION,
+        openapi_tags=[{"name": name, "description": text} for name, text in TAGS.items()],
+        generate_unique_id_function=lambda route: route.name,
+        separate_input_output_schemas=False,
+        responses=problems.problems(500),
+    )
     app.state.context = context
     problems.install(app)
     for routes in (
@@ -37,6 +57,7 @@ def create_api(context: Context) -> FastAPI:
         models,
     ):
         app.include_router(routes.router)
+    describe_problems(app)
     return app
 
 

@@ -7,11 +7,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
 
 from drivers.validation import validated
-from platform_daemon.reports import number
+from platform_daemon.reports import print_calibration
 
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
@@ -79,7 +77,7 @@ def _calibrate(
 ) -> None:
     """Run a calibration to its end and show it.  Raises the job's error."""
     from platform_daemon.app import start_engine
-    from platform_daemon.engine import CalibrationRequest
+    from platform_daemon.schemas import CalibrationReport, CalibrationRequest
     from platform_daemon.settings import load_platform
 
     if frequency_hz:
@@ -97,37 +95,12 @@ def _calibrate(
         raise job.error
     for warning in job.warnings:
         typer.echo(f"warning: {warning}", err=True)
-    write_json(json_file, {**job.result, "warnings": list(job.warnings)})
-    _show(job.result, out)
-
-
-def _show(result: dict[str, Any], out: Path) -> None:
-    """The table, how far it holds, and how to use it."""
-    receive_side = result["kind"] == "receive"
-    Console(width=120).print(_receive_table(result) if receive_side else _transmit_table(result))
-    low, high = result["valid_hz"]
-    celsius = result["temperature_c"]
+    assert isinstance(job.result, CalibrationReport)
+    report = job.result.root
+    write_json(json_file, report.model_copy(update={"warnings": tuple(job.warnings)}))
+    print_calibration(report)
+    low, high = report.valid_hz
+    celsius = report.temperature_c
     at = "" if celsius is None or math.isnan(celsius) else f", made at {celsius:.2f} °C"
-    table = "calibration" if receive_side else "transmit_calibration"
-    print(f'holds from {low:g} to {high:g} Hz{at}; to use it: [{table}] file = "{out / result["file"]}"')
-
-
-def _receive_table(result: dict[str, Any]) -> Table:
-    table = Table(title=f"{result['calibration']}: sensitivity / mV A⁻¹ m⁻² s", title_justify="left")
-    for heading in ("channel", "x", "y", "z"):
-        table.add_column(heading, justify="right")
-    rows = zip(result["sensitivity_t_per_a"], result["sensitivity_std_t_per_a"], strict=True)
-    for channel, (values, stds) in enumerate(rows):
-        table.add_row(str(channel), *(number(v, s, 1e3) for v, s in zip(values, stds, strict=True)))
-    return table
-
-
-def _transmit_table(result: dict[str, Any]) -> Table:
-    table = Table(title=result["calibration"], title_justify="left")
-    for heading in ("coil", "field / mT A⁻¹ (x, y, z)", "L / mH", "χ²/dof"):
-        table.add_column(heading, justify="right")
-    for axis, field, henry, chi2 in zip(
-        *(result[key] for key in ("coils", "field_t_per_a", "inductance_h", "chi2_per_dof")), strict=True
-    ):
-        table.add_row(axis, ", ".join(f"{1e3 * b:.5f}" for b in field), f"{1e3 * henry:.4f}", f"{chi2:.2f}")
-    return table
+    table = "calibration" if report.kind == "receive" else "transmit_calibration"
+    print(f'holds from {low:g} to {high:g} Hz{at}; to use it: [{table}] file = "{out / report.file}"')

@@ -25,15 +25,16 @@ def devices(
 ) -> None:
     """List what is there: identity, state and error of each device.  Exit code 1 if one is missing."""
     from drivers.inventory import find_devices
+    from platform_daemon.schemas import DeviceReport, DeviceSurvey
     from platform_daemon.settings import load_platform
 
     file = load_platform(platform, overrides or (), endpoints)
     must_not_exist(json_file, force)
     heed_one_interrupt()
-    reports = [report.as_dict() for report in find_devices(file.section)]
+    reports = tuple(DeviceReport.model_validate(report.as_dict()) for report in find_devices(file.section))
     print_devices(reports)
-    write_json(json_file, {"platform": file.section.name, "devices": reports})
-    if any(report["error"] for report in reports):
+    write_json(json_file, DeviceSurvey(platform=file.section.name, devices=reports))
+    if any(report.error for report in reports):
         raise typer.Exit(1)
 
 
@@ -55,7 +56,7 @@ def reset_amplifier(
         found = engine.reset_fault()
     finally:
         engine.close()
-    was = "no fault was latched" if found["fault"] is None else f"cleared: {found['fault']}"
+    was = "no fault was latched" if found.fault is None else f"cleared: {found.fault}"
     print(f"{was}; the amplifier is disabled and muted")
 
 
@@ -67,9 +68,8 @@ def _check(path: Path, endpoints: Path | None = None) -> str:
     tables, _ = read_toml(path)
     if "io_card" in tables or "limits" in tables:
         engine = start_engine(load_platform(path, endpoints=endpoints))
-        status = engine.status()
         engine.close()
-        return f"{path}: platform {status['platform']!r} is valid"
+        return f"{path}: platform {engine.platform.name!r} is valid"
     if "magnets" in tables or "variant" in tables:
         return f"{path}: resonator {load_specimen(path)[0].name!r} is valid"
     if "f_tx_hz" in tables or "rx_s" in tables:

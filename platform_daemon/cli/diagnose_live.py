@@ -52,7 +52,8 @@ def diagnose_live(
     """Diagnose on the platform: measure, diagnose, run the next measurement, until explained or out of budget."""
     from platform_daemon.analysis import NothingToDiagnoseError
     from platform_daemon.app import start_engine
-    from platform_daemon.engine import AcquisitionRequest, Budget, Callbacks, LiveDiagnosis
+    from platform_daemon.engine import Budget, Callbacks, LiveDiagnosis
+    from platform_daemon.schemas import AcquisitionRequest
     from platform_daemon.settings import load_platform
 
     changed = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}

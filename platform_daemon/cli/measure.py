@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -12,7 +12,6 @@ from rich.console import Console
 from drivers.errors import ConfigError
 from drivers.validation import validated
 from platform_daemon.reports import fit_table_text
-from platform_daemon.schemas import FitReport
 
 from .interrupts import INTERRUPTED, heed_one_interrupt
 from .options import (
@@ -28,6 +27,10 @@ from .options import (
 from .output import must_not_exist, write_json
 from .parsing import parse_axis, parse_window
 from .progress import watch
+
+if TYPE_CHECKING:
+    from platform_daemon.engine import AcquisitionJob
+    from platform_daemon.schemas import AcquisitionResult
 
 
 def measure(
@@ -58,7 +61,7 @@ def measure(
 ) -> None:
     """Measure a series of shots and fit each; every shot is on disk before it counts."""
     from platform_daemon.app import start_engine
-    from platform_daemon.engine import AcquisitionRequest
+    from platform_daemon.schemas import AcquisitionRequest
     from platform_daemon.settings import load_platform
 
     changed: dict[str, Any] = {
@@ -104,7 +107,7 @@ def measure(
         raise typer.Exit(INTERRUPTED)
     if job.error is not None:
         raise job.error
-    _refuse_unusable(job)
+    _refuse_unusable(job.result)
 
 
 def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
@@ -125,24 +128,28 @@ def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
     return validated(SequencePatch, keys, str(path)).changes()
 
 
-def _refuse_unusable(job: Any) -> None:
+def _refuse_unusable(result: AcquisitionResult) -> None:
     """Exit code 3 if shots were fitted and not one gave a result."""
-    frames = job.result["fit"]["frames"] if "fit" in job.result else []
-    excited = [f for f in frames if not (f["reason"] or "").startswith("a blank shot")]
-    if excited and not any(f["verdict"] == "good" for f in excited):
-        print(f"no shot can be used: {excited[0]['reason']}", file=sys.stderr)
+    frames = () if result.fit is None else result.fit.frames
+    excited = [f for f in frames if not (f.reason or "").startswith("a blank shot")]
+    if excited and not any(f.good for f in excited):
+        print(f"no shot can be used: {excited[0].reason}", file=sys.stderr)
         raise typer.Exit(3)
 
 
-def _report_series(job: Any, out: Path, json_file: Path | None) -> None:
+def _report_series(job: AcquisitionJob, out: Path, json_file: Path | None) -> None:
     """What came out of a series, also of one that was cut short."""
+    from platform_daemon.schemas import SeriesReport
+
+    result = job.result
     for warning in job.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    if "fit" in job.result:
-        print(fit_table_text(FitReport.model_validate(job.result["fit"])))
-    print(f"{job.result.get('shots', 0)} of {int(job.total)} shots" + (f" in {out}" if job.result else ""))
-    if job.result:
-        write_json(json_file, {"file": str(out), **job.result})
+    if result.fit is not None:
+        print(fit_table_text(result.fit))
+    print(f"{result.shots or 0} of {int(job.total)} shots" + ("" if result.file is None else f" in {out}"))
+    if result.file is not None:
+        report = SeriesReport(file=str(out), recording=result.recording, shots=result.shots, fit=result.fit)
+        write_json(json_file, report)
 
 
 def _prepare_fit() -> None:

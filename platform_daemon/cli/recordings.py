@@ -30,7 +30,7 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
 
     facts = describe(open_recording(file))
     must_not_exist(json_file, force, ".json")
-    print_info(facts)
+    print_info(facts.model_dump())
     write_json(json_file, facts)
 
 

@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
 
 import structlog
-from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import ConfigError, InputError, RecordingError
 from drivers.platform import Platform
 from drivers.registry import check_gain
-from platform_daemon.schemas import SelfTestOptions
+from platform_daemon.schemas import ActivationRequest, CalibrationName, CalibrationsInUse, SelfTestOptions
 from platform_daemon.store import read_calibration, read_transmit_calibration
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
@@ -24,17 +22,6 @@ from sequences.limits import SafetyLimits
 from .work.self_test import SelfTest
 
 log = structlog.get_logger()
-IDENTIFIER = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
-
-
-class ActivationRequest(BaseModel):
-    """kind: which side; calibration: one that a job has written, as `lab@2_20261121`; null: the file that the platform
-    file names, read anew."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    kind: Literal["receive", "transmit"]
-    calibration: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
 
 
 @dataclass(frozen=True)
@@ -98,10 +85,12 @@ class CalibrationInUse:
             self._platform.calibration = found
         log.info("calibration_adopted", identifier=found.identifier, date=found.date)
 
-    def in_use(self) -> dict[str, dict[str, str | None] | None]:
-        """Name and date of both calibrations; transmit null: coils as the platform file declares them."""
+    def in_use(self) -> CalibrationsInUse:
+        """Name and date of both calibrations."""
         receive, transmit = self._platform.calibration, self._platform.transmit_calibration
-        return {"calibration": _named(receive), "transmit_calibration": None if transmit is None else _named(transmit)}
+        return CalibrationsInUse(
+            calibration=_named(receive), transmit_calibration=None if transmit is None else _named(transmit)
+        )
 
 
 def _check(found: ReceiveCalibration, platform: Platform) -> None:
@@ -117,5 +106,5 @@ def _check(found: ReceiveCalibration, platform: Platform) -> None:
         )
 
 
-def _named(calibration: ReceiveCalibration | TransmitCalibration) -> dict[str, str | None]:
-    return {"identifier": calibration.identifier, "date": calibration.date}
+def _named(calibration: ReceiveCalibration | TransmitCalibration) -> CalibrationName:
+    return CalibrationName(identifier=calibration.identifier or "", date=calibration.date or "")

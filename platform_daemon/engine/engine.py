@@ -8,26 +8,39 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import structlog
 
 from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
-from platform_daemon.schemas import SelfTestOptions
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    AcquisitionResult,
+    ActivationRequest,
+    CalibrationRequest,
+    CalibrationsInUse,
+    DeviceListing,
+    FaultReset,
+    JobState,
+    NoResult,
+    PlatformStatus,
+    SelfTestOptions,
+)
 from platform_daemon.store import StorageError
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
-from .calibration_in_use import ActivationRequest, CalibrationFiles, CalibrationInUse
+from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .job_records import JobRecords
-from .jobs import Job, JobState
+from .jobs import AnyJob, Job, RequestT, ResultT
 from .live_estimate import LiveEstimate
-from .planning import AcquisitionPlan, AcquisitionRequest, plan_acquisition
+from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
-from .work.calibration import CalibrationRequest, calibration_work
+from .work.calibration import calibration_work
+from .work.calibration_bench import CalibrationJob
 from .work.reset_fault import reset_amplifier
-from .work.series import SeriesWork
+from .work.series import AcquisitionJob, SeriesWork
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library
@@ -70,7 +83,7 @@ class Engine:
         self._models = models
         self._journal = journal or JobRecords(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
-        self._queue: queue.Queue[tuple[Job, Callable[[Job], None]] | None] = queue.Queue()
+        self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
@@ -92,7 +105,9 @@ class Engine:
         """The checked plan of a request; nothing moves.  Raises InputError."""
         return plan_acquisition(request, self.side, self._models)
 
-    def acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False) -> Job:
+    def acquire(
+        self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False
+    ) -> AcquisitionJob:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
 
         Raises DeviceStateError if the transmit side is no longer the one it was planned for.
@@ -104,8 +119,8 @@ class Engine:
                 )
             return self._acquire(plan, target, folder, overwrite=overwrite)
 
-    def _acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool) -> Job:
-        job = Job("acquisition", plan.request.model_dump(mode="json"), len(plan.shots), "shots")
+    def _acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool) -> AcquisitionJob:
+        job: AcquisitionJob = Job("acquisition", plan.request, AcquisitionResult(), len(plan.shots), "shots")
         path = target or folder / f"{job.identifier}.h5"
         work = SeriesWork(
             self.platform,
@@ -118,16 +133,18 @@ class Engine:
             in_shot=partial(self._refresh, busy=True),
             self_test=self._calibration_in_use.self_test,
         )
-        return self._submit(job, partial(self._behind_interlock, work))
+        self._submit(job, partial(self._behind_interlock, work))
+        return job
 
-    def calibrate(self, request: CalibrationRequest, folder: Path) -> Job:
+    def calibrate(self, request: CalibrationRequest, folder: Path) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
             work = calibration_work(self.platform, request, self.side, folder, self._calibration_in_use.self_test)
-            job = Job("calibration", request.model_dump(mode="json"), work.shots, "shots")
-            return self._submit(job, partial(self._behind_interlock, work))
+            job: CalibrationJob = Job("calibration", request, NoResult(), work.shots, "shots")
+            self._submit(job, partial(self._behind_interlock, work))
+            return job
 
-    def activate(self, request: ActivationRequest, folder: Path) -> dict[str, Any]:
+    def activate(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:
         """Use another calibration, of `folder`, from the next series on; what is in use then.
 
         Raises InputError for a file that is none or not one of this platform, DeviceStateError while a series or a
@@ -140,20 +157,12 @@ class Engine:
             self._calibration_in_use.activate(request, folder)
             return self._calibration_in_use.in_use()
 
-    def analyse(
-        self,
-        request: dict[str, Any],
-        total: float,
-        work: Callable[[Job], None],
-        kind: str = "fit",
-        unit: str = "frames",
-    ) -> Job:
-        """Run `work(job)` in the analysis thread, as a job of its own kind."""
-        job = self._register(Job(kind, request, total, unit))
+    def analyse(self, job: Job[RequestT, ResultT], work: Callable[[Job[RequestT, ResultT]], None]) -> None:
+        """Run `work(job)` in the analysis thread."""
+        self._register(job)
         self._fits.submit(self._run, job, work)
-        return job
 
-    def job(self, kind: str, identifier: str) -> Job:
+    def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
         job = self._jobs.get(identifier)
         if job is None or job.kind != kind:
@@ -161,21 +170,20 @@ class Engine:
             raise UnknownId(f"no {kind} has the id {identifier!r}", where=identifier, remedy=remedy)
         return job
 
-    def jobs(self, kind: str) -> list[Job]:
+    def jobs(self, kind: str) -> list[AnyJob]:
         """All jobs of a kind, oldest first."""
         return [j for j in list(self._jobs.values()) if j.kind == kind]
 
-    def status(self) -> dict[str, Any]:
+    def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
         moving = self._moving()
         running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
-        waiting = [j.identifier for j in moving if j.state is JobState.QUEUED]
-        jobs = {"interlock": self._interlock, "running": running, "queued": waiting}
-        return {**self._readback.status, **self._calibration_in_use.in_use(), **jobs}
+        waiting = tuple(j.identifier for j in moving if j.state is JobState.QUEUED)
+        return self._readback.status(self._calibration_in_use.in_use(), self._interlock, running, waiting)
 
-    def devices(self) -> list[dict[str, Any]]:
+    def devices(self) -> DeviceListing:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
-        return self._readback.devices
+        return DeviceListing(devices=self._readback.devices)
 
     @property
     def warm(self) -> bool:
@@ -192,7 +200,7 @@ class Engine:
             for job in self._moving():
                 job.request_cancel()
 
-    def reset_fault(self) -> dict[str, Any]:
+    def reset_fault(self) -> FaultReset:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
         if not self._hardware.acquire(timeout=JUST_ENDED_S):
             remedy = "wait until it has ended, or cancel it"
@@ -222,10 +230,10 @@ class Engine:
         for each in (self._online, self._fits):
             each.shutdown(wait=True, cancel_futures=True)
 
-    def _moving(self) -> list[Job]:
+    def _moving(self) -> list[AnyJob]:
         return [job for job in list(self._jobs.values()) if job.kind in ON_HARDWARE]
 
-    def _behind_interlock(self, work: Callable[[Job], None], job: Job) -> None:
+    def _behind_interlock(self, work: Callable[[AnyJob], None], job: AnyJob) -> None:
         """No power before outputs are proved off: a platform that once could not be switched off stays locked."""
         try:
             self._prove_off()
@@ -251,24 +259,23 @@ class Engine:
             raise
         self._interlock = None
 
-    def _register(self, job: Job) -> Job:
+    def _register(self, job: AnyJob) -> None:
         if self._closed.is_set():
             raise DeviceStateError("the daemon is shutting down", remedy="start it again")
         self._journal.save(job)
         job.on_change = self._keep
         self._jobs[job.identifier] = job
-        return job
 
-    def _run(self, job: Job, work: Callable[[Job], None]) -> None:
+    def _run(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
         """Run a job to its end and keep how it ended."""
         log.info("job_started", job=job.identifier)
         job.run(work)
         error = None if job.error is None else str(job.error)
         log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
 
-    def _submit(self, job: Job, work: Callable[[Job], None]) -> Job:
-        self._queue.put((self._register(job), work))
-        return job
+    def _submit(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
+        self._register(job)
+        self._queue.put((job, work))
 
     def _work(self) -> None:
         self._warm_up()
@@ -296,7 +303,7 @@ class Engine:
         except Exception as error:  # said already, and tried again a moment later
             log.warning("outputs_unconfirmed", error=str(error))
 
-    def _keep(self, job: Job) -> None:
+    def _keep(self, job: AnyJob) -> None:
         try:
             self._journal.save(job)
         # A full disk must not end the thread; the job still answers until the daemon stops.

@@ -6,17 +6,16 @@ restart, and a client that asks learns what happened and where its shots are.
 
 from __future__ import annotations
 
-import json
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 import structlog
 
 from drivers import errors
+from platform_daemon.schemas import AnyJobRecord, ErrorRecord, JobState, JobTimes, StoredJob, to_json
 from platform_daemon.store import write_file
 
-from .jobs import Job, JobState
+from .jobs import AnyJob, Job
 
 log = structlog.get_logger()
 
@@ -27,18 +26,19 @@ class JobRecords:
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
 
-    def save(self, job: Job) -> None:
+    def save(self, job: AnyJob) -> None:
         """Write the job as it is now.  Raises StorageError."""
         if self._folder is not None:
-            write_file(self._folder / f"{job.identifier}.json", json.dumps(_record(job), indent=1).encode())
+            record = to_json(_record(job), indent=1, allow_nan=True)
+            write_file(self._folder / f"{job.identifier}.json", record.encode())
 
-    def load(self) -> list[Job]:
+    def load(self) -> list[AnyJob]:
         """All jobs of earlier runs, oldest first; those cut off are failed and saved so.  Bad files are logged."""
         found = []
         for path in sorted(self._folder.glob("*.json")) if self._folder else []:
             try:
-                found.append(_job(json.loads(path.read_text())))
-            except (OSError, ValueError, KeyError, TypeError) as error:
+                found.append(_job(StoredJob.model_validate_json(path.read_text()).root))
+            except (OSError, ValueError) as error:
                 log.error("job_record_unreadable", file=path.name, error=str(error))
         for job in found:
             if not job.state.final:
@@ -47,7 +47,7 @@ class JobRecords:
         return sorted(found, key=lambda job: job.created.isoformat() if job.created else "")
 
 
-def _cut_off(job: Job) -> errors.PlatformError:
+def _cut_off(job: AnyJob) -> errors.PlatformError:
     return errors.PlatformError(
         f"the daemon stopped while this {job.kind} was {job.state}",
         why="a restart never switches outputs on by itself",
@@ -55,46 +55,49 @@ def _cut_off(job: Job) -> errors.PlatformError:
     )
 
 
-def _record(job: Job) -> dict[str, Any]:
-    return {
-        "kind": job.kind,
-        "identifier": job.identifier,
-        "request": job.request,
-        "total": job.total,
-        "unit": job.unit,
-        "state": str(job.state),
-        "done": job.done,
-        "result": job.result,
-        "warnings": job.warnings,
-        "times": {k: _iso(getattr(job, k)) for k in ("created", "started", "finished")},
-        "error": None if job.error is None else _error_record(job.error),
-    }
+def _record(job: AnyJob) -> StoredJob:
+    times = JobTimes(created=iso(job.created), started=iso(job.started), finished=iso(job.finished))
+    error = None if job.error is None else _error_record(job.error)
+    names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings")
+    return StoredJob.model_validate({n: getattr(job, n) for n in names} | {"times": times, "error": error})
 
 
-def _job(record: dict[str, Any]) -> Job:
-    keys = ("kind", "identifier", "request", "total", "unit", "done", "result", "warnings")
-    job = Job(**{k: record[k] for k in keys}, state=JobState(record["state"]), phase=record["state"])
-    for name, text in record["times"].items():
-        setattr(job, name, None if text is None else datetime.fromisoformat(text))
-    if record["error"] is not None:
-        job.error = _error(record["error"])
+def _job(record: AnyJobRecord) -> AnyJob:
+    job: AnyJob = Job(
+        record.kind,
+        record.request,
+        record.result,
+        record.total,
+        record.unit,
+        identifier=record.identifier,
+        state=record.state,
+        phase=str(record.state),
+        done=record.done,
+        warnings=list(record.warnings),
+    )
+    job.created, job.started, job.finished = (
+        None if text is None else datetime.fromisoformat(text)
+        for text in (record.times.created, record.times.started, record.times.finished)
+    )
+    if record.error is not None:
+        job.error = _error(record.error)
     if job.state.final:
         job.ended.set()
     return job
 
 
-def _error_record(error: Exception) -> dict[str, str]:
+def _error_record(error: Exception) -> ErrorRecord:
     if not isinstance(error, errors.PlatformError):
         error = errors.PlatformError(f"unexpected {type(error).__name__}", why=str(error))
-    parts = {k: getattr(error, k) for k in ("what", "where", "why", "remedy")}
-    return {"title": error.title, **parts}
+    return ErrorRecord(title=error.title, what=error.what, where=error.where, why=error.why, remedy=error.remedy)
 
 
-def _error(record: dict[str, str]) -> errors.PlatformError:
-    error = errors.PlatformError(record.pop("what"), **{k: record[k] for k in ("where", "why", "remedy")})
-    error.title = record["title"]
+def _error(record: ErrorRecord) -> errors.PlatformError:
+    error = errors.PlatformError(record.what, where=record.where, why=record.why, remedy=record.remedy)
+    error.title = record.title
     return error
 
 
-def _iso(when: datetime | None) -> str | None:
+def iso(when: datetime | None) -> str | None:
+    """ISO 8601; None: not yet."""
     return None if when is None else when.isoformat()

@@ -7,13 +7,13 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
-from enum import StrEnum
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import structlog
 
 from drivers.clock import Clock, SystemClock
 from drivers.errors import PlatformError
+from platform_daemon.schemas import JobState, Progress
 
 log = structlog.get_logger()
 
@@ -22,43 +22,21 @@ class Cancelled(Exception):
     """Somebody asked the job to stop, and it did at a safe point."""
 
 
-class JobState(StrEnum):
-    """queued -> running -> done | failed | cancelled; a queued job may be cancelled at once."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    DONE = "done"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-    @property
-    def final(self) -> bool:
-        """True if nothing more will happen."""
-        return self in (JobState.DONE, JobState.FAILED, JobState.CANCELLED)
-
-
-@dataclass(frozen=True)
-class Progress:
-    """`done` of `total` in `unit`, the phase it is in, and the seconds left (None: not known yet)."""
-
-    done: float
-    total: float
-    unit: str
-    phase: str
-    time_left_s: float | None = None
-
-    @property
-    def fraction(self) -> float:
-        """Share done, 0 to 1."""
-        return min(1.0, self.done / self.total) if self.total > 0 else 1.0
+RequestT = TypeVar("RequestT")
+ResultT = TypeVar("ResultT")
 
 
 @dataclass
-class Job:
-    """One piece of work.  Its worker thread writes it, anybody may read it."""
+class Job(Generic[RequestT, ResultT]):
+    """One piece of work.  Its worker thread writes it, anybody may read it.
+
+    request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
+    do before it goes on, None: nothing.
+    """
 
     kind: str
-    request: dict[str, Any]
+    request: RequestT
+    result: ResultT
     total: float
     unit: str
     clock: Clock = field(default_factory=SystemClock)
@@ -66,7 +44,6 @@ class Job:
     state: JobState = JobState.QUEUED
     phase: str = "waiting"
     done: float = 0.0
-    result: dict[str, Any] = field(default_factory=dict)
     error: Exception | None = None
     warnings: list[str] = field(default_factory=list)
     created: datetime | None = None
@@ -74,7 +51,7 @@ class Job:
     finished: datetime | None = None
     cancel_requested: threading.Event = field(default_factory=threading.Event)
     ended: threading.Event = field(default_factory=threading.Event)
-    on_change: Callable[[Job], None] = lambda job: None
+    on_change: Callable[[Job[Any, Any]], None] = lambda job: None
     question: str | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
     _started_s: float = 0.0
@@ -107,7 +84,10 @@ class Job:
                 left = (self.clock.monotonic_s() - self._started_s) * max(0.0, self.total - self.done) / self.done
             elif self.state.final:
                 left = 0.0
-            return Progress(self.done, self.total, self.unit, self.phase, left)
+            share = min(1.0, self.done / self.total) if self.total > 0 else 1.0
+            return Progress(
+                done=self.done, total=self.total, unit=self.unit, phase=self.phase, fraction=share, time_left_s=left
+            )
 
     def ask(self, what: str) -> None:
         """Ask the operator to do something; the job waits until `proceed` is set."""
@@ -133,7 +113,7 @@ class Job:
         self.on_change(self)  # kept before anybody who waits is told
         self.ended.set()
 
-    def run(self, work: Callable[[Job], None]) -> None:
+    def run(self, work: Callable[[Job[Any, Any]], None]) -> None:
         """Run `work(self)` and end in done, in cancelled if it raises Cancelled, or in failed with the error."""
         if not self.begin():
             return
@@ -149,3 +129,7 @@ class Job:
             self.end(JobState.FAILED, PlatformError(what, why=str(error), remedy=remedy))
         else:
             self.end(JobState.DONE)
+
+
+AnyJob = Job[Any, Any]
+"""A job of whatever kind."""

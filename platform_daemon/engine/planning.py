@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING
 
-from pydantic import BaseModel, ConfigDict, Field
-
-from drivers.errors import ConfigError, SequenceRejected
+from drivers.errors import SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon import analysis
+from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
 from platform_daemon.settings import load_sequence, load_specimen
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
@@ -19,30 +18,6 @@ from .settling import Settling, settling
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library, ModelChoice
-
-Text = Annotated[str, Field(max_length=2000)]
-
-
-class AcquisitionRequest(BaseModel):
-    """A series of shots on one resonator.
-
-    resonator: name of a resonator file; shots: excited shots; blank_shots: shots without excitation before them;
-    sequence: keys that differ from the resonator's preset, with units in their names; window: evaluation window of the
-    on-line fit ("n50", "d30" or seconds), None: no fit; variant: its model, declared or adopted, None: the
-    resonator's; sample, operator and comment go into the recording.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    resonator: Annotated[str, Field(min_length=1, max_length=500)]
-    shots: Annotated[int, Field(ge=0, le=1_000_000)] = 1
-    blank_shots: Annotated[int, Field(ge=0, le=10_000)] = 0
-    sequence: dict[str, Any] = Field(default_factory=dict)
-    window: Literal["n50", "d30"] | Annotated[float, Field(gt=0, allow_inf_nan=False)] | None = "d30"
-    variant: Annotated[str, Field(max_length=100)] | None = None
-    sample: Text = ""
-    operator: Text = ""
-    comment: Text = ""
 
 
 @dataclass(frozen=True)
@@ -65,21 +40,20 @@ class AcquisitionPlan:
         """One plan per shot, in order."""
         return [self.blank] * self.sequence.blank_shots + [self.excited] * self.sequence.repetitions
 
-    def summary(self) -> dict[str, Any]:
+    def summary(self) -> AcquisitionSummary:
         """The dry run: what would be played, how long it takes, what remains, how much disk it needs."""
-        shot = self.excited.summary()
         total = len(self.shots)
-        return {
-            "resonator": self.specimen.name,
-            "variant": self.specimen.variant,
-            "model": analysis.label_of(self.model),
-            "shots": total,
-            "shot": shot,
-            "duration_s": total * (self.excited.timeline.duration_s + self.sequence.pause_s),
-            "disk_bytes": total * self.excited.timeline.total_samples * 3 * 4,
-            "settle": {"remaining_rad": self.settle.remaining_rad, "share": self.settle.share},
-            "warnings": [] if self.settle.warning is None else [self.settle.warning],
-        }
+        return AcquisitionSummary(
+            resonator=self.specimen.name,
+            variant=self.specimen.variant,
+            model=analysis.label_of(self.model),
+            shots=total,
+            shot=ShotSummary.model_validate(self.excited.summary()),
+            duration_s=total * (self.excited.timeline.duration_s + self.sequence.pause_s),
+            disk_bytes=total * self.excited.timeline.total_samples * 3 * 4,
+            settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
+            warnings=() if self.settle.warning is None else (self.settle.warning,),
+        )
 
 
 def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Library | None = None) -> AcquisitionPlan:
@@ -93,13 +67,9 @@ def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Li
     assert model is not None
     if isinstance(model, str):
         model = analysis.checked_variant(model)
-    twice = {"repetitions", "blank_shots"} & set(request.sequence)
-    if twice:
-        remedy = "give the counts as `shots` and `blank_shots`"
-        raise ConfigError(f"{sorted(twice)[0]!r} does not belong here", where="sequence", remedy=remedy)
     preset = load_sequence(specimen.variant).model_dump()
     counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
-    sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence}, "sequence")
+    sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
     excited = compile_shot(sequence, side)

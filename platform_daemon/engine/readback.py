@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import asdict
 from typing import Any
 
-from drivers.errors import PlatformError
-from drivers.inventory import DeviceReport, report_platform
+from drivers.inventory import report_platform
 from drivers.platform import Platform
+from platform_daemon.schemas import CalibrationsInUse, DeviceError, DeviceReadback, PlatformStatus
 
 
 class Readback:
@@ -17,10 +16,11 @@ class Readback:
     def __init__(self, platform: Platform) -> None:
         self._platform = platform
         self._lock = threading.Lock()
-        self._last_errors: dict[str, dict[str, str]] = {}
-        self._rows: dict[str, dict[str, Any]] = {}
-        self.devices: list[dict[str, Any]] = []
-        self.status: dict[str, Any] = {}
+        self._last_errors: dict[str, DeviceError] = {}
+        self._rows: dict[str, DeviceReadback] = {}
+        self._answers: dict[str, DeviceReadback] = {}  # of the last time that all answered
+        self._error: str | None = None
+        self._read_at = ""
 
     def refresh(self, *, busy: bool = False) -> None:
         """Ask all devices, of a busy platform all but its card.  Raises the first device's error after all have been
@@ -33,27 +33,39 @@ class Readback:
         reports = report_platform(self._platform, busy=busy)
         for each in reports:
             if each.error is not None:
-                self.note(each.device, each.error)
-        rows = {r.device: {**r.as_dict(), "read_at": now} for r in reports}
+                self._last_errors[each.device] = DeviceError(error=str(each.error), at=now)
+        rows = {
+            r.device: DeviceReadback(**r.as_dict(), read_at=now, last_error=self._last_errors.get(r.device))
+            for r in reports
+        }
         self._rows = {**self._rows, **rows}
-        self.devices = [{**row, "last_error": self._last_errors.get(name)} for name, row in self._rows.items()]
         failed = next((r.error for r in reports if r.error is not None), None)
         if failed is not None:
-            self.status = {**self.status, "error": str(failed)}
+            self._error = str(failed)
             raise failed
-        self.status = {**self.status, **_status(self._platform, {r.device: r for r in reports}), "read_at": now}
+        self._answers, self._error, self._read_at = {**self._answers, **rows}, None, now
 
-    def note(self, device: str, error: PlatformError) -> None:
-        """Keep an error as the last one of a device."""
-        self._last_errors[device] = {"error": str(error), "at": self._platform.clock.utc().isoformat()}
+    @property
+    def devices(self) -> tuple[DeviceReadback, ...]:
+        """Each device as it was asked last."""
+        return tuple(self._rows.values())
 
-
-def _status(platform: Platform, found: dict[str, DeviceReport]) -> dict[str, Any]:
-    """Identity and state of each device, units in the names."""
-    thermometer = found.pop("thermometer", None)
-    return {
-        "platform": platform.name,
-        **{name: {"identity": asdict(r.identity) if r.identity else None, **r.state} for name, r in found.items()},
-        "temperature_c": None if thermometer is None else thermometer.state["temperature_c"],
-        "error": None,
-    }
+    def status(
+        self, calibrations: CalibrationsInUse, interlock: str | None, running: str | None, queued: tuple[str, ...]
+    ) -> PlatformStatus:
+        """Identity and state of each device when all answered last, and the job."""
+        found = dict(self._answers)
+        thermometer = found.pop("thermometer", None)
+        devices: dict[str, Any] = {n: {"identity": r.identity, **dict(r.state)} for n, r in found.items()}
+        return PlatformStatus(
+            platform=self._platform.name,
+            **devices,
+            temperature_c=None if thermometer is None else dict(thermometer.state)["temperature_c"],
+            error=self._error,
+            read_at=self._read_at,
+            calibration=calibrations.calibration,
+            transmit_calibration=calibrations.transmit_calibration,
+            interlock=interlock,
+            running=running,
+            queued=queued,
+        )

@@ -71,7 +71,7 @@ model_signal: The fitted model at the sample times of a record.
 Clipping: Samples of a channel that pile up at its top or bottom.
 find_clipping: The largest pile of clipped samples, None if there is none.
 saturation: Why these samples are too clipped for a fit, None if they are not.
-MAINS_HZ: ?
+MAINS_HZ: Frequencies of mains.
 Zones: Frequencies that belong to the signal.
 is_mains: Near a multiple of a mains frequency, which may be off by a share `relative`.
 median_level: Medians of power (channels, bins) in the bands between the edges, drawn through their middles.

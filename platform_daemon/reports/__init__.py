@@ -1,5 +1,6 @@
 """Results in words, tables, pictures and pages; nothing is computed here.
 
+print_calibration: Sensitivity by channel, or field and inductance by coil.
 diagnosis_html: The page in UTF-8.
 summary_text: For the terminal.
 diagnosed: The report as JSON and as an HTML page.
@@ -8,7 +9,6 @@ save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.
 fit_table_text: One file's fits.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
-number: Value with its standard deviation in brackets at the last digits.
 print_devices: A row per device.
 print_info: Nested facts, one per line.
 """

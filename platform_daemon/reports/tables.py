@@ -8,6 +8,8 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
+from platform_daemon.schemas import DeviceReport
+
 
 def print_info(facts: Mapping[str, Any], indent: str = "") -> None:
     """Nested facts, one per line."""
@@ -26,15 +28,15 @@ def print_info(facts: Mapping[str, Any], indent: str = "") -> None:
             print(f"{indent}{key}: {value}")
 
 
-def print_devices(reports: Sequence[Mapping[str, Any]]) -> None:
+def print_devices(reports: Sequence[DeviceReport]) -> None:
     """A row per device: who it is, its state, and what went wrong."""
     table = Table()
     for heading in ("device", "identity", "state", "error"):
         table.add_column(heading, overflow="fold")
     for report in reports:
-        identity = " ".join(part for part in (report["identity"] or {}).values() if part)
-        state = ", ".join(f"{name} {_plain(value)}" for name, value in report["state"].items())
-        table.add_row(report["device"], identity or "-", state or "-", report["error"] or "-")
+        identity = " ".join(part for _, part in report.identity or () if part)
+        state = ", ".join(f"{name} {_plain(value)}" for name, value in report.state)
+        table.add_row(report.device, identity or "-", state or "-", report.error or "-")
     Console().print(table)
 
 

@@ -1,10 +1,26 @@
 """What crosses a boundary: requests, results, jobs, problems, and the table of parameters with symbol and unit.
 
+AcquisitionResult: What a series has brought so far.
+AcquisitionSummary: A series as it would be.
+SeriesReport: What `measure --json` writes.
+SettleCheck: How much of the swing remains when the next shot begins, by the expected damping.
+ShotSummary: One shot as it would be played.
+AdoptionRequest: Adoption of what a diagnosis names.
+DiagnosisRequest: A diagnosis of one specimen.
+PredictionRequest: A planned measurement, of which the smallest standard deviations are asked.
+RecordingFitRequest: A fit of a stored recording.
+RetirementRequest: A version of an adopted model is taken out of use.
 NoResult: There is no result.
 Root: Something whose JSON is a list, a mapping, or one of several schemas.
 Schema: Something that crosses a boundary.
 Window: An evaluation window: n50, d30 or seconds.
 to_json: The JSON text of files and of the command line.
+CalibrationName: Name and date of a calibration.
+CalibrationReport: What a calibration has found.
+CalibrationsInUse: The calibrations that the next series is made with.
+ComplexTable: A measured complex table in the unit of its key.
+ReceiveCalibrationReport: What a calibration of the receive side has found (paper eq:u(t,p,R)).
+TransmitCalibrationReport: What a calibration of the transmit side has found.
 AllanReport: Overlapping Allan deviation of f_nat with its confidence interval of 68.3 % (NIST SP 1065).
 DerivedReport: Derived quantities of a fit.
 EnvelopesReport: Envelopes of a fitted frame over its window.
@@ -15,6 +31,7 @@ OrientationDeviation: Angles between the orientations of a series and one of ref
 OrientationErrors: Orientation errors of a series with a calibration.
 SeriesQuantities: What the frames of a series tell together.
 UnfittedFrameQuantities: A frame without a fit.
+DiagnosisReport: What the declared model lacks.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
 FileState: What tells that a file has changed.
@@ -31,6 +48,23 @@ HarmonicsBatch: The same of several files, in the order in which they were named
 HarmonicsReport: What the harmonics of the frames of one file tell.
 RefusedHarmonicEstimate: The harmonics cannot be read.
 ShotHarmonics: What the harmonics of one shot tell, or why they cannot be read.
+AnyJobRecord: The record of a job of one of the four kinds.
+JobTimes: When a job was asked for, began and ended, ISO 8601.
+StoredJob: The record of a job of any kind.
+AcquisitionJob: A series of shots.
+AcquisitionJobs: All acquisitions, oldest first.
+CalibrationJob: A calibration.
+CalibrationJobs: All calibrations, oldest first.
+DiagnosisJob: A diagnosis.
+DiagnosisJobs: All diagnoses, oldest first.
+FitJob: A fit of a stored recording.
+FitJobs: All fits, oldest first.
+JobState: queued -> running -> done | failed | cancelled.
+Progress: How far a job is.
+AdoptedModelRecord: A named, versioned model with the evidence for it.
+AdoptedModelReport: An adopted model, and whether it is still in use.
+AdoptedModelSummary: One line of the list of adopted models.
+ModelListing: What a fit can use.
 PAPER_DEFLECTION_DEG: Deflection at the paper's fields by bearing, degrees.
 PAPER_NOISE_AM2_PER_S: Noise of x, y, z per sample in the paper, A m^2/s.
 PARAMETERS: The table of parameters by name.
@@ -38,10 +72,45 @@ ParameterDefinition: One parameter.
 RODRIGUES: Names of the three components of an orientation.
 definition_of: Of a parameter.
 names_in_order: Parameters of the table in the order in which they are told.
+AmplifierState: State of the power amplifier.
+DeviceError: The last thing that went wrong with a device.
+DeviceListing: Every device of the platform, also one that does not answer.
+DeviceReadback: A device as last read back.
+DeviceReport: One device.
+DeviceSurvey: What `devices --json` writes.
+EntryPoints: Where everything is.
+FaultReset: What the latched fault of the power amplifier was, and the amplifier after its reset.
+Health: The daemon is alive.
+PlatformStatus: The platform as last read back.
+Readiness: Whether every part has warmed up.
+ResonatorInfo: A resonator that can be measured.
+ResonatorListing: Resonators by the name to use in an acquisition.
+SelfTestReport: What the self-test before a series has heard of every coil through the open receive contacts.
+StopReport: What was stopped.
 PredictionReport: How precise a planned measurement can be at best, per window.
 WindowPrecision: The smallest standard deviations that an evaluation window can reach.
+ErrorRecord: An error as the record of a job keeps it.
+Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
+ProblemKind: What a kind of problem means.
+CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).
+DmdtSeries: Calibrated dm/dt of one frame for a plot.
+ExcitationInfo: What a shot was excited with.
+FrameDescription: One frame of a recording.
+FrequencyResponseExtent: Where the frequency response of a calibration is known.
+RecordingInfo: What a recording holds.
+RecordingLinks: Where the parts of a recording are.
+RecordingListing: Everything in the folder of recordings, by name.
+RecordingSummary: One line of the list of recordings.
+ShotWindows: The three windows of a shot, one after the other.
+UnreadableRecording: A file that looks like a recording but cannot be used.
+WindowLength: Length of one window of a shot.
+AcquisitionRequest: A series of shots on one resonator.
+ActivationRequest: A calibration to use from the next series on.
+CalibrationRequest: A calibration of the receive side with a reference dipole, or of the transmit side with a field
+    probe.
 SelfTestOptions: The self-test before a series, table `[self_test]` of a platform file.
 SequencePatch: The keys of a sequence that differ from the resonator's preset.
+SequencePreset: One shot and how often it is repeated (paper, tab:measurement_parameter).
 FlatnessReport: Do the windows agree on one value of a parameter? In the SI unit that its name holds.
 SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.

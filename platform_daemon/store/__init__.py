@@ -11,7 +11,7 @@ check_calibration_name: Raises InputError unless a file can be called so.
 read_transmit_calibration: The transmit side in a calibration file or a recording.
 DataFolder: Where a daemon keeps what it makes.
 open_data_folder: The folders, made if missing.
-describe: Summary of a recording, JSON-able, without NaN.
+describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
 NotFinite: A sample is NaN or infinite.

@@ -236,7 +236,7 @@ def test_ready_becomes_true_once_everything_has_warmed_up(client):
 
 def test_openapi_shows_examples_and_problem_details(client):
     schema = client.get("/openapi.json").json()
-    assert schema["components"]["schemas"]["AcquisitionBody"]["examples"]
+    assert schema["components"]["schemas"]["AcquisitionRequest"]["examples"]
     responses = schema["paths"]["/acquisitions"]["post"]["responses"]
     assert "202" in responses
-    assert "ProblemModel" in str(responses["422"])
+    assert responses["422"]["content"]["application/problem+json"]["schema"]["$ref"].endswith("/Problem")

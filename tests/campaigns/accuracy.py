@@ -20,7 +20,7 @@ from scipy.stats import chi2
 from platform_daemon.analysis.fit import fit_frame
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.app import start_engine
-from platform_daemon.engine.planning import AcquisitionRequest
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.settings import load_platform
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import Recording

@@ -5,17 +5,15 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
 from drivers.errors import ConfigError, DeviceStateError, InputError, SequenceRejected
-from platform_daemon.engine.calibration_in_use import ActivationRequest
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.schemas.calibrations import CalibrationsInUse
+from platform_daemon.schemas.requests import AcquisitionRequest, ActivationRequest, CalibrationRequest
 from platform_daemon.store.calibrations import read_transmit_calibration
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import SHORT_JEWEL, acquire
@@ -30,7 +28,7 @@ def made(engine: Engine, folder: Path, kind: str) -> str:
     job = engine.calibrate(request, folder)
     assert job.ended.wait(timeout=60)
     assert job.error is None
-    return str(job.result["calibration"])
+    return str(job.result.root.calibration)
 
 
 def stored(path: Path) -> str | None:
@@ -39,7 +37,7 @@ def stored(path: Path) -> str | None:
     return None if found is None else found.identifier
 
 
-def adopt(engine: Engine, folder: Path, kind: str, calibration: str | None = None) -> dict[str, Any]:
+def adopt(engine: Engine, folder: Path, kind: str, calibration: str | None = None) -> CalibrationsInUse:
     return engine.activate(ActivationRequest(kind=kind, calibration=calibration), folder)  # type: ignore[arg-type]
 
 
@@ -51,11 +49,11 @@ def test_a_series_uses_the_old_calibration_until_the_new_one_is_adopted(
     name = made(engine, tmp_path, "receive")
     acquire(engine, tmp_path / "before.h5")
     assert stored(tmp_path / "before.h5") == old
-    assert adopt(engine, tmp_path, "receive", name)["calibration"]["identifier"] == name
-    assert engine.status()["calibration"]["identifier"] == name
+    assert adopt(engine, tmp_path, "receive", name).calibration.identifier == name
+    assert engine.status().calibration.identifier == name
     job = acquire(engine, tmp_path / "after.h5")
     assert stored(tmp_path / "after.h5") == name
-    assert job.result["fit"]["calibration"] == name
+    assert job.result.fit.calibration == name
     assert stored(tmp_path / "before.h5") == old
 
 

@@ -4,8 +4,19 @@ import pytest
 
 from drivers.errors import DeviceFault
 from platform_daemon.engine.job_records import JobRecords
-from platform_daemon.engine.jobs import Cancelled, Job, JobState
+from platform_daemon.engine.jobs import Cancelled, Job
+from platform_daemon.schemas.acquisitions import AcquisitionResult
+from platform_daemon.schemas.analysis_requests import RecordingFitRequest
+from platform_daemon.schemas.base import NoResult
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.requests import AcquisitionRequest
 from tests.kit.acquisitions import acquire
+
+ASKED = AcquisitionRequest(resonator="jewel")
+
+
+def a_fit():
+    return Job("fit", RecordingFitRequest(recording="a"), NoResult(), 1, "frames")
 
 
 def raises(error):
@@ -16,7 +27,7 @@ def raises(error):
 
 
 def test_a_job_ends_in_done_failed_or_cancelled():
-    jobs = [Job("fit", {}, 1, "frames") for _ in range(3)]
+    jobs = [a_fit() for _ in range(3)]
     for job, work in zip(jobs, (lambda job: None, raises(DeviceFault("x")), raises(Cancelled())), strict=True):
         job.run(work)
     assert [j.state for j in jobs] == [JobState.DONE, JobState.FAILED, JobState.CANCELLED]
@@ -35,7 +46,7 @@ def test_time_left_follows_from_the_pace_so_far():
 
             return datetime.now(UTC)
 
-    job = Job("acquisition", {}, 10, "shots", clock=Clock())
+    job = Job("acquisition", ASKED, AcquisitionResult(), 10, "shots", clock=Clock())
     assert job.progress().time_left_s is None
     job.begin()
     job.clock.now = 4.0
@@ -45,14 +56,14 @@ def test_time_left_follows_from_the_pace_so_far():
 
 
 def test_a_cancelled_job_never_starts():
-    job = Job("fit", {}, 1, "frames")
+    job = a_fit()
     job.request_cancel()
     job.run(raises(AssertionError()))
     assert job.state is JobState.CANCELLED
 
 
 def test_a_job_that_was_cut_off_answers_after_a_restart_as_failed_with_the_reason(tmp_path):
-    job = Job("acquisition", {"resonator": "jewel"}, 3, "shots")
+    job = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots")
     job.begin()
     JobRecords(tmp_path).save(job)
     (back,) = JobRecords(tmp_path).load()
@@ -63,7 +74,7 @@ def test_a_job_that_was_cut_off_answers_after_a_restart_as_failed_with_the_reaso
 
 
 def test_a_broken_job_record_does_not_keep_the_others_from_loading(tmp_path):
-    JobRecords(tmp_path).save(Job("fit", {}, 1, "frames"))
+    JobRecords(tmp_path).save(a_fit())
     (tmp_path / "a.json").write_text("{")
     (tmp_path / "b.json").write_text(json.dumps({"kind": "fit"}))
     assert len(JobRecords(tmp_path).load()) == 1
@@ -73,4 +84,5 @@ def test_a_finished_job_keeps_its_result_over_a_restart(engine_with, tmp_path):
     job = acquire(engine_with(jobs=tmp_path), tmp_path / "a.h5")
     again = engine_with(jobs=tmp_path).job("acquisition", job.identifier)
     assert again.state is JobState.DONE
-    assert again.result == json.loads(json.dumps(job.result))
+    assert again.result == job.result
+    assert again.request == job.request

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.planning import AcquisitionRequest
+from platform_daemon.schemas.requests import AcquisitionRequest
 
 SHORT_JEWEL = {"resonator": "jewel", "sequence": {"rx_s": 0.6}}
 """A jewel shot of 0.6 s: long enough for a fit, quick to simulate."""

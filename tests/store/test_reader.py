@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
+from platform_daemon.schemas.base import to_json
 from platform_daemon.store.describe import describe
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording, read_calibration
@@ -78,7 +78,7 @@ def test_widths_extras_and_encodings_do_not_matter(tmp_path: Path, changes: dict
     r = open_recording(write_minimal(tmp_path / "a.h5", changes))
     assert r.sequence.decimation == 2048
     assert r.rx_volts(0).shape == (3, 100)
-    json.dumps(describe(r), allow_nan=False)
+    to_json(describe(r))
 
 
 def test_without_window_sizes_the_whole_frame_is_rx(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import subprocess
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
+from platform_daemon.schemas.base import to_json
 from platform_daemon.store import durable as durable_module
 from platform_daemon.store.describe import describe
 from platform_daemon.store.errors import StorageError
@@ -52,7 +52,7 @@ def test_everything_given_comes_back(tmp_path: Path) -> None:
     assert info.excitation.realised_hz == EXCITATION.realised_hz
     assert np.array_equal(info.excitation.current_a, EXCITATION.current_a)
     assert read_truth(r.path)[2] == {"f_nat_hz": 216.0, "effects": {"hum": True}, "note": "ok"}
-    json.dumps(describe(r), allow_nan=False)
+    to_json(describe(r))
 
 
 def test_plain_h5py_by_the_documented_layout_gives_the_exact_volts(tmp_path: Path) -> None:

@@ -251,6 +251,6 @@ def test_a_file_without_scales_reads_as_before(tmp_path: Path, monkeypatch: pyte
     with h5py.File(old, "r+") as h5:
         assert "frame" not in h5
         del h5["fit/d30/parameter_units"]
-    for read in (lambda path: describe(open_recording(path))["shots"], lambda path: repr(read_fits(path))):
+    for read in (lambda path: describe(open_recording(path)).shots, lambda path: repr(read_fits(path))):
         assert read(old) == read(new)
     np.testing.assert_array_equal(open_recording(old).frame_volts(2), open_recording(new).frame_volts(2))

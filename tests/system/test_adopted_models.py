@@ -12,9 +12,9 @@ from platform_daemon.analysis.fit_request import FitRequest, choose_variant
 from platform_daemon.analysis.model_registry.adoption import model_from_diagnosis
 from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.analysis.model_registry.resolve import resolve
-from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.estimation.record import RingDownRecord
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import acquire
@@ -73,8 +73,8 @@ def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, 
     library.add(model_from_diagnosis(diagnosis(found), "better", "me", library, recordings=[]))
     engine = engine_with(*world(hidden), models=library)
     job = acquire(engine, tmp_path / "a.h5", **SHOT, variant="better")
-    assert job.result["fit"]["variant"] == "better@1"
-    assert chi2(job.result["fit"]) < 1.02
+    assert job.result.fit.variant == "better@1"
+    assert chi2(job.result.fit.model_dump()) < 1.02
     assert read_fits(tmp_path / "a.h5")[0].variant == "better@1"
     # The recording keeps the platform's own calibration: with the declared model the effect is there.
     assert chi2(fitted(open_recording(tmp_path / "a.h5"))) > 1.1

@@ -20,7 +20,7 @@ class AdoptedTerm:
     """A further torque term.
 
     Attributes:
-        term: its name in estimation/terms.
+        term: its name in estimation/physics/torques.
         values, std: of its coefficients by their public names; std None: not estimated.
         free: fits estimate the strength anew; else they hold it.
     """

@@ -2,62 +2,52 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fastapi import APIRouter, Response
 
-from platform_daemon.engine import Job
+from platform_daemon.engine import AnyJob
+from platform_daemon.schemas import AcquisitionJob, AcquisitionJobs, AcquisitionRequest, AcquisitionSummary
 
-from ..context import Shared, job_body
-from ..models import AcquisitionBody, JobModel, ProblemModel
+from ..context import Shared
+from ..job_routes import JobKind
+from ..problems import problems
+from .platform import check_resonator
 
 router = APIRouter(prefix="/acquisitions", tags=["acquisitions"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
 
 
-def _body(job: Job) -> dict[str, Any]:
-    links = {"self": f"/acquisitions/{job.identifier}"}
-    if "recording" in job.result:
-        links["recording"] = f"/recordings/{job.result['recording']}"
-    return job_body(job, links)
+def _links(job: AnyJob) -> dict[str, str]:
+    recording = job.result.recording
+    return {} if recording is None else {"recording": f"/recordings/{recording}"}
 
 
-@router.post(
-    "", summary="Measure a series", status_code=202, response_model=JobModel, responses={422: {"model": ProblemModel}}
+ACQUISITIONS = JobKind(
+    "acquisition",
+    "acquisitions",
+    AcquisitionJob,
+    AcquisitionJobs,
+    _links,
+    got="State, progress with time left, and the on-line fits so far.",
+    cancelled="Cancel.  A running shot ends within 0.1 s with outputs off and is discarded; shots on disk stay.",
 )
-def start_acquisition(body: AcquisitionBody, response: Response, context: Shared) -> dict[str, Any]:
+
+
+@router.post("", summary="Measure a series", status_code=202, responses=problems(409, 415, 422, 507))
+def start_acquisition(body: AcquisitionRequest, response: Response, context: Shared) -> AcquisitionJob:
     """Queue an acquisition.
 
     Acquisitions run one after the other in the order asked; `state` is `queued` until its turn comes.  The request is
     checked against the safety envelope first: a rejected one is answered 422 and nothing moves.
     """
-    plan = context.engine.plan(body)
-    job = context.engine.acquire(plan, None, context.recordings)
-    response.headers["Location"] = f"/acquisitions/{job.identifier}"
-    return _body(job)
+    check_resonator(body.resonator)
+    job = context.engine.acquire(context.engine.plan(body), None, context.recordings)
+    return ACQUISITIONS.accepted(job, response)
 
 
-@router.post("/dry-run", summary="Check a series without moving anything", responses={422: {"model": ProblemModel}})
-def dry_run(body: AcquisitionBody, context: Shared) -> dict[str, Any]:
+@router.post("/dry-run", summary="Check a series without moving anything", responses=problems(415, 422))
+def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     """The same checks, nothing moves: realised frequency, currents, voltages, duration, disk, settle check."""
+    check_resonator(body.resonator)
     return context.engine.plan(body).summary()
 
 
-@router.get("", summary="All acquisitions", response_model=list[JobModel])
-def list_acquisitions(context: Shared) -> list[dict[str, Any]]:
-    """All acquisitions since the daemon started, oldest first."""
-    return [_body(job) for job in context.engine.jobs("acquisition")]
-
-
-@router.get("/{identifier}", summary="How far it is, and what came out", response_model=JobModel, responses=ERRORS)
-def get_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
-    """State, progress with time left, and the on-line fits so far."""
-    return _body(context.engine.job("acquisition", identifier))
-
-
-@router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=JobModel, responses=ERRORS)
-async def cancel_acquisition(identifier: str, context: Shared) -> dict[str, Any]:
-    """Cancel.  A running shot ends within 0.1 s with outputs off and is discarded; shots on disk stay."""
-    job = context.engine.job("acquisition", identifier)
-    job.request_cancel()
-    return _body(job)
+ACQUISITIONS.add_routes(router)

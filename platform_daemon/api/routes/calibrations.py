@@ -2,59 +2,54 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fastapi import APIRouter, Response
 
 from drivers.errors import DeviceStateError
-from platform_daemon.engine import Job
+from platform_daemon.engine import AnyJob
+from platform_daemon.schemas import (
+    ActivationRequest,
+    CalibrationJob,
+    CalibrationJobs,
+    CalibrationRequest,
+    CalibrationsInUse,
+)
 
-from ..context import Shared, job_body
-from ..models import AdoptionBody, CalibrationBody, InUseModel, JobModel, ProblemModel
+from ..context import Shared
+from ..job_routes import JobKind
+from ..problems import problems
 
 router = APIRouter(prefix="/calibrations", tags=["calibrations"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
-NO_QUESTION: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 409: {"model": ProblemModel}}
 
 
-def _body(job: Job) -> dict[str, Any]:
-    links = {"self": f"/calibrations/{job.identifier}"}
-    if job.question is not None:
-        links["continue"] = f"/calibrations/{job.identifier}/continue"
-    return {**job_body(job, links), "question": job.question}
+def _links(job: AnyJob) -> dict[str, str]:
+    return {} if job.question is None else {"continue": f"/calibrations/{job.identifier}/continue"}
 
 
-class CalibrationJobModel(JobModel):
-    """A calibration; `question`: what the operator has to do before it goes on, null: nothing."""
-
-    question: str | None
+CALIBRATIONS = JobKind(
+    "calibration",
+    "calibrations",
+    CalibrationJob,
+    CalibrationJobs,
+    _links,
+    got="State, progress, the operator's part if there is one, and the result.",
+    cancelled="Cancel.  A running shot ends within 0.1 s with outputs off; no file is written.",
+)
 
 
 @router.post(
-    "",
-    summary="Calibrate the receive or the transmit side",
-    status_code=202,
-    response_model=CalibrationJobModel,
-    responses={422: {"model": ProblemModel}},
+    "", summary="Calibrate the receive or the transmit side", status_code=202, responses=problems(409, 415, 422, 507)
 )
-def start_calibration(body: CalibrationBody, response: Response, context: Shared) -> dict[str, Any]:
+def start_calibration(body: CalibrationRequest, response: Response, context: Shared) -> CalibrationJob:
     """Queue a calibration.
 
     It waits its turn among the acquisitions and writes a new version of its file.  The daemon goes on with the
     calibration it has until it is told to use this one: POST /calibrations/adopt.
     """
-    job = context.engine.calibrate(body, context.calibrations)
-    response.headers["Location"] = f"/calibrations/{job.identifier}"
-    return _body(job)
+    return CALIBRATIONS.accepted(context.engine.calibrate(body, context.calibrations), response)
 
 
-@router.post(
-    "/adopt",
-    summary="Use a calibration from the next series on",
-    response_model=InUseModel,
-    responses={409: {"model": ProblemModel}, 422: {"model": ProblemModel}},
-)
-def adopt_calibration(body: AdoptionBody, context: Shared) -> dict[str, Any]:
+@router.post("/adopt", summary="Use a calibration from the next series on", responses=problems(409, 415, 422))
+def adopt_calibration(body: ActivationRequest, context: Shared) -> CalibrationsInUse:
     """Use a calibration that a job has written, or read the file that the platform file names anew.
 
     It holds until the daemon ends: name it in the platform file to keep it.  409 while a series or a calibration runs
@@ -63,38 +58,14 @@ def adopt_calibration(body: AdoptionBody, context: Shared) -> dict[str, Any]:
     return context.engine.activate(body, context.calibrations)
 
 
-@router.get("", summary="All calibrations", response_model=list[CalibrationJobModel])
-def list_calibrations(context: Shared) -> list[dict[str, Any]]:
-    """All calibrations since the daemon's data folder began, oldest first."""
-    return [_body(job) for job in context.engine.jobs("calibration")]
+CALIBRATIONS.add_routes(router)
 
 
-@router.get(
-    "/{identifier}", summary="How far it is, and what it found", response_model=CalibrationJobModel, responses=ERRORS
-)
-def get_calibration(identifier: str, context: Shared) -> dict[str, Any]:
-    """State, progress, the operator's part if there is one, and the result."""
-    return _body(context.engine.job("calibration", identifier))
-
-
-@router.post(
-    "/{identifier}/continue",
-    summary="What was asked of the operator is done",
-    response_model=CalibrationJobModel,
-    responses=NO_QUESTION,
-)
-def continue_calibration(identifier: str, context: Shared) -> dict[str, Any]:
+@router.post("/{identifier}/continue", summary="What was asked of the operator is done", responses=problems(404, 409))
+def continue_calibration(identifier: str, context: Shared) -> CalibrationJob:
     """The reference dipole is turned, or the probe is in its place: go on."""
     job = context.engine.job("calibration", identifier)
     if job.question is None:
         raise DeviceStateError("the calibration does not wait for anything", where=identifier, remedy="look at `state`")
     job.proceed.set()
-    return _body(job)
-
-
-@router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=CalibrationJobModel, responses=ERRORS)
-async def cancel_calibration(identifier: str, context: Shared) -> dict[str, Any]:
-    """Cancel.  A running shot ends within 0.1 s with outputs off; no file is written."""
-    job = context.engine.job("calibration", identifier)
-    job.request_cancel()
-    return _body(job)
+    return CALIBRATIONS.shown(job)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Query
 
@@ -30,7 +30,9 @@ from platform_daemon.schemas import (
     DerivedReport,
     EnvelopesReport,
     FitReport,
+    NoResult,
     PredictionReport,
+    PredictionRequest,
     ShotHarmonics,
     SlidingReport,
 )
@@ -38,14 +40,14 @@ from platform_daemon.settings import load_specimen
 from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Shared
-from ..models import PredictBody, ProblemModel
+from ..problems import problems
+from .platform import check_resonator
 
 router = APIRouter(tags=["derived"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 
-@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=ERRORS)
+@router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=problems(404, 422))
 def get_derived(identifier: str, context: Shared) -> DerivedReport:
     """Quality factors of every good frame, orientation errors (mean, best) and the Allan deviation of f_nat.
 
@@ -56,7 +58,9 @@ def get_derived(identifier: str, context: Shared) -> DerivedReport:
     return derived_report(_model(report, context), report.frames, measurement.times_s())
 
 
-@router.get("/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=ERRORS)
+@router.get(
+    "/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=problems(404, 422)
+)
 def get_envelopes(
     identifier: str, frame: int, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
 ) -> EnvelopesReport:
@@ -83,19 +87,21 @@ def _model(report: FitReport, context: Context) -> RingDownModel:
 def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
     """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
     job = context.engine.job("fit", identifier)
-    if "frames" not in job.result:
+    if isinstance(job.result, NoResult):
         why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
         remedy = "remove the cause and fit anew" if job.state.final else "wait until its state is done"
         raise InputError("the fit has no result", where=identifier, why=why, remedy=remedy)
-    report = FitReport.model_validate(job.result)
+    report: FitReport = job.result
     refused = why_refused(report.frames)
     if refused is not None:
         remedy = "see the reasons; another window, variant or calibration may do"
         raise FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
-    return report, job.request["recording"]
+    return report, job.request.recording
 
 
-@router.get("/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=ERRORS)
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=problems(404, 422)
+)
 def get_sliding(
     identifier: str,
     frame: int,
@@ -116,14 +122,16 @@ def get_sliding(
     return sliding_report(found).model_copy(update={"recording": identifier, "frame": frame})
 
 
-@router.get("/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=ERRORS)
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=problems(404, 422)
+)
 def get_harmonics(identifier: str, frame: int, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
     found = frame_harmonics(open_voltages(path_of(context.recordings, identifier)), frame)
     return ShotHarmonics(found.model_copy(update={"recording": identifier}))
 
 
-@router.get("/live/harmonics", summary="Harmonics of the last shot", responses={404: {"model": ProblemModel}})
+@router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))
 def get_live_harmonics(context: Shared) -> ShotHarmonics:
     """The same of the last excited shot, milliseconds after it, while its series still runs."""
     latest = context.engine.live.latest
@@ -132,9 +140,10 @@ def get_live_harmonics(context: Shared) -> ShotHarmonics:
     return latest
 
 
-@router.post("/predict", summary="What a planned measurement can tell", responses={422: {"model": ProblemModel}})
-def post_predict(body: PredictBody) -> PredictionReport:
+@router.post("/predict", summary="What a planned measurement can tell", responses=problems(415, 422))
+def predict(body: PredictionRequest) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
+    check_resonator(body.resonator)
     specimen = load_specimen(body.resonator)[0]
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
     return planned_precision(

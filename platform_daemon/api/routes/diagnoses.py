@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, HTMLResponse
 
 from drivers.errors import InputError
 from platform_daemon.analysis import (
@@ -18,31 +17,52 @@ from platform_daemon.analysis import (
     model_from_diagnosis,
     resolve,
 )
-from platform_daemon.engine import Cancelled, Job, UnknownId
+from platform_daemon.engine import AnyJob, Cancelled, Job, UnknownId
 from platform_daemon.reports import diagnosed
+from platform_daemon.schemas import (
+    AdoptedModelRecord,
+    AdoptionRequest,
+    DiagnosisJob,
+    DiagnosisJobs,
+    DiagnosisReport,
+    DiagnosisRequest,
+    NoResult,
+    to_json,
+)
 from platform_daemon.store import resolve as path_of
 from platform_daemon.store import write_file
 
-from ..context import Context, Shared, job_body
-from ..models import AdoptBody, DiagnosisBody, JobModel, ProblemModel
+from ..context import Context, Shared
+from ..job_routes import JobKind
+from ..problems import problems
 
 router = APIRouter(prefix="/diagnoses", tags=["diagnoses"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
 
 
-def _body(job: Job) -> dict[str, Any]:
+def _links(job: AnyJob) -> dict[str, str]:
     here = f"/diagnoses/{job.identifier}"
-    return job_body(job, {"self": here, "report": f"{here}/report", "adopt": f"{here}/adopt"})
+    return {"report": f"{here}/report", "adopt": f"{here}/adopt"}
 
 
-@router.post("", summary="Diagnose recordings", status_code=202, response_model=JobModel, responses=ERRORS)
-def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) -> dict[str, Any]:
+DIAGNOSES = JobKind(
+    "diagnosis",
+    "diagnoses",
+    DiagnosisJob,
+    DiagnosisJobs,
+    _links,
+    got="State, progress, and the result once it is there.",
+    cancelled="Cancel after the step under way.",
+)
+
+
+@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
+def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
     check_diagnosis_input(list(files), model, body.observable, frames=files)
 
-    def work(job: Job) -> None:
+    def work(job: AnyJob) -> None:
         def tell(what: str, share: float) -> None:
             job.at(share, what)
             if job.cancel_requested.is_set():
@@ -50,41 +70,31 @@ def start_diagnosis(body: DiagnosisBody, response: Response, context: Shared) ->
 
         tell("reading", 0.0)
         report, page = diagnosed(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
-        job.result = report | {"files": [f.name for f in files], "recordings": file_digests(files)}
+        job.result = DiagnosisReport.model_validate(
+            report | {"files": [f.name for f in files], "recordings": file_digests(files)}
+        )
         job.at(1.0, "write")
         write_file(_page(job.identifier, context), page)
-        write_file(context.diagnoses / f"{job.identifier}.json", json.dumps(job.result, indent=1).encode())
+        write_file(context.diagnoses / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
 
-    job = context.engine.analyse(body.model_dump(mode="json"), 1.0, work, "diagnosis", "share")
-    response.headers["Location"] = f"/diagnoses/{job.identifier}"
-    return _body(job)
+    job: AnyJob = Job("diagnosis", body, NoResult(), 1.0, "share")
+    context.engine.analyse(job, work)
+    return DIAGNOSES.accepted(job, response)
 
 
 def _page(identifier: str, context: Context) -> Path:
     return context.diagnoses / f"{identifier}.html"
 
 
-@router.get("", summary="All diagnoses", response_model=list[JobModel])
-def list_diagnoses(context: Shared) -> list[dict[str, Any]]:
-    """All diagnoses asked for, oldest first."""
-    return [_body(job) for job in context.engine.jobs("diagnosis")]
+DIAGNOSES.add_routes(router)
 
 
-@router.get("/{identifier}", summary="How far it is, and the result", response_model=JobModel, responses=ERRORS)
-def get_diagnosis(identifier: str, context: Shared) -> dict[str, Any]:
-    """State, progress, and the result once it is there."""
-    return _body(context.engine.job("diagnosis", identifier))
-
-
-@router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=JobModel, responses=ERRORS)
-def cancel_diagnosis(identifier: str, context: Shared) -> dict[str, Any]:
-    """Cancel after the step under way."""
-    job = context.engine.job("diagnosis", identifier)
-    job.request_cancel()
-    return _body(job)
-
-
-@router.get("/{identifier}/report", summary="The page with pictures", response_class=FileResponse, responses=ERRORS)
+@router.get(
+    "/{identifier}/report",
+    summary="The page with pictures",
+    response_class=HTMLResponse,
+    responses=problems(404, 422),
+)
 def get_report(identifier: str, context: Shared) -> FileResponse:
     """One self-contained HTML page: residual, harmonics, spectra, sliding windows, ranking, before and after."""
     _result(identifier, context)
@@ -94,8 +104,13 @@ def get_report(identifier: str, context: Shared) -> FileResponse:
     return FileResponse(page, media_type="text/html")
 
 
-@router.post("/{identifier}/adopt", summary="Adopt what it names", status_code=201, responses=ERRORS)
-def adopt(identifier: str, body: AdoptBody, response: Response, context: Shared) -> dict[str, Any]:
+@router.post(
+    "/{identifier}/adopt",
+    summary="Adopt what it names",
+    status_code=201,
+    responses=problems(404, 415, 422, 507),
+)
+def adopt_model(identifier: str, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
     result = _result(identifier, context)
     made = context.models.add(
@@ -105,14 +120,14 @@ def adopt(identifier: str, body: AdoptBody, response: Response, context: Shared)
         )
     )  # fmt: skip
     response.headers["Location"] = f"/models/{made.label}"
-    return made.as_json()
+    return AdoptedModelRecord.model_validate(made.as_json())
 
 
 def _result(identifier: str, context: Context) -> dict[str, Any]:
     """The result of a diagnosis.  Raises UnknownId, InputError if there is none."""
     job = context.engine.job("diagnosis", identifier)
-    if "verdict" not in job.result:
+    if isinstance(job.result, NoResult):
         why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
         remedy = "remove the cause and diagnose anew" if job.state.final else "wait until its state is done"
         raise InputError("the diagnosis has no result", where=identifier, why=why, remedy=remedy)
-    return job.result
+    return dict(job.result.model_dump())

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from fastapi import APIRouter, Response
 
 from platform_daemon.analysis import FitSettings, chosen_frames, fit_measurement, open_for_fit, resolve, why_refused
-from platform_daemon.engine import Cancelled, Job
-from platform_daemon.schemas import to_json
+from platform_daemon.engine import AnyJob, Cancelled, Job
+from platform_daemon.schemas import FitJob, FitJobs, NoResult, RecordingFitRequest, to_json
 from platform_daemon.store import resolve as path_of
 from platform_daemon.store import write_file
 
-from ..context import Shared, job_body
-from ..models import FitBody, JobModel, ProblemModel
+from ..context import Shared
+from ..job_routes import JobKind
+from ..problems import problems
 
 router = APIRouter(prefix="/fits", tags=["fits"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
+FITS = JobKind(
+    "fit",
+    "fits",
+    FitJob,
+    FitJobs,
+    lambda job: {"recording": f"/recordings/{job.request.recording}"},
+    got="State, progress, and the result once it is there.",
+    cancelled="Cancel after the frame under way.",
+)
 
 
-def _body(job: Job) -> dict[str, Any]:
-    return job_body(job, {"self": f"/fits/{job.identifier}", "recording": f"/recordings/{job.request['recording']}"})
-
-
-@router.post("", summary="Fit a recording", status_code=202, response_model=JobModel, responses=ERRORS)
-def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, Any]:
+@router.post("", summary="Fit a recording", status_code=202, responses=problems(404, 409, 415, 422, 507))
+def start_fit(body: RecordingFitRequest, response: Response, context: Shared) -> FitJob:
     """Fit an angle file, or every excited frame of a recording, or of those in `frames`.
 
     `result` is the same object that `platform-daemon fit --json` writes.
@@ -40,39 +43,22 @@ def start_fit(body: FitBody, response: Response, context: Shared) -> dict[str, A
     measurement, ask = open_for_fit(path, settings)
     frames = chosen_frames(measurement, body.frames)
 
-    def work(job: Job) -> None:
+    def work(job: AnyJob) -> None:
         def tell(frames: int) -> None:
             job.at(frames, "fit")
             if job.cancel_requested.is_set():
                 raise Cancelled
 
         report = fit_measurement(measurement, ask, frames, progress=tell).model_copy(update={"file": path.name})
-        job.result = report.model_dump()
+        job.result = report
         refused = why_refused(report.frames)
         if refused is not None:
             job.warnings.append(f"every frame was refused: {refused}")
         write_file(context.fits / f"{job.identifier}.json", to_json(report, indent=1).encode())
 
-    job = context.engine.analyse(body.model_dump(mode="json"), len(frames), work)
-    response.headers["Location"] = f"/fits/{job.identifier}"
-    return _body(job)
+    job: AnyJob = Job("fit", body, NoResult(), len(frames), "frames")
+    context.engine.analyse(job, work)
+    return FITS.accepted(job, response)
 
 
-@router.get("", summary="All fits", response_model=list[JobModel])
-def list_fits(context: Shared) -> list[dict[str, Any]]:
-    """All fits asked for since the daemon started, oldest first."""
-    return [_body(job) for job in context.engine.jobs("fit")]
-
-
-@router.get("/{identifier}", summary="How far it is, and the result", response_model=JobModel, responses=ERRORS)
-def get_fit(identifier: str, context: Shared) -> dict[str, Any]:
-    """State, progress, and the result once it is there."""
-    return _body(context.engine.job("fit", identifier))
-
-
-@router.delete("/{identifier}", summary="Cancel", status_code=202, response_model=JobModel, responses=ERRORS)
-def cancel_fit(identifier: str, context: Shared) -> dict[str, Any]:
-    """Cancel after the frame under way."""
-    job = context.engine.job("fit", identifier)
-    job.request_cancel()
-    return _body(job)
+FITS.add_routes(router)

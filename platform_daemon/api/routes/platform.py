@@ -2,92 +2,105 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import anyio
-from fastapi import APIRouter
-from fastapi.responses import JSONResponse
+from fastapi import APIRouter, Response
 
+from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.engine import UnknownId
+from platform_daemon.schemas import (
+    DeviceListing,
+    EntryPoints,
+    FaultReset,
+    Health,
+    PlatformStatus,
+    ProblemKind,
+    Readiness,
+    ResonatorInfo,
+    ResonatorListing,
+    SequencePreset,
+    StopReport,
+)
 from platform_daemon.settings import load_sequence, load_specimen, shipped
 
 from ..context import Shared
-from ..models import ProblemModel, ResetModel
-from ..problems import problem_kinds
+from ..problems import problem_kinds, problems
 
 router = APIRouter(tags=["platform"])
+PATHS = (
+    *("platform", "devices", "acquisitions", "calibrations", "recordings", "fits", "diagnoses", "models"),
+    *("resonators", "health", "ready", "docs", "openapi.json"),
+)
 
 
 @router.get("/", summary="Where everything is")
-def root() -> dict[str, Any]:
+def get_entry_points() -> EntryPoints:
     """Entry points of the API."""
-    paths = (
-        "platform",
-        "devices",
-        "acquisitions",
-        "calibrations",
-        "recordings",
-        "fits",
-        "diagnoses",
-        "models",
-        "resonators",
-        "health",
-        "ready",
-        "docs",
-        "openapi.json",
-    )
-    return {"name": "platform-daemon", "version": __version__, "links": {p: f"/{p}" for p in paths}}
+    return EntryPoints(name="platform-daemon", version=__version__, links={p: f"/{p}" for p in PATHS})
 
 
 @router.get("/health", summary="Is the daemon alive?")
-def health() -> dict[str, str]:
+def get_health() -> Health:
     """Answers as long as the process does."""
-    return {"status": "ok", "version": __version__}
+    return Health(status="ok", version=__version__)
 
 
-@router.get("/ready", summary="Is everything warmed up?")
-def ready(context: Shared) -> JSONResponse:
+@router.get(
+    "/ready",
+    summary="Is everything warmed up?",
+    responses={503: {"model": Readiness, "description": "Some parts have not warmed up"}},
+)
+def get_readiness(context: Shared, response: Response) -> Readiness:
     """200 once every part has warmed up, 503 before, naming the parts; requests are served all the same."""
     parts = {"platform": context.engine.warm, **context.warm}
-    return JSONResponse({"ready": all(parts.values()), "warm": parts}, 200 if all(parts.values()) else 503)
+    response.status_code = 200 if all(parts.values()) else 503
+    return Readiness(ready=all(parts.values()), warm=parts)
 
 
 @router.get("/platform", summary="State of every device, and the job that runs")
-def platform(context: Shared) -> dict[str, Any]:
+def get_platform(context: Shared) -> PlatformStatus:
     """As last read back, at `read_at`: every second while idle, in the RX window of each shot of an acquisition."""
     return context.engine.status()
 
 
 @router.get("/devices", summary="What is there: identity, state and last error of each device")
-def devices(context: Shared) -> dict[str, Any]:
+def list_devices(context: Shared) -> DeviceListing:
     """One entry per device, as last read back; one that does not answer is there with its error."""
-    return {"devices": context.engine.devices()}
+    return context.engine.devices()
 
 
 @router.get("/resonators", summary="Resonators that can be measured")
-def resonators() -> dict[str, Any]:
+def list_resonators() -> ResonatorListing:
     """Resonators by the name to use in an acquisition, with variant and the presets of their sequence."""
     found = {name: load_specimen(name)[0] for name in shipped("resonators")}
-    presets = {s.variant: load_sequence(s.variant).model_dump() for s in found.values()}
-    return {n: {"name": s.name, "variant": s.variant, "sequence": presets[s.variant]} for n, s in found.items()}
+    presets = {s.variant: SequencePreset(**load_sequence(s.variant).model_dump()) for s in found.values()}
+    return ResonatorListing(
+        {n: ResonatorInfo(name=s.name, variant=s.variant, sequence=presets[s.variant]) for n, s in found.items()}
+    )
 
 
-@router.post("/stop", summary="All outputs off, now")
-async def stop(context: Shared) -> dict[str, str]:
+def check_resonator(name: str) -> None:
+    """By REST resonators are named, never given as paths.  Raises InputError."""
+    names = shipped("resonators")
+    if name not in names:
+        what = f"no resonator is called {name!r}"
+        raise InputError(what, where="resonator", remedy=f"one of: {', '.join(names)}")
+
+
+@router.post("/stop", summary="All outputs off, now", responses=problems(502, 504))
+async def stop(context: Shared) -> StopReport:
     """Amplifier off, card stopped, receiver disconnected, all acquisitions cancelled.  Shots already on disk stay."""
     # Threads of its own: downloads and other long requests must not make it wait.
     await anyio.to_thread.run_sync(context.engine.outputs_off, limiter=anyio.CapacityLimiter(1))
-    return {"status": "outputs are off, acquisitions are cancelled"}
+    return StopReport(status="outputs are off, acquisitions are cancelled")
 
 
 @router.post(
     "/devices/power_amplifier/reset",
     summary="Clear the amplifier's latched fault after a trip",
-    response_model=ResetModel,
-    responses={409: {"model": ProblemModel}, 502: {"model": ProblemModel}},
+    responses=problems(409, 502, 504),
 )
-def reset_amplifier(context: Shared) -> dict[str, Any]:
+def reset_amplifier(context: Shared) -> FaultReset:
     """Find the cause of the trip first.
 
     Puts no power out: the amplifier is disabled and muted afterwards, and the next series begins with its self-test.
@@ -97,10 +110,11 @@ def reset_amplifier(context: Shared) -> dict[str, Any]:
     return context.engine.reset_fault()
 
 
-@router.get("/problems/{kind}", summary="What a kind of problem means")
-def problem_page(kind: str) -> dict[str, str]:
+@router.get("/problems/{kind}", summary="What a kind of problem means", responses=problems(404))
+def get_problem_kind(kind: str) -> ProblemKind:
     """Title and meaning of the `type` of a problem details object."""
     kinds = problem_kinds()
     if kind not in kinds:
         raise UnknownId(f"no kind of problem is called {kind!r}", remedy=f"one of: {', '.join(sorted(kinds))}")
-    return {"type": f"/problems/{kind}", "title": kinds[kind].title, "meaning": (kinds[kind].__doc__ or "").strip()}
+    meaning = (kinds[kind].__doc__ or "").strip()
+    return ProblemKind(type=f"/problems/{kind}", title=kinds[kind].title, meaning=meaning)

@@ -3,25 +3,38 @@
 from __future__ import annotations
 
 import io
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 from urllib.parse import quote
 
 import numpy as np
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Path, Query, Response
 from fastapi.responses import FileResponse
+from numpy.typing import NDArray
 
 from drivers.errors import InputError
 from platform_daemon.analysis import calibrated_signal, min_max_decimate
 from platform_daemon.estimation import RingDownRecord
+from platform_daemon.schemas import (
+    DmdtSeries,
+    RecordingInfo,
+    RecordingLinks,
+    RecordingListing,
+    RecordingSummary,
+    UnreadableRecording,
+)
 from platform_daemon.store import Recording, describe, dmdt_file, list_recordings, open_recording, resolve
 
 from ..context import Shared
-from ..models import DmdtModel, ProblemModel
-from ..problems import problem
+from ..problems import problem, problems
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
-ERRORS: dict[int | str, dict[str, Any]] = {404: {"model": ProblemModel}, 422: {"model": ProblemModel}}
+HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
+BINARY = {"schema": {"type": "string", "format": "binary"}}
+Frame = Annotated[int, Path(description="number of the frame, from 0")]
+Points = Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")]
+Start = Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")]
+Stop = Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")]
 
 
 def opened(identifier: str, context: Shared) -> Recording:
@@ -30,124 +43,178 @@ def opened(identifier: str, context: Shared) -> Recording:
 
 
 @router.get("", summary="All recordings")
-def list_recordings_in_folder(context: Shared) -> dict[str, Any]:
+def list_recordings_in_folder(context: Shared) -> RecordingListing:
     """Every recording, and every file that cannot be read with the reason."""
     found = list_recordings(context.recordings)
-    entries = [{**asdict(e), "path": e.path.name, "links": _links(e.identifier)} for e in found.recordings]
-    broken = [{"identifier": b.identifier, "path": b.path.name, "error": problem(b.error)} for b in found.broken]
-    return {"recordings": entries, "broken": broken}
+    return RecordingListing(
+        recordings=tuple(
+            RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
+        ),
+        broken=tuple(
+            UnreadableRecording(identifier=b.identifier, path=b.path.name, error=problem(b.error)) for b in found.broken
+        ),
+    )
 
 
-@router.get("/{identifier}", summary="What a recording holds", responses=ERRORS)
-def get_recording(identifier: str, context: Shared) -> dict[str, Any]:
+@router.get("/{identifier}", summary="What a recording holds", responses=problems(404, 422))
+def get_recording(identifier: str, context: Shared) -> RecordingInfo:
     """What the recording says: sequence, calibration, frames with verdicts, sample, operator."""
     recording = opened(identifier, context)
-    return {"id": identifier, **describe(recording), "file": recording.path.name, "links": _links(identifier)}
+    here = {"id": identifier, "file": recording.path.name, "links": _links(identifier)}
+    return describe(recording).model_copy(update=here)
 
 
-def _links(identifier: str) -> dict[str, str]:
+def _links(identifier: str) -> RecordingLinks:
     base = f"/recordings/{quote(identifier)}"
-    return {"self": base, "file": f"{base}/file", "dmdt": f"{base}/frames/0/dmdt"}
+    return RecordingLinks(self=base, file=f"{base}/file", dmdt=f"{base}/frames/0/dmdt")
 
 
-@router.get("/{identifier}/file", summary="The file itself", responses=ERRORS)
+@router.get(
+    "/{identifier}/file",
+    summary="The file itself",
+    response_class=FileResponse,
+    responses={200: {"content": {HDF5: BINARY}, "description": "HDF5, NeXus, `.mmr`"}, **problems(404, 422)},
+)
 def download_recording(identifier: str, context: Shared) -> FileResponse:
     """The whole file (HDF5, NeXus, `.mmr`)."""
     path = opened(identifier, context).path
-    return FileResponse(path, media_type="application/x-hdf5", filename=path.name)
+    return FileResponse(path, media_type=HDF5, filename=path.name)
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """A stretch of one frame: samples (3, n) of `record` from sample `first` on, and what was assumed."""
+
+    identifier: str
+    frame: int
+    recording: Recording
+    record: RingDownRecord
+    samples: NDArray[np.float64]
+    first: int
+    notes: tuple[str, ...]
+
+    @property
+    def channels(self) -> list[str]:
+        """World axes, or numbers of the receive channels."""
+        return list("xyz") if self.record.quantity == "dmdt" else [str(c) for c in range(len(self.record.samples))]
+
+    @property
+    def unit(self) -> Literal["A m^2/s", "V"]:
+        """Of the samples."""
+        return "A m^2/s" if self.record.quantity == "dmdt" else "V"
 
 
 @router.get(
     "/{identifier}/frames/{frame}/dmdt",
     summary="Calibrated dm/dt of a frame",
-    response_model=DmdtModel,
-    responses=ERRORS,
+    response_model=DmdtSeries,
+    responses={200: {"content": {BYTES: BINARY}}, **problems(404, 422)},
 )
 def get_dmdt(
     identifier: str,
-    frame: int,
+    frame: Frame,
     context: Shared,
     format: Annotated[
         Literal["json", "npy", "h5"], Query(description="json is decimated, npy and h5 are full")
     ] = "json",
-    points: Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")] = 2000,
-    start_s: Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")] = 0.0,
-    stop_s: Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")] = None,
+    points: Points = 2000,
+    start_s: Start = 0.0,
+    stop_s: Stop = None,
 ) -> Any:
     """dm/dt = -P^-1 u in A m^2/s, world axes; the RX volts if the recording has no calibration.
 
-    `npy`: float64 (3, n); `h5`: datasets `dmdt` (3, n), `channel` (3,) and `time` (n,) as dimension scales, units, and
-    as attributes of the file the sampling rate and the source (recording, frame, calibration, software).
+    `npy` and `h5` as /dmdt.npy and /dmdt.h5.
     """
+    cut = _cut(identifier, frame, context, start_s, stop_s)
+    if format == "json":
+        return _points(cut, points)
+    return _download(cut, "npy", _npy(cut)) if format == "npy" else _download(cut, "h5", _h5(cut))
+
+
+@router.get(
+    "/{identifier}/frames/{frame}/dmdt.npy",
+    summary="Calibrated dm/dt of a frame as a numpy file",
+    response_class=Response,
+    responses={200: {"content": {BYTES: BINARY}, "description": "float64 (3, n)"}, **problems(404, 422)},
+)
+def get_dmdt_npy(identifier: str, frame: Frame, context: Shared, start_s: Start = 0.0, stop_s: Stop = None) -> Response:
+    """All samples, float64 (3, n), A m^2/s in world axes; volts if the recording has no calibration."""
+    cut = _cut(identifier, frame, context, start_s, stop_s)
+    return _download(cut, "npy", _npy(cut))
+
+
+@router.get(
+    "/{identifier}/frames/{frame}/dmdt.h5",
+    summary="Calibrated dm/dt of a frame as an HDF5 file",
+    response_class=Response,
+    responses={200: {"content": {BYTES: BINARY}, "description": "HDF5"}, **problems(404, 422)},
+)
+def get_dmdt_h5(identifier: str, frame: Frame, context: Shared, start_s: Start = 0.0, stop_s: Stop = None) -> Response:
+    """All samples: datasets `dmdt` (3, n), `channel` (3,) and `time` (n,) as dimension scales, units.
+
+    Attributes of the file: the sampling rate and the source (recording, frame, calibration, software).
+    """
+    cut = _cut(identifier, frame, context, start_s, stop_s)
+    return _download(cut, "h5", _h5(cut))
+
+
+def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: float | None) -> _Cut:
+    """Raises UnknownRecording, RecordingError, InputError for a range that is empty or leaves the RX window."""
     recording = opened(identifier, context)
     rate = recording.sequence.rate_hz
     signal = calibrated_signal(recording.rx_volts(frame), rate, recording.calibration)
     record, assumed = signal.record, signal.notes
-    first, last = _span(record.samples.shape[1], rate, start_s, stop_s)
-    cut = record.samples[:, first:last]
-    if format == "json":
-        return {**_points(identifier, frame, record, cut, first, points), "notes": _notes(record, assumed)}
-    name = f"{identifier}-frame{frame}-{record.quantity}.{format}"
-    body = _npy(cut) if format == "npy" else _h5(cut, first, record, recording, frame, _notes(record, assumed))
-    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
-    return Response(body, media_type="application/octet-stream", headers=headers)
-
-
-def _span(samples: int, rate_hz: float, start_s: float, stop_s: float | None) -> tuple[int, int]:
-    """Sample range of a time range.  Raises InputError if it is empty or leaves the RX window."""
-    first, last = round(start_s * rate_hz), samples if stop_s is None else round(stop_s * rate_hz)
+    samples = record.samples.shape[1]
+    first, last = round(start_s * rate), samples if stop_s is None else round(stop_s * rate)
     if not 0 <= first < last <= samples:
-        remedy = f"ask for times from 0 to {samples / rate_hz:.6f} s, start_s before stop_s"
+        remedy = f"ask for times from 0 to {samples / rate:.6f} s, start_s before stop_s"
         raise InputError("the time range holds no samples of this frame", where="start_s, stop_s", remedy=remedy)
-    return first, last
+    bare = () if record.quantity == "dmdt" else ("the recording has no calibration: these are volts at the ADC input",)
+    return _Cut(identifier, frame, recording, record, record.samples[:, first:last], first, (*bare, *assumed))
 
 
-def _points(identifier: str, frame: int, record: RingDownRecord, cut: Any, first: int, points: int) -> dict[str, Any]:
-    size, low, high = min_max_decimate(cut, points)
-    start = (first + size * np.arange(low.shape[1])) / record.sampling_rate_hz
-    return {
-        "recording": identifier,
-        "frame": frame,
-        "quantity": record.quantity,
-        "unit": _unit(record),
-        "channels": _channels(record),
-        "sampling_rate_hz": record.sampling_rate_hz,
-        "samples": cut.shape[1],
-        "samples_per_point": size,
-        "t_s": start.tolist(),
-        "minimum": low.tolist(),
-        "maximum": high.tolist(),
-    }
+def _points(cut: _Cut, points: int) -> DmdtSeries:
+    size, low, high = min_max_decimate(cut.samples, points)
+    start = (cut.first + size * np.arange(low.shape[1])) / cut.record.sampling_rate_hz
+    assert cut.record.quantity != "angle"
+    return DmdtSeries(
+        recording=cut.identifier,
+        frame=cut.frame,
+        quantity=cut.record.quantity,
+        unit=cut.unit,
+        channels=tuple(cut.channels),
+        sampling_rate_hz=cut.record.sampling_rate_hz,
+        samples=cut.samples.shape[1],
+        samples_per_point=size,
+        t_s=start.tolist(),
+        minimum=low.tolist(),
+        maximum=high.tolist(),
+        notes=cut.notes,
+    )
 
 
-def _notes(record: RingDownRecord, assumed: tuple[str, ...]) -> list[str]:
-    bare = [] if record.quantity == "dmdt" else ["the recording has no calibration: these are volts at the ADC input"]
-    return [*bare, *assumed]
+def _download(cut: _Cut, suffix: str, body: bytes) -> Response:
+    name = f"{cut.identifier}-frame{cut.frame}-{cut.record.quantity}.{suffix}"
+    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    return Response(body, media_type=BYTES, headers=headers)
 
 
-def _channels(record: RingDownRecord) -> list[str]:
-    return list("xyz") if record.quantity == "dmdt" else [str(c) for c in range(record.samples.shape[0])]
-
-
-def _unit(record: RingDownRecord) -> str:
-    return "A m^2/s" if record.quantity == "dmdt" else "V"
-
-
-def _npy(cut: Any) -> bytes:
+def _npy(cut: _Cut) -> bytes:
     buffer = io.BytesIO()
-    np.save(buffer, np.ascontiguousarray(cut))
+    np.save(buffer, np.ascontiguousarray(cut.samples))
     return buffer.getvalue()
 
 
-def _h5(cut: Any, first: int, record: RingDownRecord, recording: Recording, frame: int, notes: list[str]) -> bytes:
-    names = () if record.quantity == "dmdt" or recording.provenance is None else recording.provenance.channel_names
+def _h5(cut: _Cut) -> bytes:
+    said = cut.recording.provenance if cut.record.quantity != "dmdt" else None
+    names = () if said is None else said.channel_names
     return dmdt_file(
-        cut,
-        first,
-        quantity=record.quantity,
-        unit=_unit(record),
-        channels=names or _channels(record),
-        recording=recording,
-        frame=frame,
-        notes=notes,
+        cut.samples,
+        cut.first,
+        quantity=cut.record.quantity,
+        unit=cut.unit,
+        channels=names or cut.channels,
+        recording=cut.recording,
+        frame=cut.frame,
+        notes=list(cut.notes),
     )

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
 from platform_daemon import analysis, diagnosis
+from platform_daemon.schemas import AcquisitionRequest
 
 from ..engine import Engine
-from ..jobs import Job
-from ..planning import AcquisitionPlan, AcquisitionRequest
+from ..planning import AcquisitionPlan
+from ..work.series import AcquisitionJob
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import ModelChoice
@@ -40,7 +41,7 @@ class Budget:
     seconds: float
 
 
-def _wait(job: Job) -> None:
+def _wait(job: AcquisitionJob) -> None:
     job.ended.wait()
 
 
@@ -51,7 +52,7 @@ class Callbacks:
     asked: puts a manual step to the operator; True: it is done, False: leave it out.
     """
 
-    acquired: Callable[[Job], None] = _wait
+    acquired: Callable[[AcquisitionJob], None] = _wait
     tell: ProgressCallback = lambda what, share: None
     say: Callable[[str], None] = lambda text: None
     asked: Callable[[Measurement], bool] = lambda step: False
@@ -132,7 +133,7 @@ class LiveDiagnosis:
                 job.ended.wait(timeout=60)
                 raise
             finally:
-                entry["shots"] = job.result.get("shots", 0)
+                entry["shots"] = job.result.shots or 0
                 self._shots += entry["shots"]
                 self._files += [path] if path.exists() else []
             if job.error is not None:
@@ -209,7 +210,7 @@ def variations(first: AcquisitionRequest, plan: AcquisitionPlan, key: str) -> li
     """The series that an automatic measurement stands for, the gentlest first."""
 
     def changed(**keys: Any) -> AcquisitionRequest:
-        return first.model_copy(update={"sequence": {**first.sequence, **keys}})
+        return first.model_copy(update={"sequence": first.sequence.model_copy(update=keys)})
 
     if key == "second_amplitude":
         return [changed(field_t=share * plan.sequence.field_t) for share in _FIELDS]
@@ -224,7 +225,7 @@ def variations(first: AcquisitionRequest, plan: AcquisitionPlan, key: str) -> li
     return []
 
 
-def _other_axes(plan: AcquisitionPlan) -> list[list[float]]:
+def _other_axes(plan: AcquisitionPlan) -> list[tuple[float, ...]]:
     """Directions 45 degrees from the present one: along other world axes a rotor may not be driven at all."""
     now = plan.sequence.direction()
     along = int(abs(now).argmax())
@@ -233,7 +234,7 @@ def _other_axes(plan: AcquisitionPlan) -> list[list[float]]:
         if other != along:
             turned = now.copy()
             turned[other] += 1.0
-            found.append([float(x) for x in turned])
+            found.append(tuple(float(x) for x in turned))
     return found
 
 

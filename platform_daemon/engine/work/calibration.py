@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 from drivers.platform import Platform
+from platform_daemon.schemas import CalibrationRequest
 from sequences.compiler import TransmitSide
 
-from .calibration_bench import CalibrationBench, CalibrationRequest, CalibrationWork
+from .calibration_bench import CalibrationBench, CalibrationWork
 from .receive_calibration import ReceiveCalibrationWork
 from .self_test import SelfTest
 from .transmit_calibration import TransmitCalibrationWork
-
-__all__ = ["CalibrationRequest", "CalibrationWork", "calibration_work"]
 
 
 def calibration_work(

@@ -1,18 +1,18 @@
-"""What the calibrations share: the request, and the bench that their shots are made on."""
+"""What the calibrations share: the bench that their shots are made on."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.errors import DeviceFault, InputError
 from drivers.platform import Platform
+from platform_daemon.schemas import CalibrationReport, CalibrationRequest, ComplexTable, NoResult
 from platform_daemon.store import check_calibration_name
 from sequences.compiler import TransmitSide
 from sequences.tones import ToneShot, played_hz
@@ -24,35 +24,7 @@ TRIES = 3  # per shot, if it is refused
 NO_PRODUCT = 2.0  # chi2 per degree of freedom from which on a model of the chain is doubted
 QUESTION_STEP_S = 0.1
 
-Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
-
-
-class CalibrationRequest(BaseModel):
-    """A calibration.
-
-    kind: receive (reference dipole along x, y, z) or transmit (field probe, coil after coil); name: of the file,
-    default: the kind; frequencies_hz: at least two; repetitions: shots per direction and frequency; listen_s: length of
-    one (receive); amplifier_v: on the coil (transmit); temperature_span_c: it holds so far from the temperature at
-    which it was made.
-    """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    kind: Literal["receive", "transmit"]
-    name: Annotated[str, Field(max_length=61)] | None = None
-    frequencies_hz: Annotated[tuple[Hertz, ...], Field(strict=False, min_length=2, max_length=100)] = (
-        *(100.0, 212.0, 424.0, 636.0, 848.0, 1272.0),
-        *(2120.0, 4000.0, 8000.0),
-    )
-    repetitions: Annotated[int, Field(ge=1, le=1000)] = 2
-    listen_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 0.4
-    amplifier_v: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 1.0
-    temperature_span_c: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 5.0
-
-    @property
-    def file_name(self) -> str:
-        """Name of the file, without version and date."""
-        return self.name or self.kind
+CalibrationJob = Job[CalibrationRequest, CalibrationReport | NoResult]
 
 
 class CalibrationWork(Protocol):
@@ -62,7 +34,7 @@ class CalibrationWork(Protocol):
     def shots(self) -> int:
         """How many shots it takes, unless some must be repeated."""
 
-    def __call__(self, job: Job) -> None:
+    def __call__(self, job: CalibrationJob) -> None:
         """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
 
 
@@ -92,7 +64,7 @@ class CalibrationBench:
         """The lowest and the highest frequency."""
         return float(self.frequencies_hz[0]), float(self.frequencies_hz[-1])
 
-    def place(self, job: Job, done: Callable[[], bool], what: str) -> None:
+    def place(self, job: CalibrationJob, done: Callable[[], bool], what: str) -> None:
         """Have something brought into place; wait for the operator if nobody else does it.  Raises Cancelled."""
         if done():
             return
@@ -102,7 +74,7 @@ class CalibrationBench:
                 raise Cancelled
         job.answered()
 
-    def shoot(self, job: Job, shot: ToneShot, phase: str) -> RawShot:
+    def shoot(self, job: CalibrationJob, shot: ToneShot, phase: str) -> RawShot:
         """One good shot.  Raises DeviceFault if it is refused again and again."""
         job.at(job.done, phase)
         for _ in range(TRIES):
@@ -122,3 +94,8 @@ class CalibrationBench:
             return None, None
         span = self.request.temperature_span_c
         return float(np.mean(self._celsius)), (min(self._celsius) - span, max(self._celsius) + span)
+
+
+def complex_table(value: NDArray[np.complex128], std: NDArray[np.float64]) -> ComplexTable:
+    """A measured table (a, b, k) and the standard deviation of its real and imaginary parts, as JSON has it."""
+    return ComplexTable(real=value.real.tolist(), imag=value.imag.tolist(), std=std.tolist())

@@ -13,11 +13,11 @@ from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import ReferenceDipole
 from platform_daemon import estimation
+from platform_daemon.schemas import CalibrationReport, ReceiveCalibrationReport
 from platform_daemon.store import add_receive_calibration
 from sequences.tones import ToneShot, dipole_shot
 
-from ..jobs import Job
-from .calibration_bench import NO_PRODUCT, CalibrationBench
+from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table
 
 if TYPE_CHECKING:
     from platform_daemon.estimation import Phasors, ReceiveResult
@@ -41,7 +41,7 @@ class ReceiveCalibrationWork:
         """See CalibrationWork."""
         return len(AXES) * self._bench.frequencies_hz.size * self._bench.request.repetitions
 
-    def __call__(self, job: Job) -> None:
+    def __call__(self, job: CalibrationJob) -> None:
         """See CalibrationWork."""
         columns = []
         try:
@@ -54,14 +54,14 @@ class ReceiveCalibrationWork:
         p, std = (np.array([[c[part] for c in rows] for rows in columns]).transpose(2, 0, 1) for part in (0, 1))
         self._keep(job, estimation.receive_result(self._bench.frequencies_hz, p, std, self._dipole.relative_std()))
 
-    def _column(self, job: Job, axis: str, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    def _column(self, job: CalibrationJob, axis: str, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """P of one axis at one frequency, (channel,), with its standard deviation."""
         shot = self._shot(f)
         heard = self._heard(job, shot, f, f"dipole along {axis}, {f:g} Hz")
         moment = self._dipole.moment_per_volt_am2(f) * shot.timeline.bursts[0].amplitude_v
         return estimation.sensitivity_from(heard.value, heard.std, moment, f)
 
-    def _heard(self, job: Job, shot: ToneShot, f: float, phase: str) -> Phasors:
+    def _heard(self, job: CalibrationJob, shot: ToneShot, f: float, phase: str) -> Phasors:
         start, rate_hz = shot.timeline.rx_start, shot.timeline.clock.rate_hz
         found = []
         for _ in range(self._bench.request.repetitions):
@@ -88,7 +88,7 @@ class ReceiveCalibrationWork:
         except ValueError as error:
             raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
 
-    def _keep(self, job: Job, found: ReceiveResult) -> None:
+    def _keep(self, job: CalibrationJob, found: ReceiveResult) -> None:
         made = self._bench.platform.clock.utc()
         celsius, valid_c = self._bench.temperatures_c()
 
@@ -115,23 +115,24 @@ class ReceiveCalibrationWork:
                 f"calibration_response: one frequency response per channel does not explain P (chi2/dof "
                 f"{found.chi2_per_dof:.2f}); the dipole may have moved"
             )
-        job.result = {
-            "calibration": path.stem,
-            "file": path.name,
-            "kind": "receive",
-            "dipole": self._dipole.identity().model,
-            "lna_gain": self._bench.platform.lna.gain(),
-            "frequency_hz": found.frequency_hz.tolist(),
-            "p_t_per_a": {"real": found.p.real.tolist(), "imag": found.p.imag.tolist(), "std": found.std.tolist()},
-            "relative_std": found.relative_std,
-            "sensitivity_t_per_a": found.sensitivity.tolist(),
-            "sensitivity_std_t_per_a": found.sensitivity_std.tolist(),
-            "chi2_per_dof": found.chi2_per_dof,
-            "date": made.isoformat(),
-            "temperature_c": celsius,
-            "valid_hz": list(self._bench.extent_hz),
-            "valid_c": None if valid_c is None else list(valid_c),
-        }
+        report = ReceiveCalibrationReport(
+            calibration=path.stem,
+            file=path.name,
+            kind="receive",
+            dipole=self._dipole.identity().model,
+            lna_gain=self._bench.platform.lna.gain(),
+            frequency_hz=found.frequency_hz.tolist(),
+            p_t_per_a=complex_table(found.p, found.std),
+            relative_std=found.relative_std,
+            sensitivity_t_per_a=found.sensitivity.tolist(),
+            sensitivity_std_t_per_a=found.sensitivity_std.tolist(),
+            chi2_per_dof=found.chi2_per_dof,
+            date=made.isoformat(),
+            temperature_c=celsius,
+            valid_hz=self._bench.extent_hz,
+            valid_c=valid_c,
+        )
+        job.result = CalibrationReport(report)
         log.info("calibration_written", file=path.name)
 
 

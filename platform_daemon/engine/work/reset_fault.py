@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Any
 
 import structlog
 
 from drivers.platform import Platform
+from platform_daemon.schemas import AmplifierState, FaultReset
 
 log = structlog.get_logger()
 
 
-def reset_amplifier(platform: Platform) -> dict[str, Any]:
+def reset_amplifier(platform: Platform) -> FaultReset:
     """Clear the amplifier's latched fault; what it was (None: there was none), and the amplifier now: disabled, muted.
 
     No power goes out; that the chain still is as it was, the self-test before the next series shows.  Raises
@@ -21,4 +21,4 @@ def reset_amplifier(platform: Platform) -> dict[str, Any]:
     fault = platform.amplifier.status().fault
     platform.amplifier.reset_fault()
     log.info("amplifier_fault_reset", fault=fault)
-    return {"fault": fault, "power_amplifier": asdict(platform.amplifier.status())}
+    return FaultReset(fault=fault, power_amplifier=AmplifierState(**asdict(platform.amplifier.status())))

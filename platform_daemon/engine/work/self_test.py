@@ -8,7 +8,6 @@ leaks into the coil's own channel passes every cable of the chain but those to t
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import structlog
@@ -18,7 +17,7 @@ from drivers.clock import SystemClock
 from drivers.errors import DeviceFault, InterlockError
 from drivers.platform import Platform
 from platform_daemon import estimation
-from platform_daemon.schemas import SelfTestOptions
+from platform_daemon.schemas import SelfTestOptions, SelfTestReport
 from sequences.compiler import TransmitSide
 from sequences.tones import coil_drive, coil_tones, played_hz
 
@@ -50,8 +49,8 @@ class SelfTest:
             drives = [coil_drive(c, options.amplifier_v, self._frequency_hz) for c in side.channels]
             self._shot, self._spans = coil_tones(drives, self._frequency_hz, options.tone_s, side)
 
-    def __call__(self, cancelled: Callable[[], bool] = lambda: False) -> dict[str, Any] | None:
-        """Make the shot; what was heard (see `report`), None if the self-test is off.
+    def __call__(self, cancelled: Callable[[], bool] = lambda: False) -> SelfTestReport | None:
+        """Make the shot; what was heard, None if the self-test is off.
 
         Raises SelfTestFailed that says what is wrong, Cancelled, DeviceError if a device fails otherwise.
         """
@@ -146,16 +145,16 @@ class SelfTest:
             found.append(f"the gain of {channels[whose].axis} is {gain:.2g} of expected")
         return found
 
-    def _report(self, heard: NDArray[np.complex128], own: list[int], expected: NDArray[np.float64]) -> dict[str, Any]:
-        """Plain JSON types: gain of each coil relative to what is expected, and the isolation seen."""
+    def _report(self, heard: NDArray[np.complex128], own: list[int], expected: NDArray[np.float64]) -> SelfTestReport:
+        """Gain of each coil relative to what is expected, and the isolation seen."""
         own_heard = np.array([abs(heard[c, k]) for k, c in enumerate(own)])
         gains = np.array([c.amplifier_gain for c in self._side.channels]) * self._platform.lna.gain()
         axes = [c.axis for c in self._side.channels]
-        return {
-            "frequency_hz": self._frequency_hz,
-            "gain": dict(zip(axes, (own_heard / expected).tolist(), strict=True)),
-            "isolation_db": dict(zip(axes, (-20 * np.log10(own_heard / gains)).tolist(), strict=True)),
-        }
+        return SelfTestReport(
+            frequency_hz=self._frequency_hz,
+            gain=dict(zip(axes, (own_heard / expected).tolist(), strict=True)),
+            isolation_db=dict(zip(axes, (-20 * np.log10(own_heard / gains)).tolist(), strict=True)),
+        )
 
 
 def _failed(complaints: list[str]) -> SelfTestFailed:

@@ -18,7 +18,7 @@ from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon import __version__, analysis, estimation
 from platform_daemon.design import expected_moment
-from platform_daemon.schemas import FrameFit, unfitted
+from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FrameFit, unfitted
 from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from platform_daemon.estimation import FitResult
 
 log = structlog.get_logger()
+AcquisitionJob = Job[AcquisitionRequest, AcquisitionResult]
 MAX_REFUSED_IN_A_ROW = 3
 PAUSE_STEP_S = 0.1
 
@@ -66,7 +67,7 @@ class SeriesWork:
         self._left: Callable[[], None] | None = None
         self._storing: Future[None] | None = None
 
-    def __call__(self, job: Job) -> None:
+    def __call__(self, job: AcquisitionJob) -> None:
         """Mount, test the chain, shoot, store, fit.
 
         Raises SelfTestFailed before there is a file, Cancelled, DeviceError, OSError; shots already stored stay in it.
@@ -84,7 +85,7 @@ class SeriesWork:
             finally:
                 self._finish(job, series)
 
-    def _shoot_all(self, job: Job, series: SeriesWriter, disk: Executor) -> None:
+    def _shoot_all(self, job: AcquisitionJob, series: SeriesWriter, disk: Executor) -> None:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
             for done, shot in enumerate(self._plan.shots):
@@ -102,26 +103,27 @@ class SeriesWork:
         if left is not None:
             left()
 
-    def _keep(self, job: Job, series: SeriesWriter, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
+    def _keep(self, job: AcquisitionJob, series: SeriesWriter, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
         """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
         _raise_failure(self._storing)
         self._storing = disk.submit(self._store, job, series, shot_record(shot, raw))
         self._storing.add_done_callback(_complain)
         self._follow_up(job, shot, raw)
 
-    def _prove_wiring(self, job: Job) -> None:
+    def _prove_wiring(self, job: AcquisitionJob) -> None:
         if self._self_test is None or not self._self_test.enabled:
             return
         job.at(0, "self-test")
-        log.info("self_test_passed", **(self._self_test(job.cancel_requested.is_set) or {}))
+        heard = self._self_test(job.cancel_requested.is_set)
+        log.info("self_test_passed", **({} if heard is None else heard.model_dump()))
 
-    def _store(self, job: Job, series: SeriesWriter, shot: ShotRecord) -> None:
+    def _store(self, job: AcquisitionJob, series: SeriesWriter, shot: ShotRecord) -> None:
         """Once this is done the job's record says where the shots are, whatever happens to the process."""
         stored = series.add_shot(shot)
-        job.result = {"recording": self._target.stem, "file": self._target.name, "shots": stored}
+        job.result = AcquisitionResult(recording=self._target.stem, file=self._target.name, shots=stored)
         job.on_change(job)
 
-    def _shoot(self, job: Job, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
+    def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
         total, looked = shot.timeline.total_samples, False
 
         def tell(samples: int) -> None:
@@ -136,7 +138,7 @@ class SeriesWork:
         job.at(series.shots, f"shot {number}: prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
 
-    def _pause(self, job: Job, *, first: bool) -> None:
+    def _pause(self, job: AcquisitionJob, *, first: bool) -> None:
         """Wait `pause_s` of platform time between shots, looking at cancel."""
         left = 0.0 if first else self._plan.sequence.pause_s
         if left > 0:
@@ -149,7 +151,7 @@ class SeriesWork:
             self._platform.clock.sleep(min(left, PAUSE_STEP_S))
             left -= PAUSE_STEP_S
 
-    def _count_refusals(self, job: Job, raw: RawShot, number: int) -> None:
+    def _count_refusals(self, job: AcquisitionJob, raw: RawShot, number: int) -> None:
         """Give up after too many refused shots in a row."""
         if raw.reason is None:
             self._refused_in_a_row = 0
@@ -163,7 +165,7 @@ class SeriesWork:
                 remedy="find the cause named; the shots are kept in the recording, marked refused",
             )
 
-    def _follow_up(self, job: Job, shot: ShotPlan, raw: RawShot) -> None:
+    def _follow_up(self, job: AcquisitionJob, shot: ShotPlan, raw: RawShot) -> None:
         """Start the on-line fit of a good shot."""
         if raw.reason is not None:
             self._fits.append(raw.reason)
@@ -189,7 +191,7 @@ class SeriesWork:
             self._executor.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
         )
 
-    def _finish(self, job: Job, series: SeriesWriter) -> None:
+    def _finish(self, job: AcquisitionJob, series: SeriesWriter) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
         stored = series.shots
         job.at(stored, "fit")
@@ -211,7 +213,7 @@ class SeriesWork:
             ]
             ask = analysis.FitRequest(self._plan.model, window)
             report = analysis.file_report(path.name, ask, frames, self._calibration)
-            job.result = {**job.result, "fit": report.model_dump()}
+            job.result = job.result.model_copy(update={"fit": report})
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 
     def _header(self) -> SeriesHeader:

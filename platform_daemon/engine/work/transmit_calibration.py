@@ -13,11 +13,11 @@ from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import FieldProbe
 from platform_daemon import estimation
+from platform_daemon.schemas import CalibrationReport, TransmitCalibrationReport
 from platform_daemon.store import add_transmit_calibration
 from sequences.tones import ToneShot, coil_drive, coil_tones
 
-from ..jobs import Job
-from .calibration_bench import NO_PRODUCT, CalibrationBench
+from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table
 from .self_test import SelfTest
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ class TransmitCalibrationWork:
         """See CalibrationWork."""
         return len(self._bench.side.channels) * self._bench.frequencies_hz.size * self._bench.request.repetitions
 
-    def __call__(self, job: Job) -> None:
+    def __call__(self, job: CalibrationJob) -> None:
         """See CalibrationWork.  Raises also SelfTestFailed."""
         if self._self_test.enabled:
             job.at(0, "self-test")
@@ -62,7 +62,9 @@ class TransmitCalibrationWork:
             estimation.transmit_result(self._bench.frequencies_hz, value, std, self._probe.relative_std(), channels),
         )
 
-    def _field_per_volt(self, job: Job, k: int, f: float) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    def _field_per_volt(
+        self, job: CalibrationJob, k: int, f: float
+    ) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
         """Field of coil k per volt at its DAC output, (3,), with its standard deviation."""
         channel, (shot, (first, last)) = self._bench.side.channels[k], self._shot(k, f)
         rate_hz = shot.timeline.clock.rate_hz
@@ -90,7 +92,7 @@ class TransmitCalibrationWork:
             raise InputError(f"{f:g} Hz is too low for tones of {tone_s:g} s", where="frequencies_hz", remedy=remedy)
         return shot, spans[0]
 
-    def _keep(self, job: Job, found: TransmitResult) -> None:
+    def _keep(self, job: CalibrationJob, found: TransmitResult) -> None:
         made = self._bench.platform.clock.utc()
         celsius, valid_c = self._bench.temperatures_c()
         axes = tuple(c.axis for c in self._bench.side.channels)
@@ -117,24 +119,24 @@ class TransmitCalibrationWork:
                     f"calibration_loop: resistance and inductance do not explain the field of coil {axis} (chi2/dof "
                     f"{chi2:.2f})"
                 )
-        value = found.field_per_volt
-        job.result = {
-            "calibration": path.stem,
-            "file": path.name,
-            "kind": "transmit",
-            "probe": self._probe.identity().model,
-            "coils": list(axes),
-            "frequency_hz": found.frequency_hz.tolist(),
-            "field_t_per_v": {"real": value.real.tolist(), "imag": value.imag.tolist(), "std": found.std.tolist()},
-            "relative_std": found.relative_std,
-            "field_t_per_a": found.field_per_ampere_t.tolist(),
-            "inductance_h": found.inductance_h.tolist(),
-            "chi2_per_dof": found.chi2_per_dof.tolist(),
-            "date": made.isoformat(),
-            "temperature_c": celsius,
-            "valid_hz": list(self._bench.extent_hz),
-            "valid_c": None if valid_c is None else list(valid_c),
-        }
+        report = TransmitCalibrationReport(
+            calibration=path.stem,
+            file=path.name,
+            kind="transmit",
+            probe=self._probe.identity().model,
+            coils=axes,
+            frequency_hz=found.frequency_hz.tolist(),
+            field_t_per_v=complex_table(found.field_per_volt, found.std),
+            relative_std=found.relative_std,
+            field_t_per_a=found.field_per_ampere_t.tolist(),
+            inductance_h=found.inductance_h.tolist(),
+            chi2_per_dof=found.chi2_per_dof.tolist(),
+            date=made.isoformat(),
+            temperature_c=celsius,
+            valid_hz=self._bench.extent_hz,
+            valid_c=valid_c,
+        )
+        job.result = CalibrationReport(report)
         log.info("calibration_written", file=path.name)
 
 

@@ -1,4 +1,4 @@
-"""Moments of the data with the model's basis (basis_functions.py), half cycle by half cycle.  The basis is not visited
+"""Moments of the data with the model's basis (basis_functions.py), half cycle by half cycle, without visiting the basis
 at the samples.
 
 On a half cycle every basis function is a polynomial with known values at m nodes. Its product with the data is

@@ -15,8 +15,10 @@ from platform_daemon.app import start_engine
 from platform_daemon.engine import engine as engine_module
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.planning import AcquisitionPlan, AcquisitionRequest
+from platform_daemon.engine.planning import AcquisitionPlan
 from platform_daemon.engine.work.series import SeriesWork
+from platform_daemon.schemas.acquisitions import AcquisitionResult
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.reader import open_recording
 from tests.kit.emulated_lab import Lab
 
@@ -107,10 +109,11 @@ class Bench:
         target = self.folder / f"{self.made}.h5"
 
         engine._calibration_in_use.self_test.enabled = self_test
+        plan = self._plan(shots)
         work = WatchedAcquisition(
             before_shot,
             engine.platform,
-            self._plan(shots),
+            plan,
             target,
             engine.config_text,
             engine._online,
@@ -124,7 +127,8 @@ class Bench:
             before()
             engine._behind_interlock(work, job)
 
-        job = engine._submit(Job("acquisition", {}, shots, "shots"), behind_interlock)
+        job = Job("acquisition", plan.request, AcquisitionResult(), shots, "shots")
+        engine._submit(job, behind_interlock)
         assert job.ended.wait(PATIENCE_S), "the daemon hangs"
         return job, target
 

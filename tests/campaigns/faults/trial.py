@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from drivers.errors import DeviceError, PlatformError
-from platform_daemon.engine.jobs import Job, JobState
+from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas.jobs import JobState
 from platform_daemon.store.reader import open_recording
 from tests.campaigns.faults.bench import Bench
 from tests.campaigns.faults.catalogue import DEAD, SLOW, Cell, Outcome, cells
@@ -153,7 +154,7 @@ def _arm(bench: Bench, fault: Fault, struck_shot: int = 0) -> Any:
 def _read_series(bench: Bench, job: Job, target: Path, shots: int, seen: Seen) -> None:
     """Outcome of a series, and whether what was acknowledged is there and right; shots: played before it."""
     triggered = bench.world.shots - shots
-    stored = int(job.result.get("shots", 0))
+    stored = job.result.shots or 0
     frames = open_recording(target).frame_info if target.exists() else ()
     refused = [f.reason for f in frames if f.verdict != "good"]
     if len(frames) != stored:

@@ -7,8 +7,8 @@ import subprocess
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.engine.planning import AcquisitionRequest
 from platform_daemon.engine.procedures.diagnose import Budget, Callbacks, LiveDiagnosis, variations
+from platform_daemon.schemas.requests import AcquisitionRequest
 from tests.kit.command_line import COMMAND, assert_one_line_error, here, wait_for
 
 

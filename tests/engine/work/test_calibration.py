@@ -14,8 +14,10 @@ from scipy.stats import chi2
 from drivers.errors import ConfigError, InputError, SequenceRejected
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import Job, JobState
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas.calibrations import ComplexTable
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.requests import CalibrationRequest
 from platform_daemon.store.calibrations import read_transmit_calibration
 from platform_daemon.store.reader import open_recording, read_calibration
 from sim_backend.receive.chain import frequency_response
@@ -61,8 +63,8 @@ def assert_scatters_as_said(off: NDArray[np.complex128], std: NDArray[np.float64
     assert chi2.ppf(1e-4, 2 * off.size) < total < chi2.isf(1e-4, 2 * off.size) * 1.1
 
 
-def parts(found: dict[str, Any]) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
-    return np.array(found["real"]) + 1j * np.array(found["imag"]), np.array(found["std"])
+def parts(found: ComplexTable) -> tuple[NDArray[np.complex128], NDArray[np.float64]]:
+    return np.array(found.real) + 1j * np.array(found.imag), np.array(found.std)
 
 
 class TestReceive:
@@ -73,9 +75,9 @@ class TestReceive:
         engine = engine_with(*MADE_OTHERWISE, f"backends.simulated.seed={seed}")
         job = calibrated(engine, tmp_path, kind="receive")
         assert job.error is None
-        p, std = parts(job.result["p_t_per_a"])
-        assert_scatters_as_said(p - true_p(engine, np.array(job.result["frequency_hz"])), std)
-        assert job.result["chi2_per_dof"] == pytest.approx(1, abs=0.6)
+        p, std = parts(job.result.root.p_t_per_a)
+        assert_scatters_as_said(p - true_p(engine, np.array(job.result.root.frequency_hz)), std)
+        assert job.result.root.chi2_per_dof == pytest.approx(1, abs=0.6)
         assert job.warnings == []
 
     def test_sensitivity_times_response_is_p_in_the_file(
@@ -83,7 +85,7 @@ class TestReceive:
     ) -> None:
         engine = engine_with(*MADE_OTHERWISE)
         job = calibrated(engine, tmp_path, kind="receive", name="lab")
-        c = read_calibration(tmp_path / job.result["file"])
+        c = read_calibration(tmp_path / job.result.root.file)
         assert c.frequency_hz is not None
         assert c.frequency_response is not None
         assert c.sensitivity_std is not None
@@ -95,15 +97,15 @@ class TestReceive:
         assert c.temperature_c is not None
         assert c.valid_c is not None
         assert c.valid_c[0] < c.temperature_c < c.valid_c[1]
-        assert c.identifier == job.result["calibration"]
+        assert c.identifier == job.result.root.calibration
 
     def test_every_run_makes_a_new_version_and_changes_no_old_one(
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
         engine = engine_with()
-        first = calibrated(engine, tmp_path, kind="receive").result["file"]
+        first = calibrated(engine, tmp_path, kind="receive").result.root.file
         before = (tmp_path / first).read_bytes()
-        second = calibrated(engine, tmp_path, kind="receive").result["file"]
+        second = calibrated(engine, tmp_path, kind="receive").result.root.file
         assert first.startswith("receive@1_")
         assert second.startswith("receive@2_")
         assert (tmp_path / first).read_bytes() == before
@@ -147,36 +149,36 @@ class TestFitsWithIt:
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
         wide = (100.0, 212.0, 424.0, 636.0, 1272.0, 2544.0, 5000.0, 8000.0)
-        made = calibrated(engine_with(*MADE_OTHERWISE), tmp_path, kind="receive", frequencies_hz=wide).result
-        files = (f'calibration={{file="{tmp_path / made["file"]}"}}',)
+        made = calibrated(engine_with(*MADE_OTHERWISE), tmp_path, kind="receive", frequencies_hz=wide).result.root
+        files = (f'calibration={{file="{tmp_path / made.file}"}}',)
         engine = engine_with(*MADE_OTHERWISE, *files)
         job = acquire(engine, tmp_path / "jewel.h5")
         assert job.error is None
-        frame = job.result["fit"]["frames"][0]
+        frame = job.result.fit.frames[0]
         truth = engine.platform.ground_truth()["simulated"]["m_r_am2"]  # type: ignore[index]
-        assert frame["warnings"] == []
-        worst = max(np.diag(made["sensitivity_std_t_per_a"]) / np.abs(np.diag(made["sensitivity_t_per_a"])))
-        off = frame["parameters"]["m_r_am2"]["value"] / truth - 1
-        assert abs(off) < 4 * np.hypot(worst, frame["parameters"]["m_r_am2"]["std"] / truth)
+        assert frame.warnings == ()
+        worst = max(np.diag(made.sensitivity_std_t_per_a) / np.abs(np.diag(made.sensitivity_t_per_a)))
+        off = frame.parameters["m_r_am2"].value / truth - 1
+        assert abs(off) < 4 * np.hypot(worst, frame.parameters["m_r_am2"].std / truth)
         stored = open_recording(tmp_path / "jewel.h5").calibration
         assert stored is not None
-        assert (stored.identifier, stored.valid_hz) == (made["calibration"], tuple(made["valid_hz"]))
-        np.testing.assert_array_equal(stored.sensitivity, np.array(made["sensitivity_t_per_a"]))
-        np.testing.assert_array_equal(stored.p_std, np.array(made["p_t_per_a"]["std"]))
-        assert stored.relative_std == made["relative_std"] > 0
-        told = frame["systematic_std"]["m_r_am2"] / truth
-        assert made["relative_std"] <= told < 3 * worst
-        assert job.result["fit"]["systematic_std"]["m_r_am2"] == pytest.approx(frame["systematic_std"]["m_r_am2"])
+        assert (stored.identifier, stored.valid_hz) == (made.calibration, tuple(made.valid_hz))
+        np.testing.assert_array_equal(stored.sensitivity, np.array(made.sensitivity_t_per_a))
+        np.testing.assert_array_equal(stored.p_std, np.array(made.p_t_per_a.std))
+        assert stored.relative_std == made.relative_std > 0
+        told = frame.systematic_std["m_r_am2"] / truth
+        assert made.relative_std <= told < 3 * worst
+        assert job.result.fit.systematic_std["m_r_am2"] == pytest.approx(frame.systematic_std["m_r_am2"])
 
     def test_use_outside_its_frequencies_and_temperatures_is_a_typed_warning(
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
         made = calibrated(
             engine_with(), tmp_path, kind="receive", frequencies_hz=(100.0, 300.0), temperature_span_c=0.5
-        ).result
+        ).result.root
         warm = ("backends.simulated.effects.temperature.mean_c=30.0",)
-        job = acquire(engine_with(f'calibration={{file="{tmp_path / made["file"]}"}}', *warm), tmp_path / "jewel.h5")
-        types = {w.partition(":")[0] for w in job.result["fit"]["frames"][0]["warnings"]}
+        job = acquire(engine_with(f'calibration={{file="{tmp_path / made.file}"}}', *warm), tmp_path / "jewel.h5")
+        types = {w.partition(":")[0] for w in job.result.fit.frames[0].warnings}
         assert {"calibration_frequency", "calibration_temperature"} <= types
 
     def test_another_gain_is_a_typed_warning_of_a_later_fit(
@@ -185,10 +187,10 @@ class TestFitsWithIt:
         from platform_daemon.analysis.fit import fit_recording
 
         at_10 = engine_with("lna.gain=10.0", "calibration.lna_gain=10.0")
-        made = calibrated(at_10, tmp_path, kind="receive").result
+        made = calibrated(at_10, tmp_path, kind="receive").result.root
         acquire(engine_with(), tmp_path / "jewel.h5", window=None)
         recording = open_recording(tmp_path / "jewel.h5")
-        other = recording.with_calibration(read_calibration(tmp_path / made["file"]))
+        other = recording.with_calibration(read_calibration(tmp_path / made.file))
         said = fit_recording(other, FitRequest("jewel"))["frames"][0]["warnings"]
         assert [w for w in said if w.startswith("calibration_gain:")]
         own = fit_recording(recording, FitRequest("jewel"))["frames"][0]["warnings"]
@@ -202,17 +204,17 @@ class TestTransmit:
         engine = engine_with(*MADE_OTHERWISE)
         job = calibrated(engine, tmp_path, kind="transmit")
         assert job.error is None
-        value, std = parts(job.result["field_t_per_v"])
-        assert_scatters_as_said(value - true_field_per_volt(engine, np.array(job.result["frequency_hz"])), std)
+        value, std = parts(job.result.root.field_t_per_v)
+        assert_scatters_as_said(value - true_field_per_volt(engine, np.array(job.result.root.frequency_hz)), std)
         henries = [engine.platform.transmit[k].inductance_h for k in range(3)]
-        np.testing.assert_allclose(job.result["inductance_h"], henries, rtol=5e-3)
+        np.testing.assert_allclose(job.result.root.inductance_h, henries, rtol=5e-3)
         assert job.warnings == []
 
     def test_a_platform_that_names_it_drives_with_measured_fields(
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
         weak = "backends.simulated.wiring.factors=[0.8, 1.0, 1.0]"
-        file = calibrated(engine_with(weak), tmp_path, kind="transmit", name="coils").result["file"]
+        file = calibrated(engine_with(weak), tmp_path, kind="transmit", name="coils").result.root.file
         named = f'transmit_calibration={{file="{tmp_path / file}"}}'
         engine = engine_with(weak, named)
         plain = engine_with()

@@ -11,8 +11,7 @@ import pytest
 
 from drivers.errors import DeviceFault, DeviceStateError
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.planning import AcquisitionRequest
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.schemas.requests import AcquisitionRequest, CalibrationRequest
 from tests.kit.acquisitions import SHORT_JEWEL, acquire
 
 TRANSMIT = CalibrationRequest(kind="transmit", frequencies_hz=(212.0, 424.0), repetitions=1)
@@ -28,14 +27,14 @@ def test_a_reset_clears_the_fault_and_leaves_the_amplifier_off(
     engine = engine_with()
     world_of(engine).trip_amplifier()
     assert "fault latched" in str(acquire(engine, tmp_path / "latched.h5").error)
-    while engine.status()["power_amplifier"]["fault"] is None:  # read back after the job
+    while engine.status().power_amplifier.fault is None:  # read back after the job
         time.sleep(0.01)
     done = engine.reset_fault()
-    assert done["fault"] == "over-current"
-    assert done["power_amplifier"] | {"temperature_c": None} == {
+    assert done.fault == "over-current"
+    assert done.power_amplifier.model_dump() | {"temperature_c": None} == {
         "enabled": False, "muted": True, "fault": None, "temperature_c": None, "clipped": False
     }  # fmt: skip
-    assert engine.status()["power_amplifier"]["fault"] is None
+    assert engine.status().power_amplifier.fault is None
     assert acquire(engine, tmp_path / "free.h5").error is None
 
 
@@ -47,7 +46,7 @@ def test_nothing_clears_a_fault_by_the_way(engine_with: Callable[..., Engine]) -
 
 
 def test_a_reset_without_a_fault_says_that_there_was_none(engine_with: Callable[..., Engine]) -> None:
-    assert engine_with().reset_fault()["fault"] is None
+    assert engine_with().reset_fault().fault is None
 
 
 def test_a_fault_whose_cause_persists_stays_latched(engine_with: Callable[..., Engine]) -> None:
@@ -55,7 +54,7 @@ def test_a_fault_whose_cause_persists_stays_latched(engine_with: Callable[..., E
     world_of(engine).trip_amplifier()
     with pytest.raises(DeviceFault, match="the fault stays: over-temperature"):
         engine.reset_fault()
-    assert engine.status()["power_amplifier"]["fault"] == "over-temperature"
+    assert engine.status().power_amplifier.fault == "over-temperature"
 
 
 def test_a_reset_is_refused_while_a_series_runs(engine_with: Callable[..., Engine], tmp_path: Path) -> None:

@@ -10,8 +10,8 @@ import pytest
 
 from drivers.errors import SequenceRejected
 from platform_daemon.engine.engine import Engine
-from platform_daemon.engine.jobs import JobState
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
+from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import SelfTestOptions
 from tests.kit.acquisitions import acquire
 
@@ -40,8 +40,8 @@ class TestRightWiring:
         self, tested: Callable[..., dict[str, Any]], isolation_db: float | None, seed: int
     ) -> None:
         report = tested(f"backends.simulated.seed={seed}", isolation_db=isolation_db)
-        assert all(abs(gain - 1) < 0.3 for gain in report["gain"].values())
-        assert all(abs(db - 80) < 3 for db in report["isolation_db"].values())
+        assert all(abs(gain - 1) < 0.3 for gain in report.gain.values())
+        assert all(abs(db - 80) < 3 for db in report.isolation_db.values())
 
     def test_passes_with_a_receive_chain_that_delays_and_an_inverted_channel_that_the_calibration_knows(
         self, engine_with: Callable[..., Engine]
@@ -55,7 +55,7 @@ class TestRightWiring:
         for test in ("true", "false"):
             job = acquire(engine_with(f"self_test.enabled={test}", *quiet), tmp_path / f"{test}.h5")
             assert job.error is None
-            deflections.append(job.result["fit"]["frames"][0]["parameters"]["phi_max_rad"]["value"])
+            deflections.append(job.result.fit.frames[0].parameters["phi_max_rad"].value)
         assert deflections[0] == pytest.approx(deflections[1], abs=2e-3)
 
 
@@ -120,7 +120,7 @@ class TestInASeries:
         assert job.state is JobState.FAILED
         assert isinstance(job.error, SelfTestFailed)
         assert not (tmp_path / "jewel.h5").exists()
-        assert engine.status()["power_amplifier"]["enabled"] is False
+        assert engine.status().power_amplifier.enabled is False
 
     def test_comes_before_each_series_and_so_after_each_trip(
         self, engine_with: Callable[..., Engine], tmp_path: Path
@@ -133,7 +133,7 @@ class TestInASeries:
         assert "fault latched: over-current" in str(refused.error)
         assert "reset" in refused.error.remedy
         before = world.shots
-        assert engine.reset_fault()["fault"] == "over-current"
+        assert engine.reset_fault().fault == "over-current"
         assert world.shots == before
         shots = world.shots
         assert acquire(engine, tmp_path / "second.h5", shots=2).error is None
@@ -156,7 +156,7 @@ class TestInASeries:
 
 def test_a_silent_platform_without_any_noise_can_be_tested(tested: Callable[..., dict[str, Any]]) -> None:
     report = tested("backends.simulated.noise.scale=0.0")
-    assert report["gain"] == pytest.approx({"x": 1.0, "y": 1.0, "z": 1.0}, abs=0.01)
+    assert report.gain == pytest.approx({"x": 1.0, "y": 1.0, "z": 1.0}, abs=0.01)
 
 
 def test_a_self_test_that_was_no_good_shot_itself_is_made_once_more(

@@ -8,8 +8,8 @@ from drivers.errors import DeviceError, InterlockError, OutputsUnconfirmed, Sequ
 from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.analysis.fit import fit_recording
 from platform_daemon.analysis.fit_request import FitRequest
-from platform_daemon.engine.jobs import JobState
-from platform_daemon.engine.planning import AcquisitionRequest
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.truth import read_truth
@@ -31,19 +31,19 @@ def test_a_series_is_stored_fitted_and_ends_with_outputs_off(engine_with, tmp_pa
     assert recording.provenance.sample_name == "S1"
     assert [i.verdict for i in recording.frame_info] == ["good", "good"]
     truths = [next(iter(t.values())) for t in read_truth(tmp_path / "a.h5")]
-    for frame, truth in zip(job.result["fit"]["frames"], truths, strict=True):
-        assert frame["verdict"] == "good"
-        for name, found in frame["parameters"].items():
-            assert abs(found["value"] - truth[name]) < 5 * found["std"], name
+    for frame, truth in zip(job.result.fit.frames, truths, strict=True):
+        assert frame.verdict == "good"
+        for name, found in frame.parameters.items():
+            assert abs(found.value - truth[name]) < 5 * found.std, name
     assert_everything_off(engine)
 
 
 def test_on_line_fits_are_stored_with_their_covariance(engine_with, tmp_path):
     job = acquire(engine_with(), tmp_path / "a.h5", shots=1)
     table = next(t for t in read_fits(tmp_path / "a.h5") if t.name == "d30")
-    parameters = job.result["fit"]["frames"][0]["parameters"]
+    parameters = job.result.fit.frames[0].parameters
     assert dict(zip(table.parameters, table.values[0], strict=True)) == pytest.approx(
-        {n: p["value"] for n, p in parameters.items()}
+        {n: p.value for n, p in parameters.items()}
     )
     np.testing.assert_allclose(np.sqrt(np.diag(table.covariance[0])), table.std[0])
 
@@ -64,21 +64,21 @@ def test_blank_shots_come_first_and_hold_noise_only(engine_with, tmp_path):
     job = acquire(engine_with(), tmp_path / "a.h5", shots=1, blank_shots=1)
     recording = open_recording(tmp_path / "a.h5")
     assert [i.blank for i in recording.frame_info] == [True, False]
-    assert [f["verdict"] for f in job.result["fit"]["frames"]] == ["refused", "good"]
+    assert [f.verdict for f in job.result.fit.frames] == ["refused", "good"]
     blank, shot = (recording.rx_volts(k) for k in (0, 1))
     assert np.std(blank[0]) < 0.05 * np.std(shot[0])
 
 
 def test_fits_of_a_series_use_the_noise_of_its_blank_shots(engine_with, tmp_path):
     job = acquire(engine_with(), tmp_path / "a.h5", shots=2, blank_shots=2)
-    on_line = job.result["fit"]
-    assert [f["noise"]["source"] for f in on_line["frames"]] == [None, None, "2 blank shots", "2 blank shots"]
+    on_line = job.result.fit
+    assert [f.noise.source for f in on_line.frames] == [None, None, "2 blank shots", "2 blank shots"]
     recording = open_recording(tmp_path / "a.h5")
     stored = fit_recording(recording, FitRequest("jewel", "d30"))
     assert stored["noise"]["source"] == "2 blank shots"
     assert stored["noise"]["seconds"] > 0.0
-    for first, again in zip(on_line["frames"][2:], stored["frames"][2:], strict=True):
-        assert first["parameters"]["f_nat_hz"] == pytest.approx(again["parameters"]["f_nat_hz"], rel=1e-9)
+    for first, again in zip(on_line.frames[2:], stored["frames"][2:], strict=True):
+        assert first.parameters["f_nat_hz"].value == pytest.approx(again["parameters"]["f_nat_hz"]["value"], rel=1e-9)
 
 
 def test_fits_of_a_series_without_blank_shots_share_what_stands_beside_the_signals(engine_with, tmp_path):
@@ -97,7 +97,7 @@ def test_cancel_ends_a_running_series_with_outputs_off_and_keeps_its_shots(engin
     assert job.ended.wait(timeout=60)
     assert job.state is JobState.CANCELLED
     recording = open_recording(tmp_path / "a.h5")
-    assert recording.frames == job.result["shots"] >= 2
+    assert recording.frames == job.result.shots >= 2
     assert "500" in recording.provenance.incomplete
     assert_everything_off(engine)
 
@@ -123,7 +123,7 @@ def test_a_flagged_shot_is_kept_refused_and_the_series_goes_on(engine_with, tmp_
     infos = open_recording(tmp_path / "a.h5").frame_info
     assert [i.verdict for i in infos] == ["good", "refused", "good"]
     assert infos[1].reason
-    assert job.result["fit"]["frames"][1]["parameters"] == {}
+    assert job.result.fit.frames[1].parameters == {}
     assert any("shot 2 refused" in w for w in job.warnings)
     assert_everything_off(engine)
 
@@ -153,9 +153,9 @@ def test_a_platform_that_cannot_be_switched_off_makes_no_further_shot_until_it_c
         assert world.shots == 0
         assert {job.state for job in jobs} == {JobState.FAILED}
         assert isinstance(jobs[2].error, InterlockError)
-        assert "no answer" in engine.status()["interlock"]
+        assert "no answer" in engine.status().interlock
     assert acquire(engine, tmp_path / "b.h5").state is JobState.DONE
-    assert engine.status()["interlock"] is None
+    assert engine.status().interlock is None
 
 
 def test_unconfirmed_outputs_are_told_after_one_attempt_and_tried_until_they_are_confirmed(
@@ -179,9 +179,9 @@ def test_unconfirmed_outputs_are_told_after_one_attempt_and_tried_until_they_are
         assert job[0].ended.wait(timeout=60)
         assert isinstance(job[0].error, OutputsUnconfirmed)
         while len(told) < 4:
-            assert "no answer" in engine.status()["interlock"]
+            assert "no answer" in engine.status().interlock
             time.sleep(0.01)
-    while engine.status()["interlock"] is not None:
+    while engine.status().interlock is not None:
         time.sleep(0.01)
     assert told[:4] == [False, True, True, True]
     assert_everything_off(engine)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from platform_daemon.app import start_engine
-from platform_daemon.engine.work.calibration_bench import CalibrationRequest
+from platform_daemon.schemas.requests import CalibrationRequest
 from platform_daemon.store.reader import read_calibration
 from tests.kit.emulated_lab import Lab
 
@@ -35,7 +35,7 @@ def test_p_is_found_with_the_delay_of_the_cards_filters(tmp_path: Path) -> None:
             job.proceed.set()
         assert job.ended.wait(timeout=60)
         assert job.error is None
-        made, declared = read_calibration(tmp_path / job.result["file"]), engine.platform.calibration
+        made, declared = read_calibration(tmp_path / job.result.root.file), engine.platform.calibration
     finally:
         engine.close()
         violations = lab.violations()

@@ -1,0 +1,111 @@
+"""The routes that every kind of job has: list, get, cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Generic, TypeVar
+
+from fastapi import APIRouter, Response
+
+from platform_daemon.engine import AnyJob
+from platform_daemon.schemas import Root
+
+from .context import Shared
+from .problems import problem, problems
+
+JobT = TypeVar("JobT")
+
+
+@dataclass(frozen=True)
+class JobKind(Generic[JobT]):
+    """A kind of job as the API shows it.
+
+    Attributes:
+        name: kind of the engine's jobs; plural: of the path and of the routes' names.
+        body, listing: schema of one job and of all.
+        links: paths beside its own.
+        got, cancelled: what GET and DELETE bring, in words.
+    """
+
+    name: str
+    plural: str
+    body: type[JobT]
+    listing: type[Root[Any]]
+    links: Callable[[AnyJob], dict[str, str]]
+    got: str
+    cancelled: str
+
+    def shown(self, job: AnyJob) -> JobT:
+        """The job as it is now."""
+        links = {"self": f"/{self.plural}/{job.identifier}", **self.links(job)}
+        parts = {
+            "id": job.identifier,
+            "kind": job.kind,
+            "state": job.state,
+            "progress": job.progress(),
+            "created": _iso(job.created),
+            "started": _iso(job.started),
+            "finished": _iso(job.finished),
+            "request": job.request,
+            "result": job.result,
+            "warnings": tuple(job.warnings),
+            "error": None if job.error is None else problem(job.error, links["self"]),
+            "links": links,
+        }
+        if self.name == "calibration":
+            parts["question"] = job.question
+        return self.body(**parts)
+
+    def accepted(self, job: AnyJob, response: Response) -> JobT:
+        """The answer to what began it."""
+        response.headers["Location"] = f"/{self.plural}/{job.identifier}"
+        return self.shown(job)
+
+    def add_routes(self, router: APIRouter) -> None:
+        """GET all, GET one, DELETE one."""
+
+        def list_jobs(context: Shared) -> Any:
+            return self.listing(tuple(self.shown(job) for job in context.engine.jobs(self.name)))
+
+        def get_job(identifier: str, context: Shared) -> Any:
+            return self.shown(context.engine.job(self.name, identifier))
+
+        async def cancel_job(identifier: str, context: Shared) -> Any:
+            job = context.engine.job(self.name, identifier)
+            job.request_cancel()
+            return self.shown(job)
+
+        router.add_api_route(
+            "",
+            list_jobs,
+            name=f"list_{self.plural}",
+            summary=f"All {self.plural}",
+            description=f"All {self.plural} since the daemon's data folder began, oldest first.",
+            response_model=self.listing,
+        )
+        router.add_api_route(
+            "/{identifier}",
+            get_job,
+            name=f"get_{self.name}",
+            summary="How far it is, and what came out",
+            description=self.got,
+            response_model=self.body,
+            responses=problems(404),
+        )
+        router.add_api_route(
+            "/{identifier}",
+            cancel_job,
+            methods=["DELETE"],
+            name=f"cancel_{self.name}",
+            summary="Cancel",
+            description=self.cancelled,
+            status_code=202,
+            response_model=self.body,
+            responses=problems(404),
+        )
+
+
+def _iso(when: datetime | None) -> str | None:
+    return None if when is None else when.isoformat()
