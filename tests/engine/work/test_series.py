@@ -75,16 +75,16 @@ def test_fits_of_a_series_use_the_noise_of_its_blank_shots(engine_with, tmp_path
     assert [f.noise.source for f in on_line.frames] == [None, None, "2 blank shots", "2 blank shots"]
     recording = open_recording(tmp_path / "a.h5")
     stored = fit_recording(recording, FitRequest("jewel", "d30"))
-    assert stored["noise"]["source"] == "2 blank shots"
-    assert stored["noise"]["seconds"] > 0.0
-    for first, again in zip(on_line.frames[2:], stored["frames"][2:], strict=True):
-        assert first.parameters["f_nat_hz"].value == pytest.approx(again["parameters"]["f_nat_hz"]["value"], rel=1e-9)
+    assert stored.noise.source == "2 blank shots"
+    assert stored.noise.seconds > 0.0
+    for first, again in zip(on_line.frames[2:], stored.frames[2:], strict=True):
+        assert first.parameters["f_nat_hz"].value == pytest.approx(again.parameters["f_nat_hz"].value, rel=1e-9)
 
 
 def test_fits_of_a_series_without_blank_shots_share_what_stands_beside_the_signals(engine_with, tmp_path):
     acquire(engine_with(), tmp_path / "a.h5", shots=3)
     stored = fit_recording(open_recording(tmp_path / "a.h5"), FitRequest("jewel", "n50"))
-    assert {f["noise"]["source"] for f in stored["frames"]} == {"3 shots, beside the signal"}
+    assert {f["noise"]["source"] for f in stored.frames} == {"3 shots, beside the signal"}
 
 
 def test_cancel_ends_a_running_series_with_outputs_off_and_keeps_its_shots(engine_with, tmp_path):
