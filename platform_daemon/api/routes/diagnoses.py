@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from platform_daemon.analysis import (
     model_from_diagnosis,
     resolve,
 )
-from platform_daemon.engine import AnyJob, Cancelled, Job, UnknownId
+from platform_daemon.engine import AnyJob, Cancelled, UnknownId
 from platform_daemon.reports import diagnosed
 from platform_daemon.schemas import (
     AdoptedModelRecord,
@@ -55,6 +57,35 @@ DIAGNOSES = JobKind(
 )
 
 
+@dataclass(frozen=True)
+class DiagnosisWork:
+    """Says what the declared model lacks in these frames of files; report and page are kept on disk."""
+
+    request: DiagnosisRequest
+    files: Mapping[Path, Sequence[int] | None]
+    model: ModelChoice | None
+    context: Context
+    kind, unit, total, no_result = "diagnosis", "share", 1.0, NoResult()
+
+    def __call__(self, job: AnyJob) -> None:
+        """Raises Cancelled between steps, NothingToDiagnoseError, StorageError."""
+
+        def tell(what: str, share: float) -> None:
+            job.at(share, what)
+            if job.cancel_requested.is_set():
+                raise Cancelled
+
+        tell("reading", 0.0)
+        specimen = load_diagnosis_input(list(self.files), self.model, self.request.observable, frames=self.files)
+        report, page = diagnosed(specimen, tell)
+        job.result = DiagnosisReport.model_validate(
+            report | {"files": [f.name for f in self.files], "recordings": file_digests(self.files)}
+        )
+        job.at(1.0, "write")
+        write_file(_page(job.identifier, self.context), page)
+        write_file(self.context.diagnoses / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
+
+
 @router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
 def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
@@ -62,23 +93,7 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
     check_diagnosis_input(list(files), model, body.observable, frames=files)
 
-    def work(job: AnyJob) -> None:
-        def tell(what: str, share: float) -> None:
-            job.at(share, what)
-            if job.cancel_requested.is_set():
-                raise Cancelled
-
-        tell("reading", 0.0)
-        report, page = diagnosed(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
-        job.result = DiagnosisReport.model_validate(
-            report | {"files": [f.name for f in files], "recordings": file_digests(files)}
-        )
-        job.at(1.0, "write")
-        write_file(_page(job.identifier, context), page)
-        write_file(context.diagnoses / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
-
-    job: AnyJob = Job("diagnosis", body, NoResult(), 1.0, "share")
-    context.engine.analyse(job, work)
+    job = context.engine.analyse(DiagnosisWork(body, files, model, context))
     return DIAGNOSES.accepted(job, response)
 
 
