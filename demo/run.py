@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from platform_daemon.reports.tables import number
+from platform_daemon.reports.numbers import number
 from platform_daemon.schemas.parameters import PARAMETERS, RODRIGUES
 from platform_daemon.settings import locate
 from platform_daemon.store.truth import read_truth

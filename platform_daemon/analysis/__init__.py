@@ -16,7 +16,6 @@ calibrated_signal: The RX window of a frame, (c, n) V.
 reason_of: Why a frame that cannot be read is refused.
 derived_report: Of every frame and of the series.
 frame_envelopes: Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.
-DiagnosisInput: What is to be diagnosed.
 NothingToDiagnoseError: The files can be read, but none of their shots can be diagnosed.
 OBSERVABLES: What a recording can hold: dm/dt or an angle.
 Observable: One of OBSERVABLES.

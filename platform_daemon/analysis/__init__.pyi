@@ -15,7 +15,6 @@ from .calibrated import reason_of as reason_of
 from .derived import derived_report as derived_report
 from .derived import frame_envelopes as frame_envelopes
 from .diagnose import OBSERVABLES as OBSERVABLES
-from .diagnose import DiagnosisInput as DiagnosisInput
 from .diagnose import NothingToDiagnoseError as NothingToDiagnoseError
 from .diagnose import Observable as Observable
 from .diagnose import check_diagnosis_input as check_diagnosis_input

@@ -14,7 +14,7 @@ from platform_daemon.reports import print_calibration
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
 from .output import must_not_exist, write_json
-from .progress import watch
+from .progress import progress
 
 calibrate_app = typer.Typer(help="Calibrate the platform; every run writes a new version of its file.")
 
@@ -88,7 +88,8 @@ def _calibrate(
     engine = start_engine(load_platform(where[0], where[1] or (), where[2]))
     try:
         job = engine.calibrate(request, out)
-        watch(job)
+        with progress() as display:
+            display.watch(job)
     finally:
         engine.close()
     if job.error is not None:

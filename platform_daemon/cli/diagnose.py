@@ -21,11 +21,10 @@ from .options import (
     variant_named,
 )
 from .output import must_not_exist, write_json, write_page
-from .progress import progress_bar
+from .progress import progress
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis import DiagnosisInput, Observable
-    from platform_daemon.diagnosis import Diagnosis
+    from platform_daemon.analysis import Observable
 
 
 def diagnose(
@@ -45,8 +44,8 @@ def diagnose(
 
     With --live on a platform, instead of files: measure, diagnose, measure what is proposed (diagnose --live --help).
     """
-    from platform_daemon.analysis import NothingToDiagnoseError, file_digests, load_diagnosis_input
-    from platform_daemon.diagnosis import as_json
+    from platform_daemon.analysis import NothingToDiagnoseError, diagnose_input, file_digests, load_diagnosis_input
+    from platform_daemon.diagnosis import diagnosis_report
     from platform_daemon.reports import summary_text
     from platform_daemon.store import read_calibration
 
@@ -58,11 +57,10 @@ def diagnose(
         specimen = load_diagnosis_input(
             files, variant_named(variant, models), _observable(observable), variant_named(base, models), other
         )
-        found = _diagnosed(specimen)
-        report = as_json(found) | {
-            "files": [str(f) for f in specimen.files],
-            "recordings": file_digests(specimen.files),
-        }
+        with progress() as display:
+            found = diagnose_input(specimen, display.tell)
+        known = {"files": tuple(map(str, specimen.files)), "recordings": file_digests(specimen.files)}
+        report = diagnosis_report(found).model_copy(update=known)
         print(summary_text(report))
         write_json(json_file, report)
         write_page(html, found, report)
@@ -84,12 +82,3 @@ def _observable(name: str | None) -> Observable | None:
         if name == known:
             return known
     raise InputError(f"no observable {name!r}", where="--observable", remedy=f"one of: {', '.join(OBSERVABLES)}")
-
-
-def _diagnosed(specimen: DiagnosisInput) -> Diagnosis:
-    """With a bar that shows the time left."""
-    from platform_daemon.analysis import diagnose_input
-
-    with progress_bar() as bar:
-        task = bar.add_task("diagnosis", total=100, unit="%")
-        return diagnose_input(specimen, lambda what, share: bar.update(task, description=what, completed=100.0 * share))

@@ -23,11 +23,11 @@ from .options import (
     variant_named,
 )
 from .output import must_not_exist, write_json, write_page
-from .progress import progress_bar
+from .progress import ProgressDisplay, progress
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis import Measurement
-    from platform_daemon.engine import LiveDiagnosis
+    from platform_daemon.engine import Callbacks, LiveDiagnosis
 
 
 def diagnose_live(
@@ -52,17 +52,13 @@ def diagnose_live(
     """Diagnose on the platform: measure, diagnose, run the next measurement, until explained or out of budget."""
     from platform_daemon.analysis import NothingToDiagnoseError
     from platform_daemon.app import start_engine
-    from platform_daemon.engine import Budget, Callbacks, LiveDiagnosis
+    from platform_daemon.engine import Budget, LiveDiagnosis
     from platform_daemon.schemas import AcquisitionRequest
     from platform_daemon.settings import load_platform
 
     changed = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s}
-    asked = {
-        "resonator": resonator,
-        "shots": shots,
-        "sequence": {k: v for k, v in changed.items() if v is not None},
-        "window": None,
-    }
+    sequence = {k: v for k, v in changed.items() if v is not None}
+    asked = {"resonator": resonator, "shots": shots, "sequence": sequence, "window": None}
     request = validated(AcquisitionRequest, asked, "diagnose")
     model = variant_named(variant, models)
     out.mkdir(parents=True, exist_ok=True)
@@ -70,29 +66,10 @@ def diagnose_live(
     must_not_exist(html, force)
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
-    loop = None
+    loop = LiveDiagnosis(engine, request, out, Budget(budget_shots, budget_s), model=model)
     try:
-        with progress_bar() as bar:
-            task = bar.add_task("waiting", total=1.0, unit="shots")
-
-            def acquired(job: Any) -> None:
-                bar.reset(task, total=job.total, unit=job.unit)
-                while not job.ended.wait(timeout=0.1):
-                    now = job.progress()
-                    bar.update(task, completed=now.done, description=now.phase)
-                bar.reset(task, total=100, unit="%")
-
-            def tell(what: str, share: float) -> None:
-                bar.update(task, completed=100.0 * share, description=what)
-
-            def ask(step: Measurement) -> bool:
-                bar.stop()
-                answer = input(f"{step.what}. Enter: it is done; s: leave it out: ")
-                bar.start()
-                return not answer.strip().lower().startswith("s")
-
-            talk = Callbacks(acquired, tell, bar.console.print, ask if manual else lambda step: False)
-            loop = LiveDiagnosis(engine, request, out, Budget(budget_shots, budget_s), talk, model)
+        with progress() as display:
+            loop.callbacks = _callbacks(display, manual)
             loop.run()
     except NothingToDiagnoseError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -102,8 +79,19 @@ def diagnose_live(
         raise typer.Exit(INTERRUPTED) from None
     finally:
         engine.close()
-        if loop is not None and loop.rounds:
+        if loop.rounds:
             _report(loop, out, json_file, html)
+
+
+def _callbacks(display: ProgressDisplay, manual: bool) -> Callbacks:
+    """How the loop talks; manual: the operator is asked for steps that need a hand."""
+    from platform_daemon.engine import Callbacks
+
+    def ask(step: Measurement) -> bool:
+        answer = display.ask(f"{step.what}. Enter: it is done; s: leave it out")
+        return not answer.strip().lower().startswith("s")
+
+    return Callbacks(display.watch, display.tell, display.say, ask if manual else lambda step: False)
 
 
 def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None, html: Path | None) -> None:
@@ -113,13 +101,13 @@ def _report(loop: LiveDiagnosis, out: Path, json_file: Path | None, html: Path |
     while (path := out / f"live-{number:02d}.json").exists():
         number += 1
     write_json(path, log)
-    if loop.found is not None:
-        report = log["diagnosis"] | {"files": log["files"], "recordings": log["recordings"]}
+    if loop.found is not None and log.diagnosis is not None:
+        report = log.diagnosis.model_copy(update={"files": log.files, "recordings": log.recordings})
         write_json(json_file, report)
         write_page(html, loop.found, report)
-    print(f"{log['stopped']}; {log['shots']} shots in {len(log['rounds'])} series; log in {path}")
-    for step in log["manual_steps_left"]:
-        print(f"left to do by hand: {step['what']}")
+    print(f"{log.stopped}; {log.shots} shots in {len(log.rounds)} series; log in {path}")
+    for step in log.manual_steps_left:
+        print(f"left to do by hand: {step.what}")
 
 
 class FilesOrLive(typer.core.TyperCommand):

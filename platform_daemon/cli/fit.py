@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import time
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -30,7 +29,7 @@ from .options import (
     variant_named,
 )
 from .output import must_not_exist, write_json
-from .progress import progress_bar
+from .progress import progress
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import FitSettings, Ledger, WorkerPool
@@ -199,17 +198,16 @@ def _fit_all(results: _Results, settings: FitSettings, workers: WorkerPool) -> N
     """Fit what is left to do, with a bar that counts files and shows the time left."""
     from platform_daemon.analysis import Advanced, Finished, fit_files
 
-    todo, began = results.todo, time.monotonic()
+    todo = results.todo
     shares = dict.fromkeys(todo, 0.0)
-    with progress_bar() as bar:
-        task = bar.add_task("fit", total=len(todo), unit="files")
+    with progress() as display:
+        display.begin("fit", len(todo), "files")
         for event in fit_files(todo, settings, workers):
             shares[event.path] = event.share if isinstance(event, Advanced) else 1.0
-            done = sum(shares.values())
-            bar.update(task, completed=done)
+            display.at(sum(shares.values()))
             if not isinstance(event, Advanced):
-                left = f"{(time.monotonic() - began) * (len(todo) - done) / done:.0f} s left"
-                results.add(event.path, event.report if isinstance(event, Finished) else event.error, left)
+                outcome = event.report if isinstance(event, Finished) else event.error
+                results.add(event.path, outcome, display.time_left)
 
 
 def _end(results: _Results, json_file: Path | None) -> None:

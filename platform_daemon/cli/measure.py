@@ -26,7 +26,7 @@ from .options import (
 )
 from .output import must_not_exist, write_json
 from .parsing import parse_axis, parse_window
-from .progress import watch
+from .progress import progress
 
 if TYPE_CHECKING:
     from platform_daemon.engine import AcquisitionJob
@@ -94,7 +94,8 @@ def measure(
         _prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
         try:
-            watch(job)
+            with progress() as display:
+                display.watch(job)
         except KeyboardInterrupt:
             interrupted = True
             engine.outputs_off()

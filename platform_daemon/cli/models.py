@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from drivers.errors import InputError
+from platform_daemon.schemas import AdoptedModelListing, to_json
 
 from .options import ForceOption, JsonOption, ModelsOption, library
 from .output import must_not_exist, write_json
@@ -33,29 +34,18 @@ def adopt(
     """Adopt the effects of a diagnosis: a named, versioned model for fits, with the evidence for it."""
     from platform_daemon.analysis import file_digests, model_from_diagnosis
 
-    said = _read(diagnosis)
-    known = said.get("recordings") or [str(f) for f in said.get("files", [])]
-    data = (
-        file_digests(recording)
-        if recording
-        else [r if isinstance(r, dict) else file_digests([Path(r)])[0] for r in known]
-    )
-    if not data:
-        remedy = "name the recordings that were diagnosed with --recording"
-        raise InputError("the diagnosis does not say which data it rests on", where=str(diagnosis), remedy=remedy)
     shelf = library(models)
-    made = shelf.add(
-        model_from_diagnosis(
-            said, name, by or getpass.getuser(), shelf,
-            recordings=data, effects=effect or (), free=free or (), force=force,
-        )
-    )  # fmt: skip
+    data = file_digests(recording) if recording else None
+    model = model_from_diagnosis(
+        _read(diagnosis), name, by or getpass.getuser(), shelf, data, effects=effect or (), free=free or (), force=force
+    )
+    made = shelf.add(model)
     print(f"{made.label} in {shelf.folder}: use it with --variant {made.label}")
 
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
     except ValueError as error:
         raise InputError(
             "is not JSON", where=str(path), why=str(error), remedy="name a file of diagnose --json"
@@ -63,6 +53,10 @@ def _read(path: Path) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise InputError("is no diagnosis", where=str(path), remedy="name a file of diagnose --json")
     return found
+
+
+def _refuse(constant: str) -> float:
+    raise ValueError(f"{constant} is no number of JSON")
 
 
 @models_app.callback()
@@ -76,14 +70,14 @@ def list_models(
     must_not_exist(json_file, force)
     found = library(models).all()
     print("\n".join(_line(m) for m in found) or "no model has been adopted yet")
-    write_json(json_file, [m.summary() for m in found])
+    write_json(json_file, AdoptedModelListing(tuple(m.summary() for m in found)))
 
 
 @models_app.command("show")
 def show(context: typer.Context, name: Annotated[str, typer.Argument(help="NAME or NAME@VERSION.")]) -> None:
     """Print a model with its evidence as JSON."""
     found = library(context.obj).get(name)
-    print(json.dumps({**found.as_json(), "retired": found.retired}, indent=1))
+    print(to_json(found.report(), indent=1))
 
 
 @models_app.command("retire")
@@ -99,6 +93,6 @@ def retire(
 
 def _line(model: AdoptedModel) -> str:
     s = model.summary()
-    parts = [*s["terms"], *(f"{r} undone" for r in s["receiver"])]
-    retired = f"  retired: {s['retired']['reason']}" if s["retired"] else ""
-    return f"{s['label']:<24} {s['base']} + {', '.join(parts)}  adopted {s['adopted_at']} by {s['adopted_by']}{retired}"
+    parts = [*s.terms, *(f"{r} undone" for r in s.receiver)]
+    retired = f"  retired: {s.retired.reason}" if s.retired else ""
+    return f"{s.label:<24} {s.base} + {', '.join(parts)}  adopted {s.adopted_at} by {s.adopted_by}{retired}"

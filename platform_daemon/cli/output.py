@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
+
+if TYPE_CHECKING:
+    from platform_daemon.diagnosis import Diagnosis
+    from platform_daemon.schemas import DiagnosisReport
 
 
 def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
@@ -36,15 +39,12 @@ def write_json(path: Path | None, content: Any) -> None:
         write_file(path, text.encode())
 
 
-if TYPE_CHECKING:
-    from platform_daemon.diagnosis import Diagnosis
-
-
-def write_page(path: Path | None, found: Diagnosis, report: Mapping[str, Any]) -> None:
+def write_page(path: Path | None, found: Diagnosis, report: DiagnosisReport) -> None:
     """Write and print its name; without a path, nothing."""
     if path is not None:
+        from platform_daemon.diagnosis import compare_residuals
         from platform_daemon.reports import diagnosis_html
         from platform_daemon.store import write_file
 
-        write_file(path, diagnosis_html(found, report))
+        write_file(path, diagnosis_html(report, compare_residuals(found)))
         print(path)

@@ -3,34 +3,87 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.text import Text
 
 if TYPE_CHECKING:
     from platform_daemon.engine import Job
 
 
-def progress_bar() -> Progress:
-    """A bar with count and time left, on stderr, so that standard output holds results only."""
-    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
-    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, TimeRemainingColumn())
-    # What is printed meanwhile goes above the bar, unless it goes somewhere else.
-    shown = sys.stdout.isatty()
-    return Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown)
+class _TimeLeft(ProgressColumn):
+    """At the mean pace so far."""
+
+    def render(self, task: Task) -> Text:
+        return Text(_time_left(task))
 
 
-def watch(job: Job) -> None:
-    """A progress bar until the job has ended; the operator's part is asked for above it."""
-    with progress_bar() as bar:
-        task = bar.add_task("waiting", total=job.total, unit=job.unit)
+def _time_left(task: Task) -> str:
+    if not task.completed or not task.total or task.elapsed is None:
+        return ""
+    return f"{task.elapsed * (task.total - task.completed) / task.completed:.0f} s left"
+
+
+class ProgressDisplay:
+    """One bar with count and time left, for one piece of work after the other."""
+
+    def __init__(self, bar: Progress) -> None:
+        self._bar = bar
+        bar.add_task("waiting", total=1.0, unit="")
+        (self._task,) = bar.tasks
+
+    @property
+    def time_left(self) -> str:
+        """In words; empty: not known yet."""
+        return _time_left(self._task)
+
+    def begin(self, what: str, total: float, unit: str) -> None:
+        """A new piece of work, from nothing."""
+        self._bar.reset(self._task.id, description=what, total=total, unit=unit)
+
+    def at(self, done: float, what: str | None = None) -> None:
+        """So much is done; the bar never falls."""
+        self._bar.update(self._task.id, completed=max(done, self._task.completed), description=what)
+
+    def tell(self, what: str, share: float) -> None:
+        """So much of a diagnosis is done, 0 to 1."""
+        if self._task.fields["unit"] != "%":
+            self.begin(what, 100.0, "%")
+        self.at(100.0 * share, what)
+
+    def say(self, text: str) -> None:
+        """A line above the bar."""
+        self._bar.console.print(text)
+
+    def ask(self, question: str) -> str:
+        """The operator's answer; the bar is out of the way."""
+        self._bar.stop()
+        answer = typer.prompt(question, default="", show_default=False, err=True)
+        self._bar.start()
+        return str(answer)
+
+    def watch(self, job: Job) -> None:
+        """Until the job has ended; the operator's part is asked for."""
+        self.begin("waiting", job.total, job.unit)
         while not job.ended.wait(timeout=0.1):
             now = job.progress()
-            bar.update(task, completed=now.done, description=now.phase)
+            self.at(now.done, now.phase)
             if job.question is not None and not job.proceed.is_set():
-                bar.stop()
-                typer.prompt(f"{job.question}, then press Enter", default="", show_default=False, err=True)
+                self.ask(f"{job.question}, then press Enter")
                 job.proceed.set()
-                bar.start()
+
+
+@contextmanager
+def progress() -> Iterator[ProgressDisplay]:
+    """A display that goes away when the work is done."""
+    count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
+    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, _TimeLeft())
+    # What is printed meanwhile goes above the bar, unless it goes somewhere else.
+    shown = sys.stdout.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown) as bar:
+        yield ProgressDisplay(bar)

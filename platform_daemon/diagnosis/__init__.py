@@ -3,22 +3,19 @@
 Diagnosis: Everything that was found out, for reports.
 DiagnosisError: The shots cannot be diagnosed.
 diagnose_shots: Diagnose shots of one specimen that all obey the same declared model.
-MissingTorque: Torque per inertia in rad/s^2 on a grid of angles (n,) in rad and velocities (m,) in rad/s.
 Measurement: A measurement that separates effects.
 Proposal: A measurement, the ids it separates, and the difference it is expected to show, in standard deviations.
 HARMONICS: Harmonics whose course the analysis of a residual follows.
 HarmonicCourse: Harmonics 1 ..
 ResidualAnalysis: What is left of one shot.
 Scatter: One parameter from shot to shot.
-analyse_residual: Of shot k.
-scatter: Parameters from shot to shot, with their drift along the series.
-sliding_windows: Fits along shot k with the effects held.
-typical_shot: The shot whose residual is in the middle of all.
-as_json: The fixed form.
+diagnosis_report: The fixed report, without the files, which the diagnosis does not know.
+ResidualComparison: The residual with the declared model (before) and with the named effects (after).
+SlidingComparison: Fits along one shot with the declared model and with the named effects.
+compare_residuals: Takes about a second.
 DataDefect: Something that is not as it should be.
 ProgressCallback: What a diagnosis calls to tell how far it is: (what it does, share done).
 DiagnosisShot: A ring-down with its measured noise.
-shot_pool: A thread per core.
 """
 
 import lazy_loader

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation import RingDownModel
+from platform_daemon.schemas import DiagnosisVerdict
 
 from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
@@ -20,7 +21,7 @@ from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, undecided
-from .findings.verdict import Verdict, assess_diagnosis
+from .findings.verdict import assess_diagnosis
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
@@ -49,7 +50,7 @@ class Diagnosis:
     shots: tuple[DiagnosisShot, ...]
     refused: tuple[UnfittedShot, ...]
     model: RingDownModel
-    verdict: Verdict
+    verdict: DiagnosisVerdict
     named: tuple[AcceptedEffect, ...]
     integrity: tuple[DataDefect, ...]
     found: Selection

@@ -3,7 +3,6 @@
 print_calibration: Sensitivity by channel, or field and inductance by coil.
 diagnosis_html: The page in UTF-8.
 summary_text: For the terminal.
-diagnosed: The report as JSON and as an HTML page.
 save_png: Write the picture as PNG.
 save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.

@@ -1,7 +1,6 @@
 from .calibration_tables import print_calibration as print_calibration
 from .diagnosis_page import diagnosis_html as diagnosis_html
 from .diagnosis_text import summary_text as summary_text
-from .diagnosis_work import diagnosed as diagnosed
 from .figures.ring_down import save_png as save_png
 from .figures.sliding import save_sliding_png as save_sliding_png
 from .fit_tables import fit_line as fit_line

@@ -1,16 +1,23 @@
-"""A diagnosis in words: for the terminal and for the top of the page. Made from its JSON form."""
+"""A diagnosis in words: for the terminal and for the page."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from typing import NamedTuple
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from platform_daemon.schemas import definition_of
+from platform_daemon.schemas import (
+    DiagnosisReport,
+    EffectDetail,
+    MeanParameter,
+    NamedEffect,
+    NextMeasurement,
+    TriedEffect,
+    definition_of,
+)
 
 from .numbers import number
 
@@ -23,17 +30,11 @@ VERDICTS = {
 _LIKELY = 5  # rows of the ranking on the terminal
 
 
-def heading_of(name: str) -> tuple[str, float]:
-    """(name with the unit that is shown, factor from SI to it) of a parameter."""
-    shown = definition_of(name)
-    return shown.heading, shown.display_factor
-
-
-def strength_text(effect: Mapping[str, Any]) -> str:
+def strength_text(effect: NamedEffect) -> str:
     """1.02(3)e-5 1/rad."""
-    s = effect["strength"]
-    unit = "" if s["unit"] in ("", "1") else f" {s['unit']}"
-    return f"{scientific(s['value'], s['std'])}{unit}"
+    found = effect.strength
+    unit = "" if found.unit in ("", "1") else f" {found.unit}"
+    return f"{scientific(found.value, found.std)}{unit}"
 
 
 def scientific(value: float | None, std: float | None) -> str:
@@ -46,51 +47,45 @@ def scientific(value: float | None, std: float | None) -> str:
     return f"{number(value, std, 10.0**-exponent)}e{exponent:+d}"
 
 
-def place_text(detail: Mapping[str, Any]) -> str:
+def place_text(where: EffectDetail | TriedEffect) -> str:
     """Where an effect acts, in words; "" if that needs no saying."""
-    known = dict(detail)
-    parts = []
-    if known.pop("axis", None):
-        parts.append(f"on {detail['axis']}")
-    if known.get("from") or known.get("to"):
-        parts.append(f"from {known.get('from')} to {known.get('to')}")
-    units = {"frequency_hz": ("at", "Hz"), "tau_s": ("with a time constant of", "s")}
-    for name, (before, unit) in units.items():
-        if known.get(name) is not None:
-            parts.append(f"{before} {known[name]:.5g} {unit}")
-    if known.get("sample") is not None:
-        parts.append(f"before sample {known['sample']}")
-    rest = {k: v for k, v in known.items() if k not in ("from", "to", "sample", *units) and v is not None}
-    return ", ".join([*parts, *(f"{k} = {v:.4g}" for k, v in rest.items())])
+    of = where if isinstance(where, EffectDetail) else None
+    parts = [
+        f"on {where.axis}" if where.axis else "",
+        f"from {of.source} to {of.target}" if of and (of.source or of.target) else "",
+        "" if where.frequency_hz is None else f"at {where.frequency_hz:.5g} Hz",
+        "" if where.tau_s is None else f"with a time constant of {where.tau_s:.5g} s",
+        "" if of is None or of.sample is None else f"before sample {of.sample}",
+        *(f"{k} = {v:.4g}" for k, v in (of.hidden_scales() if of else {}).items() if v is not None),
+    ]
+    return ", ".join(filter(None, parts))
 
 
-def chance_text(effect: Mapping[str, Any]) -> str:
+def chance_text(effect: NamedEffect) -> str:
     """The p-value, also where it is too small for a float."""
-    log10 = effect.get("log10_p_value")
-    if log10 is not None and log10 < -300:
-        return f"p < 1e{math.ceil(log10)}"
-    return f"p = {plain(effect['p_value'], '-')}"
+    log10 = effect.log10_p_value
+    return f"p < 1e{math.ceil(log10)}" if log10 is not None and log10 < -300 else f"p = {plain(effect.p_value, '-')}"
 
 
-def effect_line(effect: Mapping[str, Any]) -> str:
+def effect_line(effect: NamedEffect) -> str:
     """One accepted effect."""
-    place = place_text(effect["detail"])
-    text = f"{effect['id']}{f' ({place})' if place else ''}: {strength_text(effect)}, {chance_text(effect)}"
-    if effect["held_out_gain"] is None:
+    place = place_text(effect.detail)
+    text = f"{effect.id}{f' ({place})' if place else ''}: {strength_text(effect)}, {chance_text(effect)}"
+    if effect.held_out_gain is None:
         text += ", without it held-out data cannot be predicted"
-    elif effect["held_out_gain"]:
-        text += f", held-out chi2 falls by {effect['held_out_gain']:.4g}"
-    alike = effect["indistinguishable_from"]
+    elif effect.held_out_gain:
+        text += f", held-out chi2 falls by {effect.held_out_gain:.4g}"
+    alike = effect.indistinguishable_from
     return text + (f"; these data cannot tell it from {', '.join(alike)}" if alike else "")
 
 
-def held_out_line(report: Mapping[str, Any]) -> str:
+def held_out_line(report: DiagnosisReport) -> str:
     """Error of the prediction before and after."""
-    h = report["held_out"]
-    what = "the end of the one shot, predicted from its beginning" if h["n_shots"] == 1 else f"{h['n_shots']} shots"
+    h = report.held_out
+    what = "the end of the one shot, predicted from its beginning" if h.n_shots == 1 else f"{h.n_shots} shots"
     return (
-        f"held-out data ({what}): nRMSE {_percent(h['nrmse_before'])} -> {_percent(h['nrmse_after'])}, "
-        f"chi2/dof {plain(h['chi2_per_dof_before'])} -> {plain(h['chi2_per_dof_after'])}"
+        f"held-out data ({what}): nRMSE {_percent(h.nrmse_before)} -> {_percent(h.nrmse_after)}, "
+        f"chi2/dof {plain(h.chi2_per_dof_before)} -> {plain(h.chi2_per_dof_after)}"
     )
 
 
@@ -103,64 +98,80 @@ def _percent(value: float | None) -> str:
     return "no prediction" if value is None else f"{100.0 * value:.4g} %"
 
 
-def summary_text(report: Mapping[str, Any]) -> str:
+def summary_text(report: DiagnosisReport) -> str:
     """For the terminal."""
     console = Console(width=150)
     with console.capture() as capture:
-        console.print(VERDICTS[report["verdict"]], highlight=False, style="bold")
+        console.print(VERDICTS[report.verdict], highlight=False, style="bold")
         for line in _lines(report):
             console.print(line, highlight=False, markup=False)
         console.print(_parameters(report))
     return "\n".join(line.rstrip() for line in capture.get().rstrip().splitlines())
 
 
-def _lines(report: Mapping[str, Any]) -> list[str]:
-    lines = [f"  {effect_line(e)}" for e in report["effects"]]
+def _lines(report: DiagnosisReport) -> list[str]:
+    lines = [f"  {effect_line(e)}" for e in report.effects]
     lines.append(held_out_line(report))
-    if not report["effects"] and report["verdict"] != "nothing_missing":
-        ranked = ", ".join(f"{t['id']} (gain {plain(t['gain'], '-')})" for t in report["ranking"][:_LIKELY])
+    if not report.effects and report.verdict != "nothing_missing":
+        ranked = ", ".join(f"{t.id} (gain {plain(t.gain, '-')})" for t in report.ranking[:_LIKELY])
         lines.append(f"closest names beside the declared model: {ranked}")
-    lines += [f"integrity: {flaw['id']}: {flaw['where']}" for flaw in report["integrity"]]
-    lines += [f"next: {next_line(n)}" for n in report["next_measurements"][:_LIKELY]]
-    lines += [f"note: {note}" for note in report["notes"]]
-    return [*lines, f"declared model {report['model']}; {report['seconds']:.3g} s"]
+    lines += [f"integrity: {flaw.id}: {flaw.where}" for flaw in report.integrity]
+    lines += [f"next: {next_line(n)}" for n in report.next_measurements[:_LIKELY]]
+    lines += [f"note: {note}" for note in report.notes]
+    return [*lines, f"declared model {report.model}; {report.seconds:.3g} s"]
 
 
-def next_line(proposal: Mapping[str, Any]) -> str:
+def next_line(proposal: NextMeasurement) -> str:
     """A proposed measurement."""
-    separates = f" (separates {', '.join(proposal['separates'])})" if proposal["separates"] else ""
-    return f"{proposal['what']}{separates}: {plain(proposal['expected_sigma'], '?')} sigma expected"
+    separates = f" (separates {', '.join(proposal.separates)})" if proposal.separates else ""
+    return f"{proposal.what}{separates}: {plain(proposal.expected_sigma, '?')} sigma expected"
 
 
-def _parameters(report: Mapping[str, Any]) -> Table:
+def _parameters(report: DiagnosisReport) -> Table:
     """Means of the parameters before and after, and the disagreement of N50 and D30."""
     table = Table(box=box.SIMPLE_HEAD)
     for name in ("parameter (mean)", "before", "after", "scatter", "|N50 - D30| / σ before", "after"):
         table.add_column(name, justify="left" if name.startswith("parameter") else "right")
     for row in parameter_rows(report):
-        table.add_row(*row)
+        table.add_row(*row[:4], sigma_text(row.sigma_before), sigma_text(row.sigma_after))
     return table
 
 
-def parameter_rows(report: Mapping[str, Any]) -> list[list[str]]:
-    """Name, before, after, scatter between shots, N50-D30 before and after, as text."""
-    before, after, sigma = report["parameters_before"], report["parameters_after"], report["n50_d30"]
+class ParameterRow(NamedTuple):
+    """Name with unit, mean before and after, scatter between shots, as text; |N50 - D30| in standard errors."""
+
+    heading: str
+    before: str
+    after: str
+    scatter: str
+    sigma_before: float | None
+    sigma_after: float | None
+
+
+def parameter_rows(report: DiagnosisReport) -> list[ParameterRow]:
+    """A row for each parameter that is known before, after or by its disagreement."""
+    before, after, sigma = report.parameters_before, report.parameters_after, report.n50_d30
     rows = []
-    for name in dict.fromkeys([*before, *after, *sigma]):
-        heading, factor = heading_of(name)
-        pair = sigma.get(name, {})
-        scatter = report["scatter"].get(name)
-        rows.append([
-            heading, _mean(before.get(name), factor), _mean(after.get(name), factor),
-            "-" if scatter is None else f"{scatter * factor:.2g}",
-            _sigma(pair.get("before_sigma")), _sigma(pair.get("after_sigma")),
-        ])  # fmt: skip
+    for name in before | after | sigma:
+        shown, pair, scatter = definition_of(name), sigma.get(name), report.scatter.get(name)
+        factor = shown.display_factor
+        rows.append(
+            ParameterRow(
+                shown.heading,
+                _mean(before.get(name), factor),
+                _mean(after.get(name), factor),
+                "-" if scatter is None else f"{scatter * factor:.2g}",
+                None if pair is None else pair.before_sigma,
+                None if pair is None else pair.after_sigma,
+            )
+        )
     return rows
 
 
-def _mean(mean: Mapping[str, float] | None, factor: float) -> str:
-    return "-" if mean is None else number(mean["value"], mean["std"], factor)
+def _mean(mean: MeanParameter | None, factor: float) -> str:
+    return "-" if mean is None else number(mean.value, mean.std, factor)
 
 
-def _sigma(value: float | None) -> str:
+def sigma_text(value: float | None) -> str:
+    """One digit after the point."""
     return "-" if value is None else f"{value:.1f}"

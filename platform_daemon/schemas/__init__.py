@@ -31,7 +31,20 @@ OrientationDeviation: Angles between the orientations of a series and one of ref
 OrientationErrors: Orientation errors of a series with a calibration.
 SeriesQuantities: What the frames of a series tell together.
 UnfittedFrameQuantities: A frame without a fit.
+DataDefectReport: Something in the data that is not as it should be.
+DefectKind: What can be wrong with the data themselves.
 DiagnosisReport: What the declared model lacks.
+DiagnosisVerdict: How far a diagnosis explains its data.
+EffectDetail: Where an effect acts.
+EffectStrength: How strong an effect is.
+HeldOutErrors: Errors of the prediction of data that were not used.
+MeanParameter: Mean of a parameter over the shots, in the SI unit that its name holds.
+MissingTorqueMap: The torque that is missing, smooth in angle and velocity, without what declared parameters absorb.
+NamedEffect: An accepted effect with its evidence.
+NextMeasurement: A measurement that tells more.
+TriedEffect: A candidate by itself beside the declared model.
+UnexplainedRest: What something without a name would still bring.
+WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
 FileState: What tells that a file has changed.
@@ -48,7 +61,7 @@ HarmonicsBatch: The same of several files, in the order in which they were named
 HarmonicsReport: What the harmonics of the frames of one file tell.
 RefusedHarmonicEstimate: The harmonics cannot be read.
 ShotHarmonics: What the harmonics of one shot tell, or why they cannot be read.
-AnyJobRecord: The record of a job of one of the four kinds.
+AnyJobRecord: A job as its file keeps it, of any kind.
 JobTimes: When a job was asked for, began and ended, ISO 8601.
 StoredJob: The record of a job of any kind.
 AcquisitionJob: A series of shots.
@@ -61,10 +74,21 @@ FitJob: A fit of a stored recording.
 FitJobs: All fits, oldest first.
 JobState: queued -> running -> done | failed | cancelled.
 Progress: How far a job is.
+DiagnosedRound: A series, and what it brought to the diagnosis.
+EffectSummary: An accepted effect in short.
+LiveDiagnosisLog: What a loop on the platform measured, why, and what it brought.
+ManualStep: A step that needs a hand and was not done.
+UndiagnosedRound: A series that was cut short, or after which nothing could be diagnosed.
+AdoptedModelListing: Every version of every adopted model, by name and version.
 AdoptedModelRecord: A named, versioned model with the evidence for it.
 AdoptedModelReport: An adopted model, and whether it is still in use.
 AdoptedModelSummary: One line of the list of adopted models.
+AdoptedTermRecord: A further torque term of an adopted model.
+AdoptionEvidence: What is kept with an adopted model so that anybody can judge it, or repeat the diagnosis.
+FileDigest: A file and what identifies its content.
 ModelListing: What a fit can use.
+ReceiverEffectRecord: An effect of the receive chain that an adopted model undoes in the samples before a fit.
+Retirement: Who took a version out of use, when and why.
 PAPER_DEFLECTION_DEG: Deflection at the paper's fields by bearing, degrees.
 PAPER_NOISE_AM2_PER_S: Noise of x, y, z per sample in the paper, A m^2/s.
 PARAMETERS: The table of parameters by name.

@@ -10,6 +10,8 @@ from .base import Absent, FiniteOrNull, Schema, example
 from .models import FileDigest
 
 DiagnosisVerdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
+DefectKind = Literal["clock_gap", "saturation", "duplicated_shot", "not_finite"]
+"""What can be wrong with the data themselves."""
 
 
 class EffectStrength(Schema):
@@ -101,10 +103,10 @@ class WindowDisagreement(Schema):
     """With the named effects, standard errors."""
 
 
-class DataDefect(Schema):
+class DataDefectReport(Schema):
     """Something in the data that is not as it should be."""
 
-    id: Literal["clock_gap", "saturation", "duplicated_shot", "not_finite"]
+    id: DefectKind
     """Kind of the defect."""
     where: str
     """In words."""
@@ -182,7 +184,7 @@ class DiagnosisReport(Schema):
     """Means with the named effects, by public name."""
     n50_d30: dict[str, WindowDisagreement]
     """How far short and long windows disagree, by public name."""
-    integrity: tuple[DataDefect, ...]
+    integrity: tuple[DataDefectReport, ...]
     """What is wrong with the data themselves."""
     missing_torque: MissingTorqueMap | None
     """The torque that is missing; null: none is."""

@@ -52,7 +52,7 @@ class _Brought(_Series):
     """Effects of the round before."""
     effects: tuple[EffectSummary, ...]
     """Effects on all shots so far."""
-    gain_left_over: float
+    gain_left_over: FiniteOrNull
     """Fall of chi^2 that something without a name would still bring."""
 
 

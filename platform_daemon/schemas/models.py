@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 
 from .base import Root, Schema, example
 
@@ -92,8 +92,8 @@ class AdoptedModelRecord(Schema):
     """What is undone on the receive side."""
     digest: str
     """SHA-256 of base, terms and receiver: of everything that a fit depends on."""
-    evidence: AdoptionEvidence
-    """Why it was adopted."""
+    evidence: AdoptionEvidence | dict[str, Any] = Field(union_mode="left_to_right")
+    """Why it was adopted; of another version of this software: as it stands in its file."""
 
 
 class Retirement(Schema):

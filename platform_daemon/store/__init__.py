@@ -14,6 +14,7 @@ open_data_folder: The folders, made if missing.
 describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
+write_new_file: The same, but never in the place of another file.
 NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.
 UnknownRecording: No recording of that id exists in the folder.
@@ -29,6 +30,8 @@ RESONATOR: Between the configuration of the platform and the declaration of the 
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
 SeriesWriter: Writes one series.
+Version: One version of something.
+VersionedFolder: The versions in a folder, which need not exist before the first is added.
 """
 
 from .angle_series import AngleSeries, is_time_series, read_angles
@@ -41,13 +44,14 @@ from .calibrations import (
 from .data_folder import DataFolder, open_data_folder
 from .describe import describe
 from .dmdt_file import dmdt_file
-from .durable import write_file
+from .durable import write_file, write_new_file
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import list_recordings, resolve
 from .reader import open_recording, read_calibration
 from .recording import RESONATOR, Excitation, Recording, SequenceInfo
 from .series_writer import SeriesWriter
+from .versioned import Version, VersionedFolder
 
 __all__ = [
     "RESONATOR",
@@ -63,6 +67,8 @@ __all__ = [
     "ShotRecord",
     "StorageError",
     "UnknownRecording",
+    "Version",
+    "VersionedFolder",
     "add_receive_calibration",
     "add_transmit_calibration",
     "check_calibration_name",
@@ -77,4 +83,5 @@ __all__ = [
     "read_transmit_calibration",
     "resolve",
     "write_file",
+    "write_new_file",
 ]

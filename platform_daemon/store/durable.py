@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 from secrets import token_hex
 
@@ -24,7 +25,8 @@ def write_file(target: Path, content: bytes) -> None:
     except OSError as error:
         raise storage_error(target, error) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()
 
 
 def write_new_file(target: Path, content: bytes) -> bool:
@@ -40,7 +42,8 @@ def write_new_file(target: Path, content: bytes) -> bool:
     except OSError as error:
         raise storage_error(target, error) from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink()
     return True
 
 

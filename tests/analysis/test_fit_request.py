@@ -7,6 +7,8 @@ from platform_daemon.analysis.fit_request import FitRequest, check_fixed, checke
 from platform_daemon.cli.parsing import parse_values
 from platform_daemon.estimation.physics.models import MODELS
 from platform_daemon.estimation.physics.torques import TERMS
+from platform_daemon.schemas.fits import unfitted
+from tests.kit.frame_fits import good_frame
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -58,6 +60,6 @@ def test_coefficients_of_further_terms_can_be_given_by_name():
 
 
 def test_reasons_are_told_once_with_their_frames_and_only_if_none_is_good():
-    bad = [{"frame": k, "verdict": "refused", "reason": "no_signal: x"} for k in (0, 2)]
+    bad = [unfitted(k, "no_signal: x") for k in (0, 2)]
     assert why_refused(bad) == "frame 0, 2: no_signal: x"
-    assert why_refused([*bad, {"frame": 1, "verdict": "good", "reason": None}]) is None
+    assert why_refused([*bad, good_frame(1)]) is None

@@ -25,7 +25,7 @@ from platform_daemon.diagnosis.diagnose import candidates_for, diagnose_shots
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table
-from platform_daemon.diagnosis.report import as_json
+from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.physics.models import model_named
@@ -215,7 +215,7 @@ def run(task: tuple[Case, int]) -> Outcome:
     """One case."""
     case, shots = task
     made, truths = shots_with(case.variant, case.effects, count=shots, seed=case.seed, pose=POSES[case.pose])
-    report = as_json(diagnose_shots(made, model_named(case.variant)))
+    report = diagnosis_report(diagnose_shots(made, model_named(case.variant))).model_dump()
     return Outcome(
         case,
         report["verdict"],

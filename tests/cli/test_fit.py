@@ -189,7 +189,7 @@ def test_an_angle_is_fitted_among_recordings(tmp_path):
 
 def test_the_table_shows_what_was_fitted_and_nothing_else(tmp_path):
     shown = here("fit", pendulum(tmp_path, *swing()), "--variant", "jewel_constant_friction", "--window", "10").stdout
-    assert "coulomb_rad_per_s2" in shown
+    assert "a / rad s⁻²" in shown
     assert "m_r" not in shown
 
 

@@ -9,8 +9,9 @@ import pytest
 from platform_daemon.analysis.fit import fit_stored_frame
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.analysis.harmonics import frame_harmonics
+from platform_daemon.analysis.measurement import open_voltages
 from platform_daemon.cli.parsing import parse_frames
-from platform_daemon.store.reader import open_recording
+from platform_daemon.schemas.base import to_json
 from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.data import DATA
 
@@ -30,10 +31,10 @@ def changed(tmp_path, **frames):
 def test_every_frame_is_told_in_a_line_and_in_json_as_the_function_behind_rest_gives_it(tmp_path):
     done = here("harmonics", JEWEL, "--json", tmp_path / "h.json")
     assert done.returncode == 0, done.stderr
-    recording = open_recording(JEWEL)
+    recording = open_voltages(JEWEL)
     report = json.loads((tmp_path / "h.json").read_text())
     assert report["file"] == str(JEWEL)
-    assert report["frames"] == [{"frame": k, **frame_harmonics(recording, k)} for k in range(recording.frames)]
+    assert report["frames"] == [json.loads(to_json(frame_harmonics(recording, k))) for k in range(recording.frames)]
     lines = done.stdout.splitlines()
     assert [line.split(":")[0] for line in lines] == [f"frame {k}" for k in range(recording.frames)]
     for line, frame in zip(lines, report["frames"], strict=True):
@@ -44,9 +45,9 @@ def test_every_frame_is_told_in_a_line_and_in_json_as_the_function_behind_rest_g
 def test_the_cross_check_agrees_with_the_fit(tmp_path):
     assert here("harmonics", JEWEL, "--json", tmp_path / "h.json").returncode == 0
     for found in json.loads((tmp_path / "h.json").read_text())["frames"]:
-        fit = fit_stored_frame(open_recording(JEWEL), found["frame"], FitRequest("jewel", "d30"))["parameters"]
-        assert found["f_nat_hz"] == pytest.approx(fit["f_nat_hz"]["value"], abs=0.02)
-        assert found["m_r_am2"] == pytest.approx(fit["m_r_am2"]["value"], rel=2e-3)
+        fit = fit_stored_frame(open_voltages(JEWEL), found["frame"], FitRequest("jewel", "d30"))[0].values
+        assert found["f_nat_hz"] == pytest.approx(fit["f_nat_hz"], abs=0.02)
+        assert found["m_r_am2"] == pytest.approx(fit["m_r_am2"], rel=2e-3)
 
 
 def test_many_files_are_told_by_name_and_a_bad_frame_stops_nothing(tmp_path):

@@ -11,7 +11,7 @@ from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table
 from platform_daemon.diagnosis.regression.torque_response import torque_responses
-from platform_daemon.diagnosis.report import as_json
+from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.shots.initial_fits import initial_fits
 from platform_daemon.diagnosis.shots.thread_pool import shot_pool
 from platform_daemon.estimation.moments.workspace import Workspace
@@ -22,7 +22,7 @@ from tests.kit.undeclared_shots import shots_with
 
 def found(variant, *undeclared, **more):
     shots, truths = shots_with(variant, undeclared, **more)
-    return as_json(diagnose_shots(shots, model_named(variant))), truths
+    return diagnosis_report(diagnose_shots(shots, model_named(variant))).model_dump(), truths
 
 
 def names(report):
@@ -141,7 +141,7 @@ def test_one_shot_is_split_in_time_and_says_so():
 
 def test_copies_of_a_shot_are_reported_and_left_out():
     shots, _ = shots_with("jewel", count=3)
-    report = as_json(diagnose_shots([*shots, replace(shots[0], name="again")], JEWEL))
+    report = diagnosis_report(diagnose_shots([*shots, replace(shots[0], name="again")], JEWEL)).model_dump()
     assert [i["id"] for i in report["integrity"]] == ["duplicated_shot"]
     assert report["held_out"]["n_shots"] == 3
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from pydantic import BaseModel
 
 from tests.kit.data import DATA
 
@@ -31,8 +32,10 @@ def _made(folder: Path, count: int, make: Callable[[Path, Path], object]) -> lis
 
 def same(one, other):
     """Equal but for rounding (libraries add up in another order in each process) and for times."""
+    if isinstance(one, BaseModel):
+        return same(one.model_dump(), other.model_dump())
     if isinstance(one, dict):
         return one.keys() == other.keys() and all(k == "seconds" or same(one[k], other[k]) for k in one)
-    if isinstance(one, list):
+    if isinstance(one, list | tuple):
         return len(one) == len(other) and all(map(same, one, other))
     return other == (pytest.approx(one, rel=1e-7, abs=1e-12) if isinstance(one, float) else one)

@@ -2,38 +2,28 @@
 
 import base64
 import re
-from html.parser import HTMLParser
+from xml.etree import ElementTree
 
 import pytest
 
 from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
-from platform_daemon.diagnosis.report import as_json
+from platform_daemon.diagnosis.report import diagnosis_report
+from platform_daemon.diagnosis.residual_comparison import compare_residuals
 from platform_daemon.reports.diagnosis_page import diagnosis_html
 from tests.kit.specimen_files import THREAD, pendulum, swing
 
 
-class Loads(HTMLParser):
-    """Everything that a browser would fetch, and the headings."""
-
-    def __init__(self, page):
-        super().__init__()
-        self.found, self.tags, self.open = [], [], []
-        self.feed(page)
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.found += [v for k, v in attrs if k in ("src", "href", "srcset", "data", "action")]
-        if tag not in ("meta", "img", "br", "link"):
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self.open.pop() == tag
+def elements(page):
+    """Every element of a page, which must be well-formed XML too."""
+    doctype, _, rest = page.partition("\n")
+    assert doctype == "<!doctype html>"
+    return list(ElementTree.fromstring(rest).iter())
 
 
 def page_of(specimen):
     found = diagnose_input(specimen, lambda what, share: None)
-    report = as_json(found) | {"files": [str(f) for f in specimen.files]}
-    return diagnosis_html(found, report).decode(), report
+    report = diagnosis_report(found).model_copy(update={"files": tuple(str(f) for f in specimen.files)})
+    return diagnosis_html(report, compare_residuals(found)).decode(), report
 
 
 @pytest.fixture(scope="module")
@@ -42,13 +32,22 @@ def clean():
 
 
 def test_nothing_is_loaded_from_elsewhere(clean):
-    seen = Loads(clean[0])
-    assert seen.found
-    assert all(source.startswith("data:image/png;base64,") for source in seen.found)
-    assert not {"script", "link", "iframe", "object"} & set(seen.tags)
+    seen = elements(clean[0])
+    keys = ("src", "href", "srcset", "data", "action")
+    sources = [e.get(key) for e in seen for key in keys if e.get(key) is not None]
+    assert sources
+    assert all(source.startswith("data:image/png;base64,") for source in sources)
+    assert not {"script", "link", "iframe", "object"} & {e.tag for e in seen}
     assert "@import" not in clean[0]
     assert not re.search(r"url\(", clean[0])
-    assert seen.open == []
+
+
+def test_every_picture_says_what_it_shows_and_every_table_is_whole(clean):
+    seen = elements(clean[0])
+    assert all(e.get("alt") for e in seen if e.tag == "img")
+    for table in (e for e in seen if e.tag == "table"):
+        widths = {sum(int(cell.get("colspan", 1)) for cell in row) for row in table.iter("tr")}
+        assert len(widths) == 1, ElementTree.tostring(table)
 
 
 def test_every_picture_is_a_png(clean):
@@ -61,7 +60,7 @@ def test_every_picture_is_a_png(clean):
 def test_the_verdict_and_the_numbers_stand_there(clean):
     page, report = clean
     assert "Nothing is missing" in page
-    assert f"{report['held_out']['chi2_per_dof_after']:.4g}" in page
+    assert f"{report.held_out.chi2_per_dof_after:.4g}" in page
     for heading in ("N50 against D30", "Ranking and evidence", "Integrity of the data", "How it was computed"):
         assert heading in page
 
@@ -74,3 +73,4 @@ def test_an_angle_with_awkward_name_and_clock_has_its_page_too(tmp_path):
     assert "<b>&swing" not in page
     assert "&lt;b&gt;&amp;swing.h5" in page
     assert "clock_gap" in page
+    assert any("<b>&swing.h5" in (e.text or "") for e in elements(page) if e.tag == "h1")

@@ -8,17 +8,23 @@ from platform_daemon.reports.diagnosis_text import (
     scientific,
     strength_text,
 )
+from platform_daemon.schemas.diagnosis import EffectDetail, EffectStrength, NamedEffect, NextMeasurement
 
-NOWHERE = dict.fromkeys(("axis", "frequency_hz", "tau_s", "sample", "from", "to"))
-EFFECT = {
-    "id": "quadratic_drag",
-    "strength": {"value": 1.0104e-5, "std": 8.2e-8, "unit": "1/rad"},
-    "detail": NOWHERE,
-    "p_value": 0.0,
-    "log10_p_value": -512.4,
-    "held_out_gain": 5.4e5,
-    "indistinguishable_from": [],
-}
+NOWHERE = EffectDetail(axis=None, frequency_hz=None, tau_s=None, sample=None, source=None, target=None)
+EFFECT = NamedEffect(
+    id="quadratic_drag",
+    strength=EffectStrength(value=1.0104e-5, std=8.2e-8, unit="1/rad"),
+    detail=NOWHERE,
+    p_value=0.0,
+    log10_p_value=-512.4,
+    held_out_gain=5.4e5,
+    indistinguishable_from=(),
+    source="paper",
+)
+
+
+def at(**keys):
+    return EffectDetail(**(NOWHERE.model_dump() | keys))
 
 
 def test_small_and_large_numbers_come_with_their_power_of_ten():
@@ -31,28 +37,28 @@ def test_small_and_large_numbers_come_with_their_power_of_ten():
 def test_an_effect_is_one_line_with_strength_chance_and_proof():
     line = effect_line(EFFECT)
     assert line.startswith("quadratic_drag: 1.0104(82)e-5 1/rad, p < 1e-512, held-out chi2 falls by 5.4e+05")
-    assert "cannot be predicted" in effect_line(EFFECT | {"held_out_gain": None})
-    assert "cannot tell it from stribeck_friction" in effect_line(
-        EFFECT | {"indistinguishable_from": ["stribeck_friction"]}
-    )
+    assert "cannot be predicted" in effect_line(EFFECT.model_copy(update={"held_out_gain": None}))
+    alike = EFFECT.model_copy(update={"indistinguishable_from": ("stribeck_friction",)})
+    assert "cannot tell it from stribeck_friction" in effect_line(alike)
 
 
 def test_the_unit_one_is_not_written():
-    assert strength_text({"strength": {"value": 0.01, "std": 0.001, "unit": "1"}}) == "0.0100(10)"
+    plain = EffectStrength(value=0.01, std=0.001, unit="1")
+    assert strength_text(EFFECT.model_copy(update={"strength": plain})) == "0.0100(10)"
 
 
 def test_places_are_told_in_words():
     assert place_text(NOWHERE) == ""
-    assert place_text(NOWHERE | {"axis": "x", "frequency_hz": 50.0}) == "on x, at 50 Hz"
-    assert place_text(NOWHERE | {"from": "x", "to": "y"}) == "from x to y"
-    assert place_text(NOWHERE | {"sample": 0}) == "before sample 0"
-    assert place_text(NOWHERE | {"v_s_rad_per_s": 40.0}) == "v_s_rad_per_s = 40"
+    assert place_text(at(axis="x", frequency_hz=50.0)) == "on x, at 50 Hz"
+    assert place_text(at(**{"from": "x", "to": "y"})) == "from x to y"
+    assert place_text(at(sample=0)) == "before sample 0"
+    assert place_text(at(v_s_rad_per_s=40.0)) == "v_s_rad_per_s = 40"
 
 
 def test_likely_chances_are_plain():
-    assert chance_text({"p_value": 0.012, "log10_p_value": -1.9}) == "p = 0.012"
+    assert chance_text(EFFECT.model_copy(update={"p_value": 0.012, "log10_p_value": -1.9})) == "p = 0.012"
 
 
 def test_a_proposal_says_what_it_separates():
-    text = next_line({"what": "turn it", "separates": ["a", "b"], "expected_sigma": 4.0})
+    text = next_line(NextMeasurement(what="turn it", separates=("a", "b"), expected_sigma=4.0))
     assert text == "turn it (separates a, b): 4 sigma expected"

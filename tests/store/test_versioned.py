@@ -50,6 +50,8 @@ def test_a_folder_that_is_none_is_a_storage_error(tmp_path: Path) -> None:
     for write in (write_file, write_new_file):
         with pytest.raises(StorageError, match="No such file"):
             write(tmp_path / "none" / "a", b"")
+        with pytest.raises(StorageError, match="Not a directory"):
+            write(tmp_path / "file" / "a", b"")
 
 
 def test_a_new_file_never_takes_the_place_of_another_and_write_file_does(tmp_path: Path) -> None:

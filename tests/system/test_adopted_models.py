@@ -7,8 +7,9 @@ import pytest
 
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
-from platform_daemon.analysis.fit import fit_recording
-from platform_daemon.analysis.fit_request import FitRequest, choose_variant
+from platform_daemon.analysis.fit import fit_measurement
+from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.analysis.measurement import VoltageMeasurement
 from platform_daemon.analysis.model_registry.adoption import model_from_diagnosis
 from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.analysis.model_registry.resolve import resolve
@@ -39,8 +40,8 @@ def chi2(report):
 
 
 def fitted(recording, variant=None):
-    recording, chosen = choose_variant(recording, variant)
-    return fit_recording(recording, FitRequest(chosen, "d30"))
+    used, chosen = VoltageMeasurement.of(recording).under(variant)
+    return fit_measurement(used, FitRequest(chosen, "d30")).model_dump()
 
 
 EFFECTS = [
@@ -91,9 +92,9 @@ def test_a_model_with_receiver_effects_needs_a_sensitivity(tmp_path):
     made = library.add(model_from_diagnosis(diagnosis(EFFECTS[2][1]), "better", "me", library, recordings=[]))
     recording = replace(open_recording(DATA / "example_thread.mmr.h5"), calibration=None)
     with pytest.raises(InputError, match="sensitivity"):
-        choose_variant(recording, made)
+        VoltageMeasurement.of(recording).under(made)
     with pytest.raises(InputError, match="no further terms"):
-        choose_variant(recording, resolve("better@1", library), ["bias_torque"])
+        VoltageMeasurement.of(recording).under(resolve("better@1", library), ["bias_torque"])
 
 
 @pytest.mark.parametrize("even", [True, False])

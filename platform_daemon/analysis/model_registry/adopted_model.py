@@ -4,35 +4,26 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
 from drivers.calibration import ReceiverEffect
 from platform_daemon.estimation import TERMS, RingDownModel, model_named
+from platform_daemon.schemas import (
+    AdoptedModelRecord,
+    AdoptedModelReport,
+    AdoptedModelSummary,
+    AdoptedTermRecord,
+    AdoptionEvidence,
+    ReceiverEffectRecord,
+    Retirement,
+)
 
-FORMAT = "platform-daemon adopted model 1"
 
-
-@dataclass(frozen=True)
-class AdoptedTerm:
-    """A further torque term.
-
-    Attributes:
-        term: its name in estimation/physics/torques.
-        values, std: of its coefficients by their public names; std None: not estimated.
-        free: fits estimate the strength anew; else they hold it.
-    """
-
-    term: str
-    values: Mapping[str, float]
-    std: Mapping[str, float | None]
-    free: bool = False
-
-    def held(self) -> dict[str, float]:
-        """Coefficients that fits do not estimate: all, or only a free term's hidden scale."""
-        return {c.name: self.values[c.name] for c in TERMS[self.term].coefficients if c.hidden or not self.free}
+def held(term: AdoptedTermRecord) -> dict[str, float]:
+    """Coefficients that fits do not estimate: all, or only a free term's hidden scale."""
+    return {c.name: term.values[c.name] for c in TERMS[term.term].coefficients if c.hidden or not term.free}
 
 
 @dataclass(frozen=True)
@@ -43,17 +34,18 @@ class AdoptedModel:
         name, version: version 0: not in a library yet.
         base: the declared model, as estimation names it.
         terms, receiver: what was added to it, and what is undone in the samples before a fit.
-        evidence: the diagnosis, the recordings with their digests, who adopted it, when and with which software.
+        evidence: the diagnosis, the recordings with their digests, who adopted it, when and with which software; of
+            another version of this software: as it stands in the file.
         retired: None, or who retired it, when and why.
     """
 
     name: str
     version: int
     base: str
-    terms: tuple[AdoptedTerm, ...] = ()
+    terms: tuple[AdoptedTermRecord, ...] = ()
     receiver: tuple[ReceiverEffect, ...] = ()
-    evidence: Mapping[str, Any] = field(default_factory=dict, compare=False, hash=False)
-    retired: Mapping[str, Any] | None = field(default=None, compare=False, hash=False)
+    evidence: AdoptionEvidence | dict[str, Any] = field(default_factory=dict, compare=False, hash=False)
+    retired: Retirement | None = field(default=None, compare=False, hash=False)
 
     @property
     def label(self) -> str:
@@ -67,8 +59,8 @@ class AdoptedModel:
         if unknown:
             raise ValueError(f"unknown torque term {unknown[0]!r}")
         model = model_named(self.base).with_terms(self.label, *(TERMS[t.term] for t in self.terms))
-        held = {name: value for t in self.terms for name, value in t.held().items()}
-        known = tuple(replace(model.parameters[name], fixed=value) for name, value in held.items())
+        values = {name: value for t in self.terms for name, value in held(t).items()}
+        known = tuple(replace(model.parameters[name], fixed=value) for name, value in values.items())
         return replace(model, known=(*model.known, *known))
 
     @cached_property
@@ -77,43 +69,55 @@ class AdoptedModel:
         return hashlib.sha256(json.dumps(self._physics(), sort_keys=True).encode()).hexdigest()
 
     def _physics(self) -> dict[str, Any]:
-        terms = [{**asdict(t), "values": dict(t.values), "std": dict(t.std)} for t in self.terms]
+        terms = [t.model_dump() for t in self.terms]
         return {"base": self.base, "terms": terms, "receiver": [asdict(r) for r in self.receiver]}
 
-    def as_json(self) -> dict[str, Any]:
-        """Everything, with the digest."""
-        head = {"format": FORMAT, "name": self.name, "version": self.version, "label": self.label}
-        return {**head, **self._physics(), "digest": self.digest, "evidence": dict(self.evidence)}
+    def record(self) -> AdoptedModelRecord:
+        """The content of its file."""
+        return AdoptedModelRecord(
+            format="platform-daemon adopted model 1",
+            name=self.name,
+            version=self.version,
+            label=self.label,
+            base=self.base,
+            terms=self.terms,
+            receiver=tuple(ReceiverEffectRecord(**asdict(r)) for r in self.receiver),
+            digest=self.digest,
+            evidence=self.evidence,
+        )
 
-    def summary(self) -> dict[str, Any]:
+    def report(self) -> AdoptedModelReport:
+        """Everything."""
+        return AdoptedModelReport(**dict(self.record()), retired=self.retired)
+
+    def summary(self) -> AdoptedModelSummary:
         """One line of a list."""
-        return {
-            "label": self.label,
-            "name": self.name,
-            "version": self.version,
-            "base": self.base,
-            "terms": [t.term for t in self.terms],
-            "receiver": [r.id for r in self.receiver],
-            "adopted_at": self.evidence.get("adopted_at"),
-            "adopted_by": self.evidence.get("adopted_by"),
-            "digest": self.digest,
-            "retired": None if self.retired is None else dict(self.retired),
-        }
+        known = self.evidence if isinstance(self.evidence, AdoptionEvidence) else None
+        return AdoptedModelSummary(
+            label=self.label,
+            name=self.name,
+            version=self.version,
+            base=self.base,
+            terms=tuple(t.term for t in self.terms),
+            receiver=tuple(r.id for r in self.receiver),
+            adopted_at=None if known is None else known.adopted_at,
+            adopted_by=None if known is None else known.adopted_by,
+            digest=self.digest,
+            retired=self.retired,
+        )
 
 
-def from_json(record: Mapping[str, Any]) -> AdoptedModel:
-    """Raises ValueError, KeyError, TypeError for something else, or a record that was changed by hand."""
-    if record["format"] != FORMAT:
-        raise ValueError(f"its format is {record['format']!r}, expected {FORMAT!r}")
+def from_record(record: AdoptedModelRecord) -> AdoptedModel:
+    """Raises ValueError for a record that was changed by hand, or names what this software does not know."""
     found = AdoptedModel(
-        name=record["name"],
-        version=int(record["version"]),
-        base=record["base"],
-        terms=tuple(AdoptedTerm(**t) for t in record["terms"]),
-        receiver=tuple(ReceiverEffect(**r) for r in record["receiver"]),
-        evidence=record["evidence"],
+        name=record.name,
+        version=record.version,
+        base=record.base,
+        terms=record.terms,
+        receiver=tuple(ReceiverEffect(**r.model_dump()) for r in record.receiver),
+        evidence=record.evidence,
     )
-    if found.digest != record["digest"]:
+    if found.digest != record.digest:
         raise ValueError("its digest does not match: the file was changed after it was adopted")
     found.model  # noqa: B018  raises for names that this software does not know
     return found

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -10,10 +12,12 @@ from pydantic import BaseModel, ConfigDict, Field
 from drivers.calibration import ReceiverEffect
 from drivers.errors import InputError
 from drivers.validation import validated
+from platform_daemon import __version__
 from platform_daemon.estimation import CORRECTABLE, TERMS
+from platform_daemon.schemas import AdoptedTermRecord, AdoptionEvidence, FileDigest
 
-from .adopted_model import AdoptedModel, AdoptedTerm
-from .evidence import provenance
+from .adopted_model import AdoptedModel
+from .evidence import file_digests
 from .library import Library, check_name
 from .resolve import resolve
 
@@ -44,10 +48,17 @@ class _Strength(_Part):
     unit: str = ""
 
 
+class _Detail(_Part):
+    axis: str | None = None
+    frequency_hz: Number | None = None
+    source: str | None = Field(default=None, validation_alias="from")
+    target: str | None = Field(default=None, validation_alias="to")
+
+
 class _Effect(_Part):
     id: str
     strength: _Strength
-    detail: dict[str, Any] = Field(default_factory=dict)
+    detail: _Detail = _Detail()
 
 
 class _Value(_Part):
@@ -59,6 +70,8 @@ class _Diagnosis(_Part):
     model: str
     effects: list[_Effect]
     parameters_after: dict[str, _Value]
+    recordings: tuple[FileDigest, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 def model_from_diagnosis(
@@ -66,8 +79,8 @@ def model_from_diagnosis(
     name: str,
     by: str,
     library: Library,
+    recordings: Sequence[FileDigest] | None = None,
     *,
-    recordings: Sequence[Mapping[str, Any]],
     effects: Collection[str] = (),
     free: Collection[str] = (),
     force: str = "",
@@ -75,7 +88,7 @@ def model_from_diagnosis(
     """The model that a diagnosis in its JSON form carries, to be added to the library.
 
     Args:
-        recordings: digests of the data that were diagnosed.
+        recordings: digests of the data that were diagnosed; None: of those that the diagnosis names.
         effects: ids to adopt; empty: all.
         free: ids of torque effects whose strength fits estimate anew.
         force: why a diagnosis is adopted that did not explain its data.
@@ -95,14 +108,25 @@ def model_from_diagnosis(
         base=found.model if before is None else before.base,
         terms=(*(before.terms if before else ()), *(_term(e, values, free) for e in chosen if e.id in TERMS)),
         receiver=(*(before.receiver if before else ()), *(_receiver(e, values) for e in chosen if e.id in CORRECTABLE)),
-        evidence={
-            **provenance(by),
-            "started_from": found.model,
-            "forced": force or None,
-            "recordings": [dict(r) for r in recordings],
-            "diagnosis": dict(diagnosis),
-        },
+        evidence=AdoptionEvidence(
+            adopted_by=by,
+            adopted_at=datetime.now(UTC).isoformat(timespec="seconds"),
+            software_version=__version__,
+            started_from=found.model,
+            forced=force or None,
+            recordings=_data(found) if recordings is None else tuple(recordings),
+            diagnosis=dict(diagnosis),
+        ),
     )
+
+
+def _data(found: _Diagnosis) -> tuple[FileDigest, ...]:
+    """What a diagnosis rests on.  Raises InputError if it does not say."""
+    said = found.recordings or file_digests(found.files)
+    if not said:
+        remedy = "name the recordings that were diagnosed (--recording)"
+        raise InputError("does not say which data it rests on", where="diagnosis", remedy=remedy)
+    return said
 
 
 def _chosen(found: _Diagnosis, wanted: Collection[str], free: Collection[str], force: str) -> list[_Effect]:
@@ -142,14 +166,14 @@ def _refuse(effect: _Effect, others: list[str]) -> None:
     raise AdoptionRefused(f"{effect.id} cannot be adopted", where="effects", why=why, remedy=remedy)
 
 
-def _term(effect: _Effect, values: Mapping[str, float], free: Collection[str]) -> AdoptedTerm:
+def _term(effect: _Effect, values: Mapping[str, float], free: Collection[str]) -> AdoptedTermRecord:
     """A torque effect with its strength in the unit of the term's coefficient."""
     first, *hidden = TERMS[effect.id].coefficients
     scale = _scale(effect.id, values)
     std = effect.strength.std
-    held = {first.name: effect.strength.value * scale, **{c.name: _number(effect, c.name) for c in hidden}}
+    strengths = {first.name: effect.strength.value * scale, **{c.name: _number(effect, c.name) for c in hidden}}
     errors = {first.name: None if std is None else std * abs(scale), **{c.name: None for c in hidden}}
-    return AdoptedTerm(effect.id, held, errors, effect.id in free)
+    return AdoptedTermRecord(term=effect.id, values=strengths, std=errors, free=effect.id in free)
 
 
 def _scale(effect: str, values: Mapping[str, float]) -> float:
@@ -161,11 +185,11 @@ def _scale(effect: str, values: Mapping[str, float]) -> float:
 
 def _receiver(effect: _Effect, values: Mapping[str, float]) -> ReceiverEffect:
     detail = effect.detail
-    frequency_hz, even, fundamental_hz = detail.get("frequency_hz"), None, None
-    if frequency_hz is not None:
+    even, fundamental_hz = None, None
+    if detail.frequency_hz is not None:
         fundamental_hz = _parameter(values, "f_nat_hz")
-        even = round(frequency_hz / fundamental_hz) % 2 == 0
-    places = {"axis": detail.get("axis"), "source": detail.get("from"), "target": detail.get("to")}
+        even = round(detail.frequency_hz / fundamental_hz) % 2 == 0
+    places = {"axis": detail.axis, "source": detail.source, "target": detail.target}
     for key, value in places.items():
         if value not in (None, "x", "y", "z") or (effect.id == "crosstalk" and key != "axis" and value is None):
             raise InputError(
@@ -181,7 +205,7 @@ def _parameter(values: Mapping[str, float], name: str) -> float:
 
 
 def _number(effect: _Effect, name: str) -> float:
-    value = effect.detail.get(name)
+    value = (effect.detail.model_extra or {}).get(name)
     if not isinstance(value, int | float):
         raise InputError("is missing", where=f"diagnosis: {effect.id}: detail.{name}", remedy="diagnose again")
     return float(value)

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 from drivers.errors import InputError
+from drivers.validation import Model, validated
 from platform_daemon.estimation import MODELS
+from platform_daemon.schemas import AdoptedModelRecord, Retirement, to_json
+from platform_daemon.store import Version, VersionedFolder, write_new_file
 
-from .adopted_model import AdoptedModel, from_json
+from .adopted_model import AdoptedModel, from_record
 
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,63}")
-_FILE = re.compile(r"([a-z][a-z0-9_-]{0,63})@([1-9][0-9]{0,8})\.json")
 
 
 class UnknownModel(InputError):
@@ -30,16 +30,16 @@ class Library:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._files = VersionedFolder(folder, r"\.json")
 
     def add(self, model: AdoptedModel) -> AdoptedModel:
-        """Keep a model as the next version of its name.  Raises InputError for a bad name, OSError."""
+        """Keep a model as the next version of its name.  Raises InputError for a bad name, StorageError."""
         check_name(model.name)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        while True:
-            version = 1 + max(self._versions(model.name), default=0)
-            numbered = replace(model, version=version)
-            if _write_new(self.folder / f"{numbered.label}.json", numbered.as_json()):
-                return numbered
+
+        def content(version: int, label: str) -> bytes:
+            return to_json(replace(model, version=version).record(), indent=1).encode()
+
+        return replace(model, version=self._files.add(model.name, ".json", content).number)
 
     def get(self, text: str) -> AdoptedModel:
         """NAME@VERSION, retired or not; or NAME: its newest version that is not retired.
@@ -47,21 +47,20 @@ class Library:
         Raises UnknownModel, InputError for a file that is none of ours.
         """
         name, at, number = text.partition("@")
+        versions = self._files.versions(name)
         if at:
-            path = self.folder / f"{text}.json"
-            if not _FILE.fullmatch(path.name) or not path.is_file():
-                raise self._unknown(text, "there is no such version")
-            return self._read(name, int(number))
-        for version in sorted(self._versions(name), reverse=True):
-            found = self._read(name, version)
+            for version in versions:
+                if str(version.number) == number:
+                    return _read(version)
+            raise self._unknown(text, "there is no such version")
+        for found in map(_read, reversed(versions)):
             if found.retired is None:
                 return found
-        raise self._unknown(text, "all its versions are retired" if self._versions(name) else "")
+        raise self._unknown(text, "all its versions are retired" if versions else "")
 
     def all(self) -> list[AdoptedModel]:
         """Every version of every model, by name and version.  Raises InputError for a file that is none of ours."""
-        files = (_FILE.fullmatch(p.name) for p in self.folder.glob("*.json")) if self.folder.is_dir() else ()
-        return [self._read(n, v) for n, v in sorted((m[1], int(m[2])) for m in files if m)]
+        return [_read(version) for version in self._files.versions()]
 
     def retire(self, text: str, by: str, reason: str) -> AdoptedModel:
         """Take NAME@VERSION out of use: NAME alone no longer means it.  Raises UnknownModel, InputError."""
@@ -70,26 +69,11 @@ class Library:
                 "names no version", where=text, remedy="write NAME@VERSION: versions are retired one by one"
             )
         found = self.get(text)
-        said = {"at": datetime.now(UTC).isoformat(timespec="seconds"), "by": by, "reason": reason}
-        if not _write_new(self.folder / f"{found.label}.retired", said):
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        said = Retirement(at=now, by=by, reason=reason)
+        if not write_new_file(self.folder / f"{found.label}.retired", to_json(said, indent=1).encode()):
             raise InputError("is retired already", where=found.label, remedy="nothing is to be done")
         return replace(found, retired=said)
-
-    def _versions(self, name: str) -> list[int]:
-        files = (_FILE.fullmatch(p.name) for p in self.folder.glob(f"{name}@*.json")) if _NAME.fullmatch(name) else ()
-        return [int(m[2]) for m in files if m and m[1] == name]
-
-    def _read(self, name: str, version: int) -> AdoptedModel:
-        path = self.folder / f"{name}@{version}.json"
-        try:
-            found = from_json(json.loads(path.read_text(encoding="utf-8")))
-            if (found.name, found.version) != (name, version):
-                raise ValueError(f"it holds {found.label}")
-        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            remedy = "restore the file from a copy, or adopt the model again"
-            raise InputError("is no adopted model", where=str(path), why=str(error), remedy=remedy) from None
-        retired = path.with_suffix(".retired")
-        return replace(found, retired=json.loads(retired.read_text()) if retired.is_file() else None)
 
     def _unknown(self, text: str, why: str) -> UnknownModel:
         names = ", ".join(m.label for m in self.all()) or "none yet"
@@ -105,22 +89,18 @@ def check_name(name: str) -> None:
         raise InputError(f"{name!r} is a declared model", where="name", remedy="choose another name")
 
 
-def _write_new(path: Path, content: Any) -> bool:
-    """Make a file appear whole, on the disk when this returns; False if it is there already.  Raises OSError."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+def _read(version: Version) -> AdoptedModel:
     try:
-        with part.open("w", encoding="utf-8") as file:
-            json.dump(content, file, indent=1, allow_nan=False)
-            file.flush()
-            os.fsync(file.fileno())
-        os.link(part, path)  # unlike a rename it never replaces
-    except FileExistsError:
-        return False
-    finally:
-        part.unlink(missing_ok=True)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
-    return True
+        found = from_record(_parsed(AdoptedModelRecord, version.path))
+        if (found.name, found.version) != (version.name, version.number):
+            raise ValueError(f"it holds {found.label}")
+        retired = version.path.with_suffix(".retired")
+        return replace(found, retired=_parsed(Retirement, retired) if retired.is_file() else None)
+    except (OSError, ValueError, KeyError, InputError) as error:
+        why = error.what if isinstance(error, InputError) else str(error)
+        remedy = "restore the file from a copy, or adopt the model again"
+        raise InputError("is no adopted model", where=str(version.path), why=why, remedy=remedy) from None
+
+
+def _parsed(model: type[Model], path: Path) -> Model:
+    return validated(model, json.loads(path.read_text(encoding="utf-8")), path.name)

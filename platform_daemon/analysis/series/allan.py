@@ -4,6 +4,9 @@ Overlapping estimator; confidence from chi^2 with the equivalent degrees of free
 averaging time (W. J. Riley, Handbook of Frequency Stability Analysis, NIST SP 1065, sections 5.2.4, 5.4, 5.5.6).
 Every frame counts as the mean over its cadence. A frame measures for less than that, so for anything but white noise
 the dead time biases the result a little (the handbook's B2 and B3).
+
+allantools 2024.6 gives the same deviations, but n - 2 times too few degrees of freedom for flicker noise at the first
+averaging time, and it names no noise below 30 averages.
 """
 
 from __future__ import annotations

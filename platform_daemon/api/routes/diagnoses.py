@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
@@ -14,13 +13,15 @@ from drivers.errors import InputError
 from platform_daemon.analysis import (
     ModelChoice,
     check_diagnosis_input,
+    diagnose_input,
     file_digests,
     load_diagnosis_input,
     model_from_diagnosis,
     resolve,
 )
+from platform_daemon.diagnosis import compare_residuals, diagnosis_report
 from platform_daemon.engine import AnyJob, Cancelled, UnknownId
-from platform_daemon.reports import diagnosed
+from platform_daemon.reports import diagnosis_html
 from platform_daemon.schemas import (
     AdoptedModelRecord,
     AdoptionRequest,
@@ -77,13 +78,15 @@ class DiagnosisWork:
 
         tell("reading", 0.0)
         specimen = load_diagnosis_input(list(self.files), self.model, self.request.observable, frames=self.files)
-        report, page = diagnosed(specimen, tell)
-        job.result = DiagnosisReport.model_validate(
-            report | {"files": [f.name for f in self.files], "recordings": file_digests(self.files)}
-        )
+        found = diagnose_input(specimen, tell)
+        known = {"files": tuple(f.name for f in self.files), "recordings": file_digests(self.files)}
+        report = diagnosis_report(found).model_copy(update=known)
+        tell("page", 0.95)
+        page = diagnosis_html(report, compare_residuals(found))
         job.at(1.0, "write")
         write_file(_page(job.identifier, self.context), page)
-        write_file(self.context.diagnoses / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
+        write_file(self.context.diagnoses / f"{job.identifier}.json", to_json(report, indent=1).encode())
+        job.result = report
 
 
 @router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
@@ -127,22 +130,20 @@ def get_report(identifier: str, context: Shared) -> FileResponse:
 )
 def adopt_model(identifier: str, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
-    result = _result(identifier, context)
-    made = context.models.add(
-        model_from_diagnosis(
-            result, body.name, body.by, context.models,
-            recordings=result["recordings"], effects=body.effects, free=body.free, force=body.force,
-        )
-    )  # fmt: skip
+    said = _result(identifier, context).model_dump()
+    model = model_from_diagnosis(
+        said, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
+    )
+    made = context.models.add(model)
     response.headers["Location"] = f"/models/{made.label}"
-    return AdoptedModelRecord.model_validate(made.as_json())
+    return made.record()
 
 
-def _result(identifier: str, context: Context) -> dict[str, Any]:
+def _result(identifier: str, context: Context) -> DiagnosisReport:
     """The result of a diagnosis.  Raises UnknownId, InputError if there is none."""
     job = context.engine.job("diagnosis", identifier)
-    if isinstance(job.result, NoResult):
-        why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
-        remedy = "remove the cause and diagnose anew" if job.state.final else "wait until its state is done"
-        raise InputError("the diagnosis has no result", where=identifier, why=why, remedy=remedy)
-    return dict(job.result.model_dump())
+    if isinstance(job.result, DiagnosisReport):
+        return job.result
+    why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
+    remedy = "remove the cause and diagnose anew" if job.state.final else "wait until its state is done"
+    raise InputError("the diagnosis has no result", where=identifier, why=why, remedy=remedy)

@@ -16,18 +16,17 @@ router = APIRouter(prefix="/models", tags=["models"])
 @router.get("", summary="Models that a fit can use")
 def list_models(context: Shared) -> ModelListing:
     """Declared models and further torque terms by name; every version of every adopted model."""
-    adopted = tuple(AdoptedModelSummary.model_validate(m.summary()) for m in context.models.all())
+    adopted = tuple(m.summary() for m in context.models.all())
     return ModelListing(declared=tuple(MODELS), terms=tuple(TERMS), adopted=adopted)
 
 
 @router.get("/{name}", summary="An adopted model with its evidence", responses=problems(404, 422))
 def get_model(name: str, context: Shared) -> AdoptedModelReport:
     """NAME@VERSION, or NAME: its newest version that is not retired."""
-    found = context.models.get(name)
-    return AdoptedModelReport.model_validate({**found.as_json(), "retired": found.retired})
+    return context.models.get(name).report()
 
 
 @router.post("/{name}/retire", summary="Take a version out of use", responses=problems(404, 415, 422, 507))
 def retire_model(name: str, body: RetirementRequest, context: Shared) -> AdoptedModelSummary:
     """It stays on disk, and results that used it can be repeated by NAME@VERSION; NAME alone no longer means it."""
-    return AdoptedModelSummary.model_validate(context.models.retire(name, body.by, body.reason).summary())
+    return context.models.retire(name, body.by, body.reason).summary()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Literal
 
 from scipy.optimize import brentq
 from scipy.stats import ncx2
 
 from platform_daemon.estimation import Zones
+from platform_daemon.schemas import DiagnosisVerdict
 
 from ..effects.additive import SIDE_MODE
 from ..effects.effect import Candidate
@@ -21,8 +21,6 @@ from ..selection.significance import LEVEL
 from ..selection.stepwise import Selection
 from ..validation.cross_validation import CrossValidation
 from .accepted_effects import AcceptedEffect
-
-Verdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
 
 _CONFIDENT = 0.5  # share of what could be gained that named effects must explain to be named at all
 _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without spoiling an explanation
@@ -40,7 +38,7 @@ def assess_diagnosis(
     named: Sequence[AcceptedEffect],
     gaps: Sequence[DataDefect],
     after: CrossValidation,
-) -> tuple[Verdict, tuple[str, ...]]:
+) -> tuple[DiagnosisVerdict, tuple[str, ...]]:
     """The verdict, and why an explanation is only a part of one."""
     left = found.omnibus_test
     if not named:

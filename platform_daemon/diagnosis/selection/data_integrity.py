@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from platform_daemon.estimation import Array, FitState, RingDownModel, Workspace, estimate_noise, saturation
+from platform_daemon.schemas import DefectKind
 
 from ..regression.hypothesis import Hypothesis
 from ..regression.linearised_shot import LinearisedShot, linearise_shot
@@ -27,12 +28,11 @@ class DataDefect:
     """Something that is not as it should be.
 
     Attributes:
-        id: "clock_gap", "saturation", "duplicated_shot", "not_finite".
-        where: in words.
+        id: kind of the defect; where: in words.
         shot: its number; samples, at, value, sd: of a gap.
     """
 
-    id: str
+    id: DefectKind
     where: str
     shot: int
     at: int | None = None

@@ -5,6 +5,7 @@ Every series is a recording of its own; `LiveDiagnosis.log` says what was measur
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -13,7 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 from drivers.errors import InputError
 from platform_daemon import analysis, diagnosis
-from platform_daemon.schemas import AcquisitionRequest
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    DiagnosedRound,
+    DiagnosisReport,
+    EffectSummary,
+    LiveDiagnosisLog,
+    ManualStep,
+    UndiagnosedRound,
+)
 
 from ..engine import Engine
 from ..planning import AcquisitionPlan
@@ -66,7 +75,8 @@ class LiveDiagnosis:
         engine, first: the platform, and the request of the first series.
         folder: where series and nothing else are written.
         model: declared or adopted, None: the resonator's.
-        rounds: what was done; found: the last diagnosis; stopped: why it ended; left: manual steps that were not done.
+        rounds: what was done; found, report: the last diagnosis; stopped: why it ended;
+        left: manual steps that were not done.
     """
 
     engine: Engine
@@ -75,8 +85,9 @@ class LiveDiagnosis:
     budget: Budget
     callbacks: Callbacks = field(default_factory=Callbacks)
     model: ModelChoice | None = None
-    rounds: list[dict[str, Any]] = field(default_factory=list)
+    rounds: list[DiagnosedRound | UndiagnosedRound] = field(default_factory=list)
     found: Diagnosis | None = None
+    report: DiagnosisReport | None = None
     stopped: str = "interrupted"
     left: dict[str, str] = field(default_factory=dict)
     _files: list[Path] = field(default_factory=list)
@@ -100,52 +111,55 @@ class LiveDiagnosis:
             todo = self._next()
         self.stopped = "out of ideas: no proposed measurement is left that the platform can do by itself"
 
-    def log(self) -> dict[str, Any]:
-        """What was measured, why, what it brought, and the last diagnosis in its fixed form."""
-        return {
-            "stopped": self.stopped,
-            "shots": self._shots,
-            "seconds": time.monotonic() - self._began_s,
-            "rounds": self.rounds,
-            "manual_steps_left": [{"id": k, "what": v} for k, v in self.left.items()],
-            "recordings": analysis.file_digests(self._files),
-            "files": [str(f) for f in self._files],
-            "diagnosis": None if self.found is None else diagnosis.as_json(self.found),
-        }
+    def log(self) -> LiveDiagnosisLog:
+        """What was measured, why, what it brought, and the last diagnosis."""
+        return LiveDiagnosisLog(
+            stopped=self.stopped,
+            shots=self._shots,
+            seconds=time.monotonic() - self._began_s,
+            rounds=tuple(self.rounds),
+            manual_steps_left=tuple(ManualStep(id=k, what=v) for k, v in self.left.items()),
+            recordings=analysis.file_digests(self._files),
+            files=tuple(map(str, self._files)),
+            diagnosis=self.report,
+        )
 
     def _round(self, key: str, why: str, plan: AcquisitionPlan, proposal: Proposal | None) -> None:
         """Measure a series, diagnose all shots so far, write down what it brought."""
-        began = time.monotonic()
+        began, shots, before, number = time.monotonic(), self._shots, self.report, len(self.rounds) + 1
         path = self._free_path(key)
-        self.callbacks.say(f"round {len(self.rounds) + 1}: {key}: {why}")
-        entry: dict[str, Any] = {
-            "round": len(self.rounds) + 1, "measurement": key, "why": why, "file": str(path), "shots": 0,
-            "field_t": plan.sequence.field_t, "rx_s": plan.sequence.rx_s, "axis": plan.sequence.axis,
-            "expected_sigma": None if proposal is None else proposal.expected_sigma,
-        }  # fmt: skip
-        self.rounds.append(entry)
+        self.callbacks.say(f"round {number}: {key}: {why}")
         try:
-            job = self.engine.acquire(plan, path, self.folder)
-            try:
-                self.callbacks.acquired(job)
-            except KeyboardInterrupt:
-                self.engine.outputs_off()
-                job.ended.wait(timeout=60)
-                raise
-            finally:
-                entry["shots"] = job.result.shots or 0
-                self._shots += entry["shots"]
-                self._files += [path] if path.exists() else []
-            if job.error is not None:
-                raise job.error
-            before, self.found = self.found, self._diagnosed()
-            entry |= _brought(before, self.found)
-            self.callbacks.say(f"  {_in_words(self.found)}")
+            self._measure(plan, path)
+            self.found = analysis.diagnose_input(
+                analysis.load_diagnosis_input(self._files, self.model), self.callbacks.tell
+            )
+            self.report = diagnosis.diagnosis_report(self.found)
+            self.callbacks.say(f"  {_in_words(self.report)}")
         finally:
-            entry["seconds"] = time.monotonic() - began
+            series = UndiagnosedRound(
+                round=number, measurement=key, why=why, file=str(path), shots=self._shots - shots,
+                field_t=plan.sequence.field_t, rx_s=plan.sequence.rx_s, axis=plan.sequence.axis,
+                expected_sigma=None if proposal is None else proposal.expected_sigma,
+                seconds=time.monotonic() - began,
+            )  # fmt: skip
+            now = self.report
+            self.rounds.append(series if now is None or now is before else _brought(series, before, now))
 
-    def _diagnosed(self) -> Diagnosis:
-        return analysis.diagnose_input(analysis.load_diagnosis_input(self._files, self.model), self.callbacks.tell)
+    def _measure(self, plan: AcquisitionPlan, path: Path) -> None:
+        """A series; its shots count also where it is cut short."""
+        job = self.engine.acquire(plan, path, self.folder)
+        try:
+            self.callbacks.acquired(job)
+        except KeyboardInterrupt:
+            self.engine.outputs_off()
+            job.ended.wait(timeout=60)
+            raise
+        finally:
+            self._shots += job.result.shots or 0
+            self._files += [path] if path.exists() else []
+        if job.error is not None:
+            raise job.error
 
     def _free_path(self, key: str) -> Path:
         """A new name: an earlier loop in the same folder is not overwritten."""
@@ -243,27 +257,29 @@ def _confused(found: Diagnosis) -> bool:
     return any(r.candidate.effect.id != n.candidate.effect.id for n in found.named for r in n.confounders)
 
 
-def _brought(before: Diagnosis | None, now: Diagnosis) -> dict[str, Any]:
-    """What a round changed."""
-    return {
-        "verdict_before": None if before is None else before.verdict,
-        "verdict": now.verdict,
-        "effects_before": [] if before is None else _effects(before),
-        "effects": _effects(now),
-        "gain_left_over": now.found.omnibus_test.excess,
-    }
+def _brought(series: UndiagnosedRound, before: DiagnosisReport | None, now: DiagnosisReport) -> DiagnosedRound:
+    """With what the series changed."""
+    return DiagnosedRound(
+        **dict(series),
+        verdict_before=None if before is None else before.verdict,
+        verdict=now.verdict,
+        effects_before=() if before is None else _summaries(before),
+        effects=_summaries(now),
+        gain_left_over=now.left_over.gain,
+    )
 
 
-def _effects(found: Diagnosis) -> list[dict[str, Any]]:
-    report = diagnosis.as_json(found)
-    return [{k: e[k] for k in ("id", "strength", "indistinguishable_from")} for e in report["effects"]]
+def _summaries(report: DiagnosisReport) -> tuple[EffectSummary, ...]:
+    return tuple(
+        EffectSummary(id=e.id, strength=e.strength, indistinguishable_from=e.indistinguishable_from)
+        for e in report.effects
+    )
 
 
-def _in_words(found: Diagnosis) -> str:
+def _in_words(report: DiagnosisReport) -> str:
     parts = []
-    for e in _effects(found):
-        alike = f" (or {', '.join(e['indistinguishable_from'])})" if e["indistinguishable_from"] else ""
-        parts.append(
-            f"{e['id']} {e['strength']['value']:.4g} +- {e['strength']['std']:.2g} {e['strength']['unit']}{alike}"
-        )
-    return f"{found.verdict}: {'; '.join(parts) or 'no effect has a name'}"
+    for e in report.effects:
+        alike = f" (or {', '.join(e.indistinguishable_from)})" if e.indistinguishable_from else ""
+        value, std = (math.nan if x is None else x for x in (e.strength.value, e.strength.std))
+        parts.append(f"{e.id} {value:.4g} +- {std:.2g} {e.strength.unit}{alike}")
+    return f"{report.verdict}: {'; '.join(parts) or 'no effect has a name'}"

@@ -14,10 +14,11 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from platform_daemon.analysis import min_max_decimate
-from platform_daemon.diagnosis import HARMONICS, HarmonicCourse, MissingTorque, ResidualAnalysis, Scatter
+from platform_daemon.diagnosis import HARMONICS, HarmonicCourse, ResidualAnalysis, Scatter, SlidingComparison
 from platform_daemon.estimation import SlidingFit
+from platform_daemon.schemas import MissingTorqueMap, definition_of
 
-from ..diagnosis_text import heading_of
+from ..diagnosis_text import plain
 from .ring_down import COLOURS
 
 BEFORE, AFTER = COLOURS[1], COLOURS[0]
@@ -147,18 +148,21 @@ def _one_axis(axes: Axes, course: HarmonicCourse, a: int, by: str, top: float) -
     axes.set_ylim(floor, 3.0 * max(top, float(ceiling.max())))
 
 
-def draw_sliding_pair(before: SlidingFit, after: SlidingFit, name: str) -> Figure:
+def draw_sliding_pair(pair: SlidingComparison) -> Figure:
     """Constants window by window, before and after; flat lines: the model is right."""
+    before, after = pair.before, pair.after
     names = [n for n in before.constants if before.course(n)[0].size]
     figure = _figure(11, 1.7 * (len(names) + 1) + 0.8)
     panels = figure.subplots(len(names) + 1, 1, sharex=True, squeeze=False)[:, 0]
-    figure.suptitle(f"{name}: fits of windows of {before.window_s:.3g} s, the effects' strengths held", fontsize=11)
+    figure.suptitle(
+        f"{pair.shot}: fits of windows of {before.window_s:.3g} s, the effects' strengths held", fontsize=11
+    )
     for axes, constant in zip(panels, names, strict=False):
         texts = []
         for found, (side, colour), shift in zip((before, after), _SIDES, (-0.004, 0.004), strict=True):
             texts.append(_constant(axes, found, constant, side, colour, shift))
         axes.set_title("   ".join(t for t in texts if t), fontsize=8, loc="left")
-        axes.set_ylabel(heading_of(constant)[0], fontsize=9)
+        axes.set_ylabel(definition_of(constant).axis_label, fontsize=9)
         axes.ticklabel_format(axis="y", useOffset=False)
     for found, (side, colour), mark in zip((before, after), _SIDES, ("s", "."), strict=True):
         rows = [
@@ -172,7 +176,7 @@ def draw_sliding_pair(before: SlidingFit, after: SlidingFit, name: str) -> Figur
 
 
 def _constant(axes: Axes, found: SlidingFit, name: str, side: str, colour: str, shift: float) -> str:
-    factor = heading_of(name)[1]
+    factor = definition_of(name).display_factor
     time, value, sd = found.course(name)
     if not time.size:
         return ""
@@ -195,12 +199,13 @@ def draw_scatter(before: Sequence[Scatter], after: Sequence[Scatter]) -> Figure:
     figure.suptitle("shot to shot: red before, blue after; bars: a shot's own standard deviation", fontsize=11)
     known = {s.name: s for s in after}
     for axes, one in zip(panels, before, strict=False):
-        heading, factor = heading_of(one.name)
+        parameter = definition_of(one.name)
+        factor = parameter.display_factor
         for course, (_, colour), shift in zip((one, known.get(one.name)), _SIDES, (-0.08, 0.08), strict=True):
             if course is not None:
                 place = np.arange(course.values.size) + 1 + shift
                 axes.errorbar(place, course.values * factor, course.sd * factor, fmt="o", ms=3, lw=0.9, color=colour)
-        axes.set_ylabel(heading, fontsize=8)
+        axes.set_ylabel(parameter.axis_label, fontsize=8)
         axes.tick_params(labelsize=7)
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
         axes.ticklabel_format(axis="y", useOffset=False)
@@ -209,22 +214,23 @@ def draw_scatter(before: Sequence[Scatter], after: Sequence[Scatter]) -> Figure:
     return figure
 
 
-def draw_torque(torque: MissingTorque) -> Figure:
+def draw_torque(torque: MissingTorqueMap) -> Figure:
     """The missing torque over angle and velocity, its standard deviation, and cuts through the middle."""
     figure = _figure(12, 4.0)
-    value, sd, cuts = figure.subplots(1, 3)
-    figure.suptitle(f"missing torque per inertia (would lower χ² by {torque.gain:.4g})", fontsize=11)
-    _map(value, torque, torque.value, "rad/s²", signed=True)
-    value.set_title("estimate", fontsize=9)
-    _map(sd, torque, torque.std, "rad/s²", signed=False)
-    sd.set_title("its standard deviation", fontsize=9)
-    middle = torque.phi.size // 2
-    for rows, x, label, colour in (
-        ((torque.value[:, middle], torque.std[:, middle]), torque.phi / torque.phi.max(), "φ, at φ′ = 0", AFTER),
-        ((torque.value[middle], torque.std[middle]), torque.phi_dot / torque.phi_dot.max(), "φ′, at φ = 0", BEFORE),
+    left, right, cuts = figure.subplots(1, 3)
+    figure.suptitle(f"missing torque per inertia (would lower χ² by {plain(torque.gain)})", fontsize=11)
+    phi, phi_dot, value, std = (np.array(x, float) for x in (torque.phi, torque.phi_dot, torque.value, torque.std))
+    _map(left, phi, phi_dot, value, signed=True)
+    left.set_title("estimate", fontsize=9)
+    _map(right, phi, phi_dot, std, signed=False)
+    right.set_title("its standard deviation", fontsize=9)
+    middle = phi.size // 2
+    for x, y, sd, label, colour in (
+        (phi / phi.max(), value[:, middle], std[:, middle], "φ, at φ′ = 0", AFTER),
+        (phi_dot / phi_dot.max(), value[middle], std[middle], "φ′, at φ = 0", BEFORE),
     ):
-        cuts.plot(x, rows[0], color=colour, lw=1.2, label=label)
-        cuts.fill_between(x, rows[0] - 2 * rows[1], rows[0] + 2 * rows[1], color=colour, alpha=0.25, lw=0)
+        cuts.plot(x, y, color=colour, lw=1.2, label=label)
+        cuts.fill_between(x, y - 2 * sd, y + 2 * sd, color=colour, alpha=0.25, lw=0)
     cuts.axhline(0.0, color="k", lw=0.5)
     cuts.set(xlabel="over its largest value", ylabel="rad/s²")
     cuts.set_title("cuts, band: 2 standard deviations", fontsize=9)
@@ -232,12 +238,15 @@ def draw_torque(torque: MissingTorque) -> Figure:
     return figure
 
 
-def _map(axes: Axes, torque: MissingTorque, values: NDArray[np.float64], unit: str, *, signed: bool) -> None:
+def _map(
+    axes: Axes, phi: NDArray[np.float64], phi_dot: NDArray[np.float64], values: NDArray[np.float64], *, signed: bool
+) -> None:
+    """values: (angles, velocities) in rad/s^2."""
     limit = float(np.nanpercentile(np.abs(values), 98)) or 1.0
     norm = TwoSlopeNorm(0.0, -limit, limit) if signed else None
     shown = axes.pcolormesh(
-        np.degrees(torque.phi), torque.phi_dot, values.T, norm=norm, shading="nearest",
+        np.degrees(phi), phi_dot, values.T, norm=norm, shading="nearest",
         cmap="RdBu_r" if signed else "viridis", vmax=None if signed else limit,
     )  # fmt: skip
-    axes.figure.colorbar(shown, ax=axes, label=unit)
+    axes.figure.colorbar(shown, ax=axes, label="rad/s²")
     axes.set(xlabel="φ / °", ylabel="φ′ / rad s⁻¹")

@@ -1,4 +1,3 @@
-import json
 import os
 
 import numpy as np
@@ -7,10 +6,13 @@ import pytest
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
 from platform_daemon.analysis.batch.ledger import Ledger
-from platform_daemon.analysis.fit_request import FitSettings
+from platform_daemon.analysis.fit import file_report
+from platform_daemon.analysis.fit_request import FitRequest, FitSettings
+from platform_daemon.schemas.fits import LedgerLine, unfitted
+from tests.kit.frame_fits import good_frame
 
 SETTINGS = FitSettings(window="n50", fixed={"lambda_per_s": 0.25})
-REPORT = {"file": "a.h5", "frames": []}
+REPORT = file_report("a.h5", FitRequest("jewel", "n50"), [good_frame(0), unfitted(1, "why")], None)
 
 
 @pytest.fixture
@@ -24,7 +26,7 @@ def recording(tmp_path):
 def kept(tmp_path, recording):
     path = tmp_path / "r.jsonl"
     with Ledger(path, SETTINGS, resume=False) as ledger:
-        ledger.add(recording, {"report": REPORT})
+        ledger.add(recording, REPORT)
     return path
 
 
@@ -34,7 +36,7 @@ def finished(kept, recording, settings=SETTINGS):
 
 
 def test_a_finished_file_is_known_again(kept, recording):
-    assert finished(kept, recording) == {**REPORT, "file": str(recording)}
+    assert finished(kept, recording) == REPORT.model_copy(update={"file": str(recording)})
 
 
 @pytest.mark.parametrize(
@@ -60,7 +62,7 @@ def test_a_changed_file_is_unknown(kept, recording):
 
 def test_a_file_that_failed_is_tried_again(tmp_path, recording):
     with Ledger(tmp_path / "r.jsonl", SETTINGS, resume=False) as ledger:
-        ledger.add(recording, {"error": {"title": "t", "detail": "d"}})
+        ledger.add(recording, InputError("cannot be read", where="a.h5"))
     assert finished(tmp_path / "r.jsonl", recording) is None
 
 
@@ -70,8 +72,9 @@ def test_a_line_cut_off_by_a_kill_is_removed_and_the_next_one_is_whole(kept, rec
     kept.write_bytes(whole + whole[:left])
     assert finished(kept, recording)
     with Ledger(kept, SETTINGS, resume=True) as ledger:
-        ledger.add(recording, {"report": REPORT})
-    assert [json.loads(line)["report"] for line in kept.read_text().splitlines()] == [REPORT, REPORT]
+        ledger.add(recording, REPORT)
+    lines = kept.read_text().splitlines()
+    assert [LedgerLine.model_validate_json(line).report for line in lines] == [REPORT, REPORT]
 
 
 @pytest.mark.parametrize("text", ["not json\n", "[1]\n", '{"a": 1}\n', "a line without end", '{"a": 1'])
@@ -101,6 +104,6 @@ def test_a_calibration_that_tells_another_uncertainty_makes_it_unknown(tmp_path,
     path = tmp_path / "r.jsonl"
     plain, sure = (FitSettings(calibration=(ReceiveCalibration(np.eye(3), **says), "c.h5")) for says in ({}, told))
     with Ledger(path, plain, resume=False) as ledger:
-        ledger.add(recording, {"report": REPORT})
+        ledger.add(recording, REPORT)
     assert finished(path, recording, plain) is not None
     assert finished(path, recording, sure) is None

@@ -9,9 +9,9 @@ from drivers.errors import InputError, PlatformError
 from platform_daemon.analysis.batch import run
 from platform_daemon.analysis.batch.executors import WorkerPool, in_this_process, processes
 from platform_daemon.analysis.batch.run import Advanced, Failed, Finished, fit_files
-from platform_daemon.analysis.fit import fit_recording
+from platform_daemon.analysis.fit import fit_measurement
 from platform_daemon.analysis.fit_request import FitRequest, FitSettings
-from platform_daemon.store.reader import open_recording
+from platform_daemon.analysis.measurement import open_measurement
 from tests.kit.example_copies import WINDOW_S, copies, same
 
 SETTINGS = FitSettings(window=WINDOW_S)
@@ -26,8 +26,8 @@ def test_a_batch_gives_what_single_fits_give_in_any_number_of_processes(tmp_path
     with processes(2, frames_per_part=1) as workers:
         found = ended(paths, workers)
     for path in paths:
-        recording = open_recording(path)
-        alone = fit_recording(recording, FitRequest(recording.variant, WINDOW_S))
+        opened = open_measurement(path)
+        alone = fit_measurement(opened, FitRequest(opened.variant, WINDOW_S))
         assert same(found[path].report, alone)
 
 
@@ -126,7 +126,7 @@ def test_derived_quantities_come_with_every_split(tmp_path, frames_per_part):
     with in_this_process() as here:
         settings = FitSettings(window=WINDOW_S, derived=True)
         report = ended([path], WorkerPool(here.executor, 1, frames_per_part), settings)[path].report
-    assert report["derived"]["orientation_error"]["frames"] == [0, 1]
-    found = report["frames"][1]
-    f_nat, damping = (found["parameters"][n]["value"] for n in ("f_nat_hz", "lambda_per_s"))
-    assert found["derived"]["quality_factor"] == pytest.approx(math.pi * f_nat / damping)
+    assert report.derived.orientation_error.frames == (0, 1)
+    found = report.frames[1]
+    f_nat, damping = (found.values[n] for n in ("f_nat_hz", "lambda_per_s"))
+    assert found.derived.quality_factor == pytest.approx(math.pi * f_nat / damping)

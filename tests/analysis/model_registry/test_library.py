@@ -7,6 +7,7 @@ from platform_daemon.analysis.model_registry.adoption import AdoptionRefused, mo
 from platform_daemon.analysis.model_registry.evidence import file_digests
 from platform_daemon.analysis.model_registry.library import Library, UnknownModel
 from platform_daemon.analysis.model_registry.resolve import label_of, model_of, resolve
+from platform_daemon.schemas.models import FileDigest
 from tests.kit.diagnosis_json import diagnosis, effect
 
 
@@ -18,7 +19,9 @@ def library(tmp_path):
 def adopted(library, said=None, name="quiet", **options):
     said = diagnosis(effect("coulomb_friction", 30.0)) if said is None else said
     return library.add(
-        model_from_diagnosis(said, name, "me", library, recordings=[{"file": "a.h5", "sha256": "0"}], **options)
+        model_from_diagnosis(
+            said, name, "me", library, recordings=[FileDigest(file="a.h5", size_bytes=1, sha256="0")], **options
+        )
     )
 
 
@@ -48,7 +51,7 @@ def test_a_retired_version_is_left_out_by_name_but_found_by_its_number(library):
     adopted(library)
     library.retire("quiet@2", "me", "worn bearing")
     assert library.get("quiet").label == "quiet@1"
-    assert library.get("quiet@2").retired["reason"] == "worn bearing"
+    assert library.get("quiet@2").retired.reason == "worn bearing"
     with pytest.raises(InputError, match="retired already"):
         library.retire("quiet@2", "me", "again")
     with pytest.raises(InputError, match="version"):
@@ -131,7 +134,7 @@ def test_what_cannot_be_adopted_is_refused_with_a_remedy(library, said, options,
 def test_a_forced_adoption_keeps_the_reason(library):
     said = diagnosis(effect("coulomb_friction", 30.0), verdict="unexplained")
     made = adopted(library, said, force="bearing known to be dirty")
-    assert library.get(made.label).evidence["forced"] == "bearing known to be dirty"
+    assert library.get(made.label).evidence.forced == "bearing known to be dirty"
 
 
 @pytest.mark.parametrize(
@@ -151,9 +154,9 @@ def test_the_evidence_holds_the_diagnosis_and_the_digests_of_its_data(library, t
         model_from_diagnosis(said, "quiet", "me", library, recordings=file_digests([data, tmp_path / "gone.h5"]))
     )
     kept = library.get(made.label).evidence
-    assert kept["diagnosis"] == said
-    assert kept["adopted_by"] == "me"
-    assert kept["recordings"][0] == {
+    assert kept.diagnosis == said
+    assert kept.adopted_by == "me"
+    assert kept.recordings[0].model_dump() == {
         "file": "a.h5", "size_bytes": 3, "sha256": "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
     }  # fmt: skip
-    assert kept["recordings"][1]["sha256"] is None
+    assert kept.recordings[1].sha256 is None

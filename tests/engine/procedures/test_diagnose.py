@@ -27,8 +27,8 @@ def test_a_platform_without_a_hidden_effect_is_left_alone_after_the_first_series
     live = loop(engine_with(), tmp_path)
     live.run()
     assert live.stopped == "nothing is missing"
-    assert [r["measurement"] for r in live.rounds] == ["first_series"]
-    assert live.log()["recordings"][0]["sha256"] is not None
+    assert [r.measurement for r in live.rounds] == ["first_series"]
+    assert live.log().recordings[0].sha256 is not None
 
 
 @pytest.mark.campaign
@@ -36,14 +36,14 @@ def test_look_alikes_are_told_apart_by_what_the_platform_measures_next(engine_wi
     live = loop(engine_with(hidden('id="coulomb_friction", strength=60.0')), tmp_path, budget=16)
     live.run()
     first, *further = live.rounds
-    assert first["effects"][0]["indistinguishable_from"], "the first series must not tell them apart"
-    assert {r["measurement"] for r in further} <= {"second_amplitude", "longer_window", "more_shots"}
-    assert all(r["expected_sigma"] > 0 and r["why"].startswith("separates") for r in further)
+    assert first.effects[0].indistinguishable_from, "the first series must not tell them apart"
+    assert {r.measurement for r in further} <= {"second_amplitude", "longer_window", "more_shots"}
+    assert all(r.expected_sigma > 0 and r.why.startswith("separates") for r in further)
     assert live.stopped == "explained, and told apart from look-alikes"
-    (found,) = live.rounds[-1]["effects"]
-    assert found["id"] == "coulomb_friction"
-    assert abs(found["strength"]["value"] - 60.0) < 5 * found["strength"]["std"]
-    assert sorted(tmp_path.glob("*.h5")) == sorted(tmp_path / r["file"] for r in live.rounds)
+    (found,) = live.rounds[-1].effects
+    assert found.id == "coulomb_friction"
+    assert abs(found.strength.value - 60.0) < 5 * found.strength.std
+    assert sorted(tmp_path.glob("*.h5")) == sorted(tmp_path / r.file for r in live.rounds)
 
 
 @pytest.mark.campaign
@@ -52,7 +52,7 @@ def test_the_budget_ends_the_loop_and_manual_steps_are_asked_once_or_listed(engi
     live = loop(engine, tmp_path, budget=4, sequence={"rx_s": 1.0})
     live.run()
     assert live.stopped == "out of budget: shots"
-    assert live.log()["shots"] == 4
+    assert live.log().shots == 4
     assert "turn_90_deg" in live.left
     assert "calibrate_2f" in live.left
 
@@ -63,7 +63,7 @@ def test_the_budget_ends_the_loop_and_manual_steps_are_asked_once_or_listed(engi
     live = loop(engine, tmp_path, budget=4, sequence={"rx_s": 1.0}, callbacks=Callbacks(asked=done))
     live.run()
     assert asked == ["turn_90_deg"]
-    assert [r["measurement"] for r in live.rounds] == ["first_series", "turn_90_deg"]
+    assert [r.measurement for r in live.rounds] == ["first_series", "turn_90_deg"]
     assert len(list(tmp_path.glob("*.h5"))) == 4
 
 

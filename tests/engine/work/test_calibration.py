@@ -184,16 +184,17 @@ class TestFitsWithIt:
     def test_another_gain_is_a_typed_warning_of_a_later_fit(
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
-        from platform_daemon.analysis.fit import fit_recording
+        from platform_daemon.analysis.fit import fit_measurement
+        from platform_daemon.analysis.measurement import VoltageMeasurement
 
         at_10 = engine_with("lna.gain=10.0", "calibration.lna_gain=10.0")
         made = calibrated(at_10, tmp_path, kind="receive").result.root
         acquire(engine_with(), tmp_path / "jewel.h5", window=None)
         recording = open_recording(tmp_path / "jewel.h5")
         other = recording.with_calibration(read_calibration(tmp_path / made.file))
-        said = fit_recording(other, FitRequest("jewel"))["frames"][0]["warnings"]
+        said = fit_measurement(VoltageMeasurement.of(other), FitRequest("jewel")).frames[0].warnings
         assert [w for w in said if w.startswith("calibration_gain:")]
-        own = fit_recording(recording, FitRequest("jewel"))["frames"][0]["warnings"]
+        own = fit_measurement(VoltageMeasurement.of(recording), FitRequest("jewel")).frames[0].warnings
         assert not [w for w in own if w.startswith("calibration_")]
 
 

@@ -6,8 +6,9 @@ import pytest
 
 from drivers.errors import DeviceError, InterlockError, OutputsUnconfirmed, SequenceRejected, ShotRefused
 from drivers.tx_rx_switch import SwitchPosition
-from platform_daemon.analysis.fit import fit_recording
+from platform_daemon.analysis.fit import fit_measurement
 from platform_daemon.analysis.fit_request import FitRequest
+from platform_daemon.analysis.measurement import open_measurement
 from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.fit_tables import read_fits
@@ -73,18 +74,17 @@ def test_fits_of_a_series_use_the_noise_of_its_blank_shots(engine_with, tmp_path
     job = acquire(engine_with(), tmp_path / "a.h5", shots=2, blank_shots=2)
     on_line = job.result.fit
     assert [f.noise.source for f in on_line.frames] == [None, None, "2 blank shots", "2 blank shots"]
-    recording = open_recording(tmp_path / "a.h5")
-    stored = fit_recording(recording, FitRequest("jewel", "d30"))
+    stored = fit_measurement(open_measurement(tmp_path / "a.h5"), FitRequest("jewel", "d30"))
     assert stored.noise.source == "2 blank shots"
     assert stored.noise.seconds > 0.0
     for first, again in zip(on_line.frames[2:], stored.frames[2:], strict=True):
-        assert first.parameters["f_nat_hz"].value == pytest.approx(again.parameters["f_nat_hz"].value, rel=1e-9)
+        assert first.values["f_nat_hz"] == pytest.approx(again.values["f_nat_hz"], rel=1e-9)
 
 
 def test_fits_of_a_series_without_blank_shots_share_what_stands_beside_the_signals(engine_with, tmp_path):
     acquire(engine_with(), tmp_path / "a.h5", shots=3)
-    stored = fit_recording(open_recording(tmp_path / "a.h5"), FitRequest("jewel", "n50"))
-    assert {f["noise"]["source"] for f in stored.frames} == {"3 shots, beside the signal"}
+    stored = fit_measurement(open_measurement(tmp_path / "a.h5"), FitRequest("jewel", "n50"))
+    assert {f.noise.source for f in stored.frames} == {"3 shots, beside the signal"}
 
 
 def test_cancel_ends_a_running_series_with_outputs_off_and_keeps_its_shots(engine_with, tmp_path):

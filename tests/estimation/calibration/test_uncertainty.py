@@ -11,11 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from platform_daemon.analysis.fit import file_report, fit_frame, frame_report, refused_report
+from platform_daemon.analysis.fit import file_report, fit_frame, frame_report
 from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.estimation.calibration.uncertainty import systematic_std
 from platform_daemon.estimation.physics.rotation import rotation_from_rodrigues
-from platform_daemon.reports.tables import fit_table_text
+from platform_daemon.reports.fit_tables import fit_table_text
+from platform_daemon.schemas.fits import unfitted
 from tests.kit.ring_down_generator import RATE_HZ, Truth, dmdt, with_noise
 
 P = np.array([[1.12e-3, 8e-6, -5e-6], [-6e-6, 1.05e-3, 9e-6], [4e-6, -7e-6, 8.8e-4]])
@@ -111,10 +112,10 @@ def test_reports_and_table_tell_it_beside_the_errors(shot: tuple[str, Truth, NDA
     variant, _, signal = shot
     used, ask = calibration(relative_std=0.01), FitRequest(variant, "n50")
     fit = fitted(-P @ signal, variant, used)
-    frames = [frame_report(0, fit), refused_report(1, "a blank shot"), frame_report(2, fit)]
+    frames = [frame_report(0, fit), unfitted(1, "a blank shot"), frame_report(2, fit)]
     report = file_report("shot.h5", ask, frames, used)
-    assert frames[0]["systematic_std"] == fit.systematic_std
-    assert frames[1]["systematic_std"] == {}
-    assert report["systematic_std"]["m_r_am2"] == pytest.approx(fit.systematic_std["m_r_am2"])
+    assert frames[0].systematic_std == fit.systematic_std
+    assert frames[1].systematic_std == {}
+    assert report.systematic_std["m_r_am2"] == pytest.approx(fit.systematic_std["m_r_am2"])
     assert "systematic standard uncertainty of" in fit_table_text(report)
     assert "systematic" not in fit_table_text(file_report("shot.h5", ask, frames[1:2], used))

@@ -166,7 +166,7 @@ def test_an_unknown_id_is_an_error_that_lists_the_known_ones():
     [
         ({"strength": 1.0}, "discriminator 'id'"),
         ({"id": "quadratic_drag"}, "strength' is missing"),
-        ({"id": "quadratic_drag", "strength": -1.0}, "greater than or equal to 0"),
+        ({"id": "quadratic_drag", "strength": -1.0}, "at least 0"),
         ({"id": "coulomb_friction", "strength": float("nan")}, "finite"),
         ({"id": "coulomb_friction", "strength": 1.0, "tau_s": 1.0}, "tau_s' is unknown"),
         ({"id": "stribeck_friction", "strength": 1.0}, "v_s_rad_per_s' is missing"),
@@ -175,7 +175,7 @@ def test_an_unknown_id_is_an_error_that_lists_the_known_ones():
         ({"id": "channel_gain", "strength": 0.1, "axis": "w"}, "'x', 'y' or 'z'"),
         ({"id": "crosstalk", "strength": 0.1, "from": "x", "to": "x"}, "different channels"),
         ({"id": "mains_interference", "strength": 0.1, "frequency_hz": 55.0}, "50 or 60 Hz"),
-        ({"id": "clock_gap", "strength": 2.5, "sample": 100}, "integer"),
+        ({"id": "clock_gap", "strength": 2.5, "sample": 100}, "a whole number"),
         ({"id": "second_mode", "strength": 0.1, "frequency_hz": 200.0, "decay_per_s": 1.0, "order": 3}, "1 or 2"),
     ],
 )

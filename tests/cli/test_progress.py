@@ -1,0 +1,74 @@
+"""What a waiting user sees: a bar that never falls, the time left, and questions in their place."""
+
+import io
+import threading
+
+import pytest
+from rich.console import Console
+from rich.progress import Progress
+
+from platform_daemon.cli.progress import ProgressDisplay
+from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas.jobs import JobState
+
+
+class Clock:
+    """Put forward by hand."""
+
+    now = 0.0
+
+    def __call__(self):
+        return self.now
+
+
+@pytest.fixture
+def seen():
+    clock = Clock()
+    bar = Progress(console=Console(file=io.StringIO()), get_time=clock)
+    display = ProgressDisplay(bar)
+    return display, bar.tasks[0], clock
+
+
+def test_it_never_falls_within_a_piece_of_work_and_begins_anew_with_the_next(seen):
+    display, task, _ = seen
+    display.begin("first", 10.0, "shots")
+    for done, shown in ((2.0, 2.0), (1.0, 2.0), (5.0, 5.0)):
+        display.at(done)
+        assert task.completed == shown
+    assert task.description == "first"
+    display.tell("checks", 0.0)
+    assert (task.completed, task.total, task.fields["unit"], task.description) == (0.0, 100.0, "%", "checks")
+    display.tell("refits", 0.3)
+    display.tell("refits again", 0.25)
+    assert (task.completed, task.description) == (30.0, "refits again")
+
+
+def test_the_time_left_follows_from_the_mean_pace(seen):
+    display, _, clock = seen
+    clock.now = 100.0
+    display.begin("fit", 4.0, "files")
+    assert display.time_left == ""
+    clock.now = 103.0
+    display.at(1.0)
+    assert display.time_left == "9 s left"
+    clock.now = 106.0
+    display.at(4.0)
+    assert display.time_left == "0 s left"
+
+
+def test_a_job_is_watched_to_its_end_and_its_question_is_put_to_the_operator(seen, monkeypatch):
+    display, task, _ = seen
+    job, asked = Job("calibration", {}, {}, 2.0, "points"), []
+
+    def work(job):
+        job.ask("turn the coil")
+        assert job.proceed.wait(10)
+        job.answered()
+        job.at(2.0, "done")
+
+    monkeypatch.setattr(display, "ask", asked.append)
+    threading.Thread(target=job.run, args=(work,)).start()
+    display.watch(job)
+    assert job.state is JobState.DONE
+    assert asked == ["turn the coil, then press Enter"]
+    assert (task.total, task.fields["unit"]) == (2.0, "points")
