@@ -8,8 +8,8 @@ save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.
 fit_table_text: One file's fits.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
+info_text: What a recording holds, without what nobody knows.
 print_devices: A row per device.
-print_info: Nested facts, one per line.
 """
 
 import lazy_loader

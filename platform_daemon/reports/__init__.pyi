@@ -6,5 +6,5 @@ from .figures.sliding import save_sliding_png as save_sliding_png
 from .fit_tables import fit_line as fit_line
 from .fit_tables import fit_table_text as fit_table_text
 from .fit_tables import prediction_table_text as prediction_table_text
+from .tables import info_text as info_text
 from .tables import print_devices as print_devices
-from .tables import print_info as print_info
