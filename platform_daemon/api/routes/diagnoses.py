@@ -95,7 +95,6 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
     check_diagnosis_input(list(files), model, body.observable, frames=files)
-
     job = context.engine.analyse(DiagnosisWork(body, files, model, context))
     return DIAGNOSES.accepted(job, response)
 
