@@ -3,7 +3,8 @@
 import pytest
 
 from platform_daemon.reports.recording_tables import print_recording
-from platform_daemon.store import describe, open_recording
+from platform_daemon.store.describe import describe
+from platform_daemon.store.reader import open_recording
 from tests.kit.data import DATA
 
 
