@@ -1,10 +1,15 @@
-"""Fits for the terminal: a row per frame."""
+"""Fits for the terminal: a row per frame, in as many tables below each other as the terminal's width takes."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+import shutil
+from collections.abc import Iterable, Sequence
+
+from rich.cells import cell_len
+from rich.console import Console
+from rich.table import Table
 
 from platform_daemon.schemas import (
     PARAMETERS,
@@ -19,12 +24,15 @@ from platform_daemon.schemas import (
 )
 
 from .numbers import in_words, number
-from .tables import Column, tables_text
 
 MOMENT = "m_r_am2"
+_UNBOUND = 200  # columns where there is no terminal
+_FRAME_EDGES, _CELL_EDGES = 1, 3  # characters that a frame takes, and each of its cells
 _IN_A_LINE = ("f_nat_hz", MOMENT, "lambda_per_s", "tf_over_i_rad_per_s2")
 _DEFAULT = (*_IN_A_LINE, "phi_max_rad", "psi_start_rad")  # of a report without a good frame
 _NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w])")
+Column = tuple[str, list[str]]
+"""A heading and the cells below it."""
 
 
 def fit_table_text(report: FitReport) -> str:
@@ -33,6 +41,35 @@ def fit_table_text(report: FitReport) -> str:
     rows = [str(f.frame) for f in report.frames] + ["mean(scatter)"] * means
     title = f"{report.file}  {report.variant}, window {report.window}"
     return "\n".join([tables_text(title, ("frame", rows), _columns(report, means=means), means), *_notes(report)])
+
+
+def tables_text(title: str, index: Column, columns: Sequence[Column], last_apart: bool = False) -> str:
+    """Columns below a title, cut into tables that the terminal is wide enough for; each begins with the index."""
+    width = shutil.get_terminal_size((_UNBOUND, 24)).columns
+    console = Console(width=width, markup=False, highlight=False)
+    with console.capture() as capture:
+        console.print(title, soft_wrap=True)
+        for part in _parts(columns, width - _FRAME_EDGES - _width(index)):
+            table = Table()
+            for heading, _ in (index, *part):
+                table.add_column(heading, justify="right", no_wrap=True)
+            for k, cells in enumerate(zip(index[1], *(cells for _, cells in part), strict=True)):
+                table.add_row(*cells, end_section=last_apart and k == len(index[1]) - 2)
+            console.print(table)
+    return capture.get().rstrip()
+
+
+def _width(column: Column) -> int:
+    return max(map(cell_len, (column[0], *column[1]))) + _CELL_EDGES
+
+
+def _parts(columns: Sequence[Column], width: int) -> list[list[Column]]:
+    parts: list[list[Column]] = [[]]
+    for column in columns:
+        if parts[-1] and sum(map(_width, (*parts[-1], column))) > width:
+            parts.append([])
+        parts[-1].append(column)
+    return parts
 
 
 def _columns(report: FitReport, *, means: bool) -> list[Column]:

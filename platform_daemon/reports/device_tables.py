@@ -1,0 +1,27 @@
+"""The devices of a platform, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from platform_daemon.schemas import DeviceReport
+
+
+def print_devices(reports: Sequence[DeviceReport]) -> None:
+    """A row per device: who it is, its state, and what went wrong."""
+    table = Table()
+    for heading in ("device", "identity", "state", "error"):
+        table.add_column(heading, overflow="fold")
+    for report in reports:
+        identity = " ".join(part for _, part in report.identity or () if part)
+        state = ", ".join(f"{name} {_plain(value)}" for name, value in report.state)
+        table.add_row(report.device, identity or "-", state or "-", report.error or "-")
+    Console().print(table)
+
+
+def _plain(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
