@@ -35,7 +35,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import resolve as path_of
 from platform_daemon.store import write_file
 
-from ..context import Context, Shared
+from ..context import Context, JobId, Shared
 from ..job_routes import JobKind
 from ..problems import problems
 
@@ -112,7 +112,7 @@ DIAGNOSES.add_routes(router)
     response_class=HTMLResponse,
     responses=problems(404, 422),
 )
-def get_report(identifier: str, context: Shared) -> FileResponse:
+def get_report(identifier: JobId, context: Shared) -> FileResponse:
     """One self-contained HTML page: residual, harmonics, spectra, sliding windows, ranking, before and after."""
     _result(identifier, context)
     page = _page(identifier, context)
@@ -127,7 +127,7 @@ def get_report(identifier: str, context: Shared) -> FileResponse:
     status_code=201,
     responses=problems(404, 415, 422, 507),
 )
-def adopt_model(identifier: str, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
+def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
     said = _result(identifier, context).model_dump()
     model = model_from_diagnosis(
