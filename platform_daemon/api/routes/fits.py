@@ -79,7 +79,7 @@ def start_fit(body: RecordingFitRequest, response: Response, context: Shared) ->
     """
     path = path_of(context.recordings, body.recording)
     settings = FitSettings(
-        variant=resolve(body.variant, context.models),
+        model=resolve(body.variant, context.models),
         window=body.window,
         fixed=body.fixed or None,
         hold_if_inseparable=body.hints or None,
