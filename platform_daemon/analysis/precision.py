@@ -30,7 +30,8 @@ def expected_parameters(
 ) -> dict[str, float]:
     """Public parameters that a fit of this specimen would find, SI: as expected, else measured, else design values.
 
-    Raises InputError for a name that is none, and for a coefficient of the model of which nothing is known, as T_f/I of a jewel never measured.
+    Raises InputError for a name that is none, and for a coefficient of the model of which nothing is known, as T_f/I of
+    a jewel never measured.
     """
     unknown = sorted(set(expected or {}) - set(PARAMETERS))
     if unknown:
