@@ -72,7 +72,7 @@ class _Loaded:
 
 def load_diagnosis_input(
     files: Sequence[Path],
-    variant: ModelChoice | None = None,
+    model: ModelChoice | None = None,
     observable: Observable | None = None,
     base: ModelChoice | None = None,
     calibration: Calibration | None = None,
@@ -82,9 +82,9 @@ def load_diagnosis_input(
 
     Args:
         files: shots or recordings of one specimen.
-        variant: a declared or adopted model; None: what the files say.
+        model: a declared or adopted one; None: what the files say.
         observable: None: what the first file holds.
-        base: a declared or adopted model to start from in the place of the variant.
+        base: a declared or adopted model to start from in the place of the model.
         calibration: in the place of the files' own, and where it came from.
         frames: of recordings that are not to be taken whole, by their path.
 
@@ -92,9 +92,9 @@ def load_diagnosis_input(
         InputError: files that cannot be read, do not belong together, or hold no sensitivity; an unknown model.
         NothingToDiagnoseError: no frame is left.
     """
-    measurements, model = _opened(files, base or variant, observable, calibration)
-    loaded = _Loaded([], [], [*_doubts(measurements), *notes_of(model)])
-    if isinstance(measurements[0], AngleMeasurement) and not (base or variant):
+    measurements, chosen = _opened(files, base or model, observable, calibration)
+    loaded = _Loaded([], [], [*_doubts(measurements), *notes_of(chosen)])
+    if isinstance(measurements[0], AngleMeasurement) and not (base or model):
         loaded.notes.append(f"no variant was named: the declared model is {PENDULUM}, a pendulum with viscous damping")
     angles = [m for m in measurements if isinstance(m, AngleMeasurement)]
     shared = SeriesNoise()
@@ -106,18 +106,18 @@ def load_diagnosis_input(
     for recorded in measurements:
         if isinstance(recorded, VoltageMeasurement):
             _add_frames(recorded, loaded, chosen_frames(recorded, (frames or {}).get(recorded.path)))
-    return _specimen(loaded, model_of(model), tuple(m.path for m in measurements))
+    return _specimen(loaded, model_of(chosen), tuple(m.path for m in measurements))
 
 
 def check_diagnosis_input(
     files: Sequence[Path],
-    variant: ModelChoice | None = None,
+    model: ModelChoice | None = None,
     observable: Observable | None = None,
     calibration: Calibration | None = None,
     frames: FramesByFile | None = None,
 ) -> None:
     """What load_diagnosis_input raises before it has looked at any frame."""
-    for measurement in _opened(files, variant, observable, calibration)[0]:
+    for measurement in _opened(files, model, observable, calibration)[0]:
         chosen_frames(measurement, (frames or {}).get(measurement.path))
 
 

@@ -67,7 +67,7 @@ def fit_signal(
         return FitResult.refused(refused)
     of_shot = (noise or SeriesNoise()).for_shot(signal.record)
     held = {"fixed": ask.fixed, "hold_if_inseparable": ask.hold_if_inseparable}
-    fit = fit_ring_down(signal.record, ask.model, ask.window, noise=of_shot.model, **held)
+    fit = fit_ring_down(signal.record, ask.ring_down_model, ask.window, noise=of_shot.model, **held)
     notes = (*fit.notes, *signal.notes, *([of_shot.note] if of_shot.note else []))
     fit = replace(fit, notes=notes, noise_seconds=fit.noise_seconds + of_shot.seconds)
     if not fit.parameters:
@@ -90,7 +90,7 @@ def fit_stored_frame(measurement: Measurement, k: int, ask: FitRequest, *, deriv
             fitted = unfitted(k, reason_of(error)), error
     if not derived:
         return fitted
-    return fitted[0].model_copy(update={"derived": frame_quantities(ask.model, fitted[0])}), fitted[1]
+    return fitted[0].model_copy(update={"derived": frame_quantities(ask.ring_down_model, fitted[0])}), fitted[1]
 
 
 def _fit_readable(measurement: Measurement, k: int, ask: FitRequest) -> FrameFit:
@@ -173,7 +173,7 @@ def file_report(
         window=ask.window,
         window_s=median(windows) if windows else None,
         calibration=None if calibration is None else calibration.identifier,
-        notes=(*notes_of(ask.variant), *notes),
+        notes=(*notes_of(ask.model), *notes),
         noise=_noise_report(frames),
         frames=tuple(frames),
         summary=summary(frames),

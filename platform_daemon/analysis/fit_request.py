@@ -29,7 +29,7 @@ class FitSettings:
     """How to fit any file.
 
     Attributes:
-        variant: a declared or an adopted model; None: what each file says.  terms: further torque terms.
+        model: a declared or an adopted one; None: what each file says.  terms: further torque terms.
         window: "n50", "d30" or seconds.
         fixed, hold_if_inseparable: parameters held, by name: always, or where the window cannot tell them.
         calibration: replaces the files' own; with where it came from.  None: the files' own.
@@ -37,7 +37,7 @@ class FitSettings:
         frames: of every file; None: all.
     """
 
-    variant: ModelChoice | None = None
+    model: ModelChoice | None = None
     window: Window = "d30"
     fixed: dict[str, float] | None = None
     calibration: tuple[ReceiveCalibration, str] | None = None
@@ -52,33 +52,33 @@ class FitRequest:
     """How to fit.
 
     Attributes:
-        variant: a declared model, with further torque terms after "+" if there are any; or an adopted one.
+        model: a declared one, with further torque terms after "+" if there are any; or an adopted one.
         window: "n50", "d30" or seconds.
         fixed: parameters held, by name.
         hold_if_inseparable: losses held only in frames whose window cannot tell them apart.
         moment_am2: what is known of the resonator's moment, A m^2; a fit that disagrees is warned of.
     """
 
-    variant: ModelChoice
+    model: ModelChoice
     window: Window = "d30"
     fixed: Mapping[str, float] | None = None
     hold_if_inseparable: Mapping[str, float] | None = None
     moment_am2: float | None = None
 
     @property
-    def model(self) -> RingDownModel:
+    def ring_down_model(self) -> RingDownModel:
         """What is fitted."""
-        return model_of(self.variant)
+        return model_of(self.model)
 
     @property
     def label(self) -> str:
         """What results are marked with: the declared name, or NAME@VERSION."""
-        return label_of(self.variant)
+        return label_of(self.model)
 
 
 def check_fixed(ask: FitRequest, *, calibrated: bool) -> None:
     """Raises InputError for a parameter that cannot be held or hinted at, or not at that value."""
-    model = ask.model
+    model = ask.ring_down_model
     allowed = ["f_nat_hz", *(c.name for c in model.coefficients), *(["m_r_am2"] if calibrated else [])]
     for name, value in (ask.fixed or {}).items():
         if name not in allowed:

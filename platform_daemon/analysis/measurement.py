@@ -184,7 +184,7 @@ def open_for_fit(path: Path, settings: FitSettings) -> tuple[Measurement, FitReq
 
     Raises InputError for a model that cannot be used or a parameter that cannot be held, and what opening raises.
     """
-    measurement, model = open_measurement(path, settings.calibration).under(settings.variant, settings.terms)
+    measurement, model = open_measurement(path, settings.calibration).under(settings.model, settings.terms)
     ask = FitRequest(model, settings.window, settings.fixed, settings.hold_if_inseparable, measurement.moment_am2())
     check_fixed(ask, calibrated=measurement.calibration is not None)
     return measurement, ask

@@ -9,7 +9,14 @@ from drivers.errors import InputError
 from drivers.specimen import Specimen
 from platform_daemon.design import expected_moment, expected_omega
 from platform_daemon.estimation import MeasurementPlan, RefusedError, model_named, planned_window_s, predict_precision
-from platform_daemon.schemas import PAPER_NOISE_AM2_PER_S, RODRIGUES, PredictionReport, Window, WindowPrecision
+from platform_daemon.schemas import (
+    PAPER_NOISE_AM2_PER_S,
+    PARAMETERS,
+    RODRIGUES,
+    PredictionReport,
+    Window,
+    WindowPrecision,
+)
 
 from .fit_request import COEFFICIENTS
 
@@ -23,8 +30,13 @@ def expected_parameters(
 ) -> dict[str, float]:
     """Public parameters that a fit of this specimen would find, SI: as expected, else measured, else design values.
 
-    Raises InputError for a coefficient of the model of which nothing is known, as T_f/I of a jewel never measured.
+    Raises InputError for a name that is none, and for a coefficient of the model of which nothing is known, as T_f/I of
+    a jewel never measured.
     """
+    unknown = sorted(set(expected or {}) - set(PARAMETERS))
+    if unknown:
+        what, remedy = f"no parameter is called {unknown[0]!r}", f"one of: {', '.join(PARAMETERS)}"
+        raise InputError(what, where="expected", remedy=remedy)
     m = specimen.measured
     known = {
         "f_nat_hz": expected_omega(specimen) / (2 * math.pi),

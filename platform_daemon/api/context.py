@@ -7,9 +7,12 @@ from pathlib import Path
 from typing import Annotated
 
 from fastapi import Depends, Request
+from fastapi import Path as InPath
 
 from platform_daemon.analysis import Library
 from platform_daemon.engine import Engine
+
+EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
 
 
 @dataclass(frozen=True)
@@ -32,3 +35,9 @@ async def _context(request: Request) -> Context:
 
 
 Shared = Annotated[Context, Depends(_context)]
+JobId = Annotated[str, InPath(description="id of the job, as its POST answered it")]
+RecordingId = Annotated[
+    str, InPath(description="id of the recording: its file name without the last suffix", examples=[EXAMPLE_RECORDING])
+]
+Frame = Annotated[int, InPath(description="number of the frame, from 0", examples=[0])]
+ModelLabel = Annotated[str, InPath(description="NAME or NAME@VERSION of an adopted model", examples=["quiet@1"])]

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Response
 from platform_daemon.engine import AnyJob
 from platform_daemon.schemas import Root
 
-from .context import Shared
+from .context import JobId, Shared
 from .problems import problem, problems
 
 JobT = TypeVar("JobT")
@@ -69,10 +69,10 @@ class JobKind(Generic[JobT]):
         def list_jobs(context: Shared) -> Any:
             return self.listing(tuple(self.shown(job) for job in context.engine.jobs(self.name)))
 
-        def get_job(identifier: str, context: Shared) -> Any:
+        def get_job(identifier: JobId, context: Shared) -> Any:
             return self.shown(context.engine.job(self.name, identifier))
 
-        async def cancel_job(identifier: str, context: Shared) -> Any:
+        async def cancel_job(identifier: JobId, context: Shared) -> Any:
             job = context.engine.job(self.name, identifier)
             job.request_cancel()
             return self.shown(job)

@@ -1,4 +1,4 @@
-"""The OpenAPI schema as a generator of clients needs it."""
+"""The OpenAPI schema as a generator of clients needs it: errors as what they are, and which answer leads where."""
 
 from __future__ import annotations
 
@@ -9,10 +9,27 @@ from fastapi import FastAPI
 from .problems import MEDIA_TYPE, WHEN
 
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
+_ID, _LABEL = {"identifier": "$response.body#/id"}, {"name": "$response.body#/label"}
+_FRAME = {**_ID, "frame": "$response.body#/shots/0/frame"}
+LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that take something from its answer
+    "start_acquisition": {"get_acquisition": _ID, "cancel_acquisition": _ID},
+    "get_acquisition": {"get_recording": {"identifier": "$response.body#/result/recording"}},
+    "start_calibration": {"get_calibration": _ID, "cancel_calibration": _ID, "continue_calibration": _ID},
+    "start_fit": {"get_fit": _ID, "cancel_fit": _ID, "get_derived": _ID},
+    "get_fit": {"get_derived": _ID, "get_envelopes": {**_ID, "frame": "$response.body#/result/frames/0/frame"}},
+    "start_diagnosis": {"get_diagnosis": _ID, "cancel_diagnosis": _ID},
+    "get_diagnosis": {"get_report": _ID, "adopt_model": _ID},
+    "adopt_model": {"get_model": _LABEL, "retire_model": _LABEL},
+    "list_recordings": {"get_recording": {"identifier": "$response.body#/recordings/0/identifier"}},
+    "get_recording": {
+        "download_recording": _ID,
+        **dict.fromkeys(("get_dmdt", "get_dmdt_npy", "get_dmdt_h5", "get_sliding", "get_harmonics"), _FRAME),
+    },
+}
 
 
-def describe_problems(app: FastAPI) -> None:
-    """Have the schema say that errors are problem details: FastAPI declares them as JSON, and its own for a 422."""
+def complete_schema(app: FastAPI) -> None:
+    """Have the schema say that errors are problem details, which FastAPI declares as JSON, and add the links."""
     original = app.openapi
 
     def openapi() -> dict[str, Any]:
@@ -20,7 +37,7 @@ def describe_problems(app: FastAPI) -> None:
             schema = original()
             for item in schema["paths"].values():
                 for operation in item.values():
-                    _correct(operation)
+                    _complete(operation)
             for unused in ("HTTPValidationError", "ValidationError"):
                 schema["components"]["schemas"].pop(unused, None)
             app.openapi_schema = schema
@@ -29,10 +46,11 @@ def describe_problems(app: FastAPI) -> None:
     app.openapi = openapi  # type: ignore[method-assign]
 
 
-def _correct(operation: dict[str, Any]) -> None:
-    responses = operation["responses"]
-    for status, response in responses.items():
-        if int(status) >= 400 and int(status) != 503:
+def _complete(operation: dict[str, Any]) -> None:
+    for status, response in operation["responses"].items():
+        if int(status) in WHEN:
             response["content"] = {MEDIA_TYPE: {"schema": PROBLEM}}
             response["description"] = WHEN[int(status)]
-    operation["responses"] = dict(sorted(responses.items()))
+        elif int(status) < 300 and (links := LINKS.get(operation["operationId"])):
+            response["links"] = {n: {"operationId": n, "parameters": p} for n, p in links.items()}
+    operation["responses"] = dict(sorted(operation["responses"].items()))

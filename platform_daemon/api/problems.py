@@ -11,6 +11,7 @@ import structlog
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from drivers import errors
 from drivers.validation import complaints
@@ -117,8 +118,11 @@ def install(app: FastAPI) -> None:
         assert isinstance(error, HTTPException)
         if error.status_code == 400:  # how FastAPI takes bytes that are no text
             return _respond(problem(_no_json("the body is not text in UTF-8"), request.url.path))
-        allowed = (error.headers or {}).get("Allow", "")
-        remedy = f"use {allowed}" if error.status_code == 405 and allowed else "GET / lists what there is"
+        headers = dict(error.headers or {})
+        remedy = "GET / lists what there is"
+        if error.status_code == 405:  # Starlette names the methods of the first route only that has the path
+            headers["Allow"] = _allowed(request)
+            remedy = f"use {headers['Allow']}"
         body = Problem(
             type="about:blank",
             title=str(error.detail),
@@ -127,12 +131,19 @@ def install(app: FastAPI) -> None:
             instance=request.url.path,
             remedy=remedy,
         )
-        return _respond(body, error.headers)
+        return _respond(body, headers)
 
     app.add_exception_handler(RequestValidationError, validation)
     app.add_exception_handler(HTTPException, http)
     app.add_exception_handler(Exception, ours)
     app.add_exception_handler(errors.PlatformError, ours)
+
+
+def _allowed(request: Request) -> str:
+    """The methods of a path."""
+    asked = [(method, {**request.scope, "method": method}) for method in ("DELETE", "GET", "POST", "PUT", "PATCH")]
+    routes = request.app.routes
+    return ", ".join(method for method, scope in asked if any(r.matches(scope)[0] is Match.FULL for r in routes))
 
 
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:

@@ -13,7 +13,7 @@ from platform_daemon.engine import Engine
 
 from . import problems
 from .context import Context
-from .openapi import describe_problems
+from .openapi import complete_schema
 from .routes import acquisitions, calibrations, derived, diagnoses, fits, models, platform, recordings
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
@@ -57,7 +57,7 @@ def create_api(context: Context) -> FastAPI:
         models,
     ):
         app.include_router(routes.router)
-    describe_problems(app)
+    complete_schema(app)
     return app
 
 

@@ -83,7 +83,7 @@ def _calibrate(
     if frequency_hz:
         asked["frequencies_hz"] = tuple(frequency_hz)
     request = validated(CalibrationRequest, asked, "calibrate")
-    must_not_exist(json_file, force)
+    must_not_exist(json_file, force, ".json")
     heed_one_interrupt()
     engine = start_engine(load_platform(where[0], where[1] or (), where[2]))
     try:

@@ -29,7 +29,7 @@ def devices(
     from platform_daemon.settings import load_platform
 
     file = load_platform(platform, overrides or (), endpoints)
-    must_not_exist(json_file, force)
+    must_not_exist(json_file, force, ".json")
     heed_one_interrupt()
     reports = tuple(DeviceReport.model_validate(report.as_dict()) for report in find_devices(file.section))
     print_devices(reports)

@@ -50,8 +50,8 @@ def diagnose(
     from platform_daemon.store import read_calibration
 
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
-    must_not_exist(json_file, force)
-    must_not_exist(html, force)
+    must_not_exist(json_file, force, ".json")
+    must_not_exist(html, force, ".html", ".htm")
     heed_one_interrupt()
     try:
         specimen = load_diagnosis_input(

@@ -10,7 +10,7 @@ import typer
 
 from drivers.validation import validated
 
-from .interrupts import INTERRUPTED, heed_one_interrupt
+from .interrupts import heed_one_interrupt
 from .options import (
     ForceOption,
     HtmlOption,
@@ -62,8 +62,8 @@ def diagnose_live(
     request = validated(AcquisitionRequest, asked, "diagnose")
     model = variant_named(variant, models)
     out.mkdir(parents=True, exist_ok=True)
-    must_not_exist(json_file, force)
-    must_not_exist(html, force)
+    must_not_exist(json_file, force, ".json")
+    must_not_exist(html, force, ".html", ".htm")
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or ()), models=library(models))
     loop = LiveDiagnosis(engine, request, out, Budget(budget_shots, budget_s), model=model)
@@ -74,9 +74,6 @@ def diagnose_live(
     except NothingToDiagnoseError as error:
         print(f"error: {error}", file=sys.stderr)
         raise typer.Exit(3) from None
-    except KeyboardInterrupt:
-        print("interrupted; outputs are off", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
     finally:
         engine.close()
         if loop.rounds:

@@ -58,6 +58,8 @@ def main() -> None:
     try:
         with no_interrupt_lost():
             code = app(standalone_mode=False)
+        if code == INTERRUPTED:  # so ends a command that was interrupted anywhere, without a word
+            print("interrupted; outputs are off", file=sys.stderr)
         sys.exit(code)
     except typer.TyperException as error:
         message = " ".join(getattr(error, "format_message", error.__str__)().split()).rstrip(".")

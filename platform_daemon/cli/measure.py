@@ -104,7 +104,6 @@ def measure(
         engine.close()
     _report_series(job, out, json_file)
     if interrupted:
-        print("interrupted; outputs are off", file=sys.stderr)
         raise typer.Exit(INTERRUPTED)
     if job.error is not None:
         raise job.error
@@ -157,9 +156,5 @@ def _prepare_fit() -> None:
     """Before the first shot: kernels that are compiled or loaded meanwhile would lengthen the time between shots."""
     from platform_daemon.estimation import warm_up
 
-    try:
-        with Console(stderr=True).status("preparing the fit (half a minute the first time)"):
-            warm_up()
-    except KeyboardInterrupt:
-        print("interrupted; outputs are off", file=sys.stderr)
-        raise typer.Exit(INTERRUPTED) from None
+    with Console(stderr=True).status("preparing the fit (half a minute the first time)"):
+        warm_up()

@@ -67,7 +67,7 @@ def list_models(
     context.obj = models
     if context.invoked_subcommand is not None:
         return
-    must_not_exist(json_file, force)
+    must_not_exist(json_file, force, ".json")
     found = library(models).all()
     print("\n".join(_line(m) for m in found) or "no model has been adopted yet")
     write_json(json_file, AdoptedModelListing(tuple(m.summary() for m in found)))

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from platform_daemon.reports import print_info
+from platform_daemon.reports import print_recording
 
 from .options import (
     CalibrationOption,
@@ -30,7 +30,7 @@ def info(file: Path, json_file: JsonOption = None, force: ForceOption = False) -
 
     facts = describe(open_recording(file))
     must_not_exist(json_file, force, ".json")
-    print_info(facts.model_dump())
+    print_recording(facts)
     write_json(json_file, facts)
 
 

@@ -12,18 +12,16 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from drivers.errors import DeviceStateError, InputError, InterlockError, OutputsUnconfirmed, PlatformError
+from drivers.errors import DeviceStateError, InputError, PlatformError
 from drivers.platform import Platform
 from platform_daemon.schemas import (
     AcquisitionRequest,
-    AcquisitionResult,
     ActivationRequest,
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
     FaultReset,
     JobState,
-    NoResult,
     PlatformStatus,
     SelfTestOptions,
 )
@@ -32,21 +30,21 @@ from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
+from .interlock import Interlock
 from .job_records import JobRecords
-from .jobs import AnyJob, Job, RequestT, ResultT
+from .jobs import AnyJob, Job, RequestT, ResultT, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
 from .work.calibration import calibration_work
 from .work.calibration_bench import CalibrationJob
 from .work.reset_fault import reset_amplifier
-from .work.series import AcquisitionJob, SeriesWork
+from .work.series import AcquisitionJob, SeriesBench, SeriesWork
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library
 
 log = structlog.get_logger()
-ON_HARDWARE = ("acquisition", "calibration")  # kinds of jobs that move something
 JUST_ENDED_S = 1.0  # how long after its end a job may still hold the hardware
 IDLE_S = 1.0  # how often the state is read back while nothing runs
 
@@ -83,13 +81,14 @@ class Engine:
         self._models = models
         self._journal = journal or JobRecords(None)
         self._jobs = {job.identifier: job for job in self._journal.load()}
+        self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
         self._hardware = threading.Lock()  # held while a job moves something
         self._closed = threading.Event()
-        self._interlock: str | None = None
+        self._interlock = Interlock(platform)
         self._warm = threading.Event()
         self._readback = Readback(platform)
         self._readback.refresh()
@@ -117,31 +116,30 @@ class Engine:
                 raise DeviceStateError(
                     "the transmit calibration has changed since the plan was made", remedy="plan anew"
                 )
-            return self._acquire(plan, target, folder, overwrite=overwrite)
+            return self.submit(SeriesWork(self.series_bench, plan, target, folder, overwrite=overwrite))
 
-    def _acquire(self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool) -> AcquisitionJob:
-        job: AcquisitionJob = Job("acquisition", plan.request, AcquisitionResult(), len(plan.shots), "shots")
-        path = target or folder / f"{job.identifier}.h5"
-        work = SeriesWork(
-            self.platform,
-            plan,
-            path,
-            self.config_text,
-            self._online,
-            self.live,
-            overwrite=overwrite,
-            in_shot=partial(self._refresh, busy=True),
-            self_test=self._calibration_in_use.self_test,
-        )
-        self._submit(job, partial(self._behind_interlock, work))
-        return job
+    @property
+    def series_bench(self) -> SeriesBench:
+        """What a series is made with now."""
+        self_test = self._calibration_in_use.self_test
+        in_shot = partial(self._refresh, busy=True)
+        return SeriesBench(self.platform, self.config_text, self._online, self.live, in_shot, self_test)
 
     def calibrate(self, request: CalibrationRequest, folder: Path) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
-            work = calibration_work(self.platform, request, self.side, folder, self._calibration_in_use.self_test)
-            job: CalibrationJob = Job("calibration", request, NoResult(), work.shots, "shots")
-            self._submit(job, partial(self._behind_interlock, work))
+            self_test = self._calibration_in_use.self_test
+            return self.submit(calibration_work(self.platform, request, self.side, folder, self_test))
+
+    def submit(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
+        """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
+
+        Raises DeviceStateError while the daemon shuts down.
+        """
+        with self._planning:
+            job = Job.of(work)
+            self._register(job, moving=True)
+            self._queue.put((job, partial(self._interlock.run, work)))
             return job
 
     def activate(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:
@@ -151,16 +149,21 @@ class Engine:
         calibration runs or waits: each ends with what it began with.
         """
         with self._planning:
-            if any(not job.state.final for job in self._moving()):
+            if any(not job.state.final for job in self._moving):
                 remedy = "wait until all have ended, or cancel them"
                 raise DeviceStateError("a series or a calibration runs or waits", where="calibration", remedy=remedy)
             self._calibration_in_use.activate(request, folder)
             return self._calibration_in_use.in_use()
 
-    def analyse(self, job: Job[RequestT, ResultT], work: Callable[[Job[RequestT, ResultT]], None]) -> None:
-        """Run `work(job)` in the analysis thread."""
+    def analyse(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
+        """Run work that leaves the hardware alone, in the analysis thread, after that before it.
+
+        Raises DeviceStateError while the daemon shuts down.
+        """
+        job = Job.of(work)
         self._register(job)
         self._fits.submit(self._run, job, work)
+        return job
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
@@ -176,10 +179,10 @@ class Engine:
 
     def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
-        moving = self._moving()
+        moving = list(self._moving)
         running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
         waiting = tuple(j.identifier for j in moving if j.state is JobState.QUEUED)
-        return self._readback.status(self._calibration_in_use.in_use(), self._interlock, running, waiting)
+        return self._readback.status(self._calibration_in_use.in_use(), self._interlock.why, running, waiting)
 
     def devices(self) -> DeviceListing:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
@@ -192,12 +195,12 @@ class Engine:
 
     def outputs_off(self) -> None:
         """Everything off, now, from any thread; running and queued acquisitions and calibrations are cancelled."""
-        for job in self._moving():
+        for job in list(self._moving):
             job.cancel_requested.set()
         try:
-            self._prove_off()
+            self._interlock.prove_off()
         finally:
-            for job in self._moving():
+            for job in list(self._moving):
                 job.request_cancel()
 
     def reset_fault(self) -> FaultReset:
@@ -206,7 +209,7 @@ class Engine:
             remedy = "wait until it has ended, or cancel it"
             raise DeviceStateError("a series or a calibration is running", where="power_amplifier", remedy=remedy)
         try:
-            self._prove_off()
+            self._interlock.prove_off()
             return reset_amplifier(self.platform)
         finally:
             self._refresh()
@@ -230,40 +233,13 @@ class Engine:
         for each in (self._online, self._fits):
             each.shutdown(wait=True, cancel_futures=True)
 
-    def _moving(self) -> list[AnyJob]:
-        return [job for job in list(self._jobs.values()) if job.kind in ON_HARDWARE]
-
-    def _behind_interlock(self, work: Callable[[AnyJob], None], job: AnyJob) -> None:
-        """No power before outputs are proved off: a platform that once could not be switched off stays locked."""
-        try:
-            self._prove_off()
-        except PlatformError as error:
-            remedy = "switch the amplifier's mains off by hand, repair the device named, then POST /stop to prove it"
-            raise InterlockError("outputs cannot be confirmed off", why=str(error), remedy=remedy) from None
-        try:
-            work(job)
-        except OutputsUnconfirmed as error:  # tried a moment ago: the user hears of it now, `_recover` goes on
-            self._interlock = str(error)
-            raise
-        except BaseException:
-            self._prove_off()
-            raise
-        self._prove_off()
-
-    def _prove_off(self) -> None:
-        """Outputs off and confirmed, else the interlock says why.  Raises DeviceError."""
-        try:
-            self.platform.outputs_off()
-        except Exception as error:
-            self._interlock = str(error)
-            raise
-        self._interlock = None
-
-    def _register(self, job: AnyJob) -> None:
+    def _register(self, job: AnyJob, *, moving: bool = False) -> None:
         if self._closed.is_set():
             raise DeviceStateError("the daemon is shutting down", remedy="start it again")
         self._journal.save(job)
         job.on_change = self._keep
+        if moving:  # known to `outputs_off` before it can begin
+            self._moving = [*(each for each in self._moving if not each.state.final), job]
         self._jobs[job.identifier] = job
 
     def _run(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
@@ -273,35 +249,21 @@ class Engine:
         error = None if job.error is None else str(job.error)
         log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
 
-    def _submit(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
-        self._register(job)
-        self._queue.put((job, work))
-
     def _work(self) -> None:
         self._warm_up()
         while True:
             try:
                 item = self._queue.get(timeout=IDLE_S)
             except queue.Empty:
-                self._recover()
+                self._interlock.recover()
                 self._refresh()
                 continue
             if item is None:
                 return
             with self._hardware:
                 self._run(*item)
-            self._recover()
+            self._interlock.recover()
             self._refresh()
-
-    def _recover(self) -> None:
-        """Outputs that could not be confirmed off are switched off again and again, until they are."""
-        if self._interlock is None:
-            return
-        try:
-            self._prove_off()
-            log.info("outputs_confirmed_off")
-        except Exception as error:  # said already, and tried again a moment later
-            log.warning("outputs_unconfirmed", error=str(error))
 
     def _keep(self, job: AnyJob) -> None:
         try:

@@ -1,4 +1,4 @@
-"""A job: what was asked, how far it is, what came out."""
+"""A job: what was asked, how far it is, what came out; and the work that it does."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import structlog
 
@@ -24,6 +24,36 @@ class Cancelled(Exception):
 
 RequestT = TypeVar("RequestT")
 ResultT = TypeVar("ResultT")
+
+
+class Work(Protocol[RequestT, ResultT]):
+    """What a job does: series, calibrations, fits, diagnoses.  Checked when made, it begins when called."""
+
+    @property
+    def kind(self) -> str:
+        """Kind of its job, as in the job's id."""
+
+    @property
+    def request(self) -> RequestT:
+        """What was asked for."""
+
+    @property
+    def total(self) -> float:
+        """How much there is to do."""
+
+    @property
+    def unit(self) -> str:
+        """Of what."""
+
+    @property
+    def no_result(self) -> ResultT:
+        """What its job has before anything came out."""
+
+    def __call__(self, job: Job[RequestT, ResultT]) -> None:
+        """Do it: report progress by `job.at`, heed `job.cancel_requested` at safe points, replace `job.result`.
+
+        Raises Cancelled, PlatformError.
+        """
 
 
 @dataclass
@@ -61,6 +91,11 @@ class Job(Generic[RequestT, ResultT]):
         self.created = self.clock.utc()
         stamp = self.created.strftime("%Y%m%dT%H%M%S")
         self.identifier = self.identifier or f"{self.kind}-{stamp}-{secrets.token_hex(3)}"
+
+    @classmethod
+    def of(cls, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
+        """The job that will do this work."""
+        return cls(work.kind, work.request, work.no_result, work.total, work.unit)
 
     def begin(self) -> bool:
         """From queued to running; False if it was cancelled before."""

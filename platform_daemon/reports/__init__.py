@@ -1,6 +1,7 @@
 """Results in words, tables, pictures and pages; nothing is computed here.
 
 print_calibration: Sensitivity by channel, or field and inductance by coil.
+print_devices: A row per device.
 diagnosis_html: The page in UTF-8.
 summary_text: For the terminal.
 save_png: Write the picture as PNG.
@@ -8,8 +9,7 @@ save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.
 fit_table_text: One file's fits.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
-print_devices: A row per device.
-print_info: Nested facts, one per line.
+print_recording: Facts, windows, calibration, excitation and shots of a recording, on standard output.
 """
 
 import lazy_loader

@@ -5,14 +5,16 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
+from typing_extensions import TypeAliasType
 
-from .base import Finite, Positive, Request, Window
+from .base import Finite, NamedWindow, Positive, Request, Window
 from .parameters import PAPER_NOISE_AM2_PER_S
 from .requests import ModelName
 
 RecordingId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=200)]
 Frames = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=100_000)] | None
-Terms = Annotated[list[str], Field(max_length=8)]
+Terms = Annotated[list[ModelName], Field(max_length=8)]
+Observable = TypeAliasType("Observable", Literal["dmdt", "angle"])
 
 
 class RecordingFitRequest(Request):
@@ -65,7 +67,7 @@ class DiagnosisRequest(Request):
     """The declared model; null: what the recordings say."""
     base: ModelName | None = None
     """A declared or adopted model to start from in its place."""
-    observable: Literal["dmdt", "angle"] | None = None
+    observable: Observable | None = None
     """What was measured; null: what the recordings hold."""
 
     def parts(self) -> list[RecordingPart]:
@@ -105,19 +107,20 @@ class PredictionRequest(Request):
     """A planned measurement, of which the smallest standard deviations are asked."""
 
     model_config = ConfigDict(
-        strict=False,
         json_schema_extra={"examples": [{"resonator": "jewel", "windows": ["n50", 1.0], "phi_max_rad": 0.7}]},
     )
 
     resonator: ModelName
     """Name of a resonator, one of GET /resonators."""
     windows: Annotated[
-        list[Literal["n50", "d30"] | Annotated[float, Field(gt=0, le=100)]], Field(min_length=1, max_length=20)
+        list[NamedWindow | Annotated[float, Field(gt=0, le=100)]], Field(min_length=1, max_length=20)
     ] = Field(default=["n50", "d30"])
     """Evaluation windows: n50, d30, or seconds."""
     phi_max_rad: Annotated[float, Field(gt=0, lt=1.5)] | None = None
     """Largest deflection, rad; null: the paper's."""
-    noise_am2_per_s: Annotated[tuple[Positive, ...], Field(min_length=3, max_length=3)] = PAPER_NOISE_AM2_PER_S
+    noise_am2_per_s: Annotated[tuple[Positive, ...], Field(strict=False, min_length=3, max_length=3)] = (
+        PAPER_NOISE_AM2_PER_S
+    )
     """Standard deviation of the noise of x, y, z per sample, A m^2/s."""
     sampling_rate_hz: Positive = 125e6 / 2048
     """Sampling rate, Hz."""

@@ -16,15 +16,17 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, GetJsonSchemaHandler, RootModel
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
+from typing_extensions import TypeAliasType
 
 T = TypeVar("T")
 EXAMPLES = Path(__file__).parent / "examples"
 
-Verdict = Literal["good", "refused"]
+Verdict = TypeAliasType("Verdict", Literal["good", "refused"])
 """Whether there is a result, or a reason why there is none."""
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Window = Literal["n50", "d30"] | Positive
+NamedWindow = TypeAliasType("NamedWindow", Literal["n50", "d30"])
+Window = NamedWindow | Positive
 """Evaluation window: "n50" (the first 0.24 s), "d30" (until 30 % of the maximum is left), or seconds."""
 Vector = Annotated[tuple[float, ...], Field(min_length=3, max_length=3)]
 """Three components, x, y, z."""

@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import Literal
 
 from pydantic import ConfigDict
+from typing_extensions import TypeAliasType
 
 from .base import Schema, Vector, example
 
-FrequencyNoise = Literal["white_phase", "flicker_phase", "white", "flicker", "random_walk"]
+FrequencyNoise = TypeAliasType(
+    "FrequencyNoise", Literal["white_phase", "flicker_phase", "white", "flicker", "random_walk"]
+)
 """Power law of the noise of a frequency."""
 
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from pydantic import ConfigDict, Field
+from typing_extensions import TypeAliasType
 
 from .base import Absent, FiniteOrNull, Schema, example
 from .models import FileDigest
 
-DiagnosisVerdict = Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
-DefectKind = Literal["clock_gap", "saturation", "duplicated_shot", "not_finite"]
+DiagnosisVerdict = TypeAliasType(
+    "DiagnosisVerdict", Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
+)
+DefectKind = TypeAliasType("DefectKind", Literal["clock_gap", "saturation", "duplicated_shot", "not_finite"])
 """What can be wrong with the data themselves."""
 
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import ConfigDict
+from typing_extensions import TypeAliasType
 
 from .base import Root, Schema, example
 from .calibrations import CalibrationName
 from .requests import SequencePreset
+
+CardStateName = TypeAliasType("CardStateName", Literal["idle", "programmed", "armed", "running", "closed"])
+SwitchPositionName = TypeAliasType("SwitchPositionName", Literal["transmit", "receive", "moving"])
+DeviceKind = TypeAliasType("DeviceKind", Literal["io_card", "tx_rx_switch", "power_amplifier", "lna", "thermometer"])
 
 
 class DeviceIdentity(Schema):
@@ -30,8 +37,8 @@ class _Identified(Schema):
 class IoCardState(Schema):
     """State of the I/O card."""
 
-    state: str
-    """idle, programmed, armed or running."""
+    state: CardStateName
+    """idle, programmed, armed, running or closed."""
     inputs: int
     """Receive channels."""
     outputs: int
@@ -43,7 +50,7 @@ class IoCardState(Schema):
 class SwitchState(Schema):
     """State of the Tx/Rx switch."""
 
-    position: str
+    position: SwitchPositionName
     """transmit, receive, or moving."""
     total_time_s: float
     """From the command until receive data are good, s."""
@@ -139,7 +146,7 @@ AnyDeviceState = IoCardState | SwitchState | AmplifierState | LnaState | Thermom
 class DeviceReport(Schema):
     """One device: who it is, its state, and what went wrong."""
 
-    device: str
+    device: DeviceKind
     """What it is in the platform: io_card, tx_rx_switch, power_amplifier, lna or thermometer."""
     identity: DeviceIdentity | None
     """What it says of itself; null: nothing."""
@@ -246,7 +253,7 @@ class Health(Schema):
 
     model_config = ConfigDict(json_schema_extra=example("health"))
 
-    status: str
+    status: Literal["ok"]
     """ok."""
     version: str
     """Version of the daemon."""

@@ -5,9 +5,14 @@ from __future__ import annotations
 from typing import Literal
 
 from pydantic import ConfigDict
+from typing_extensions import TypeAliasType
 
 from .base import Absent, Interval, Schema, Vector, example
 from .problems import Problem
+
+RecordingLayout = TypeAliasType("RecordingLayout", Literal["own", "minimal"])
+Quantity = TypeAliasType("Quantity", Literal["dmdt", "voltage"])
+QuantityUnit = TypeAliasType("QuantityUnit", Literal["A m^2/s", "V"])
 
 
 class WindowLength(Schema):
@@ -136,7 +141,7 @@ class RecordingInfo(Schema):
     """Path as it was named; by REST the file's name."""
     size_bytes: int
     """Size of the file, bytes."""
-    layout: Literal["own", "minimal"]
+    layout: RecordingLayout
     """own: recorded by this software, with everything about it; minimal: from elsewhere."""
     variant: str | None
     """Bearing of the resonator: thread or jewel."""
@@ -237,9 +242,9 @@ class DmdtSeries(Schema):
     """Id of the recording."""
     frame: int
     """Number of the frame, from 0."""
-    quantity: Literal["dmdt", "voltage"]
+    quantity: Quantity
     """What the values are."""
-    unit: Literal["A m^2/s", "V"]
+    unit: QuantityUnit
     """Unit of the values."""
     channels: tuple[str, ...]
     """World axes x, y, z; of voltages the numbers of the channels."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from typing_extensions import TypeAliasType
 
 from .base import Absent, Finite, Positive, Request, Schema, Window
 
 CALIBRATION_ID = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
 Text = Annotated[str, Field(max_length=2000)]
-ModelName = Annotated[str, Field(max_length=100)]
-Kind = Literal["receive", "transmit"]
+ModelName = Annotated[str, Field(min_length=1, max_length=100)]
+CalibrationKind = TypeAliasType("CalibrationKind", Literal["receive", "transmit"])
 Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
 
 
@@ -25,7 +26,8 @@ ExcitationHertz = Annotated[float, Field(ge=0.01, le=20e3, allow_inf_nan=False)]
 Periods = Annotated[int, Field(ge=1, le=100_000)]
 FieldTesla = Annotated[float, Field(gt=0, le=1.0, allow_inf_nan=False)]
 Direction = Annotated[tuple[Finite, ...], Field(strict=False, min_length=3, max_length=3), AfterValidator(_direction)]
-Axis = Literal["x", "y", "z"] | Direction
+AxisName = TypeAliasType("AxisName", Literal["x", "y", "z"])
+Axis = AxisName | Direction
 SwitchSeconds = Annotated[float, Field(gt=0, le=10.0, allow_inf_nan=False)]
 GuardSamples = Annotated[int, Field(ge=1, le=100_000)]
 RxSeconds = Annotated[float, Field(gt=0, le=600.0, allow_inf_nan=False)]
@@ -137,7 +139,7 @@ class CalibrationRequest(Request):
         }
     )
 
-    kind: Kind
+    kind: CalibrationKind
     """receive: the dipole along x, y, z; transmit: the probe, coil after coil."""
     name: Annotated[str, Field(max_length=61)] | None = None
     """Name of the file, without version and date; null: the kind."""
@@ -168,7 +170,7 @@ class ActivationRequest(Request):
         json_schema_extra={"examples": [{"kind": "receive", "calibration": "lab@2_20261121"}, {"kind": "transmit"}]}
     )
 
-    kind: Kind
+    kind: CalibrationKind
     """Which side."""
     calibration: Annotated[str, Field(pattern=CALIBRATION_ID)] | None = None
     """One that a job has written, as lab@2_20261121; null: the file that the platform file names, read anew."""

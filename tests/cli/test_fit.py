@@ -68,9 +68,12 @@ def test_fit_with_another_calibration_scales_the_moment(measured):
         target["calibration/sensitivity"][...] *= 2
     done = here("fit", measured / "j.h5", "--calibration", measured / "cal.h5", "--json", measured / "halved.json")
     assert done.returncode == 0, done.stderr
-    halved = json.loads((measured / "halved.json").read_text())["summary"]["m_r_am2"]["mean"]
-    plain = json.loads((measured / "j.json").read_text())["fit"]["summary"]["m_r_am2"]["mean"]
-    assert halved == pytest.approx(plain / 2, rel=1e-6)
+    halved, plain = json.loads((measured / "halved.json").read_text()), json.loads((measured / "j.json").read_text())
+    means = [report["summary"]["m_r_am2"]["mean"] for report in (halved, plain["fit"])]
+    assert means[0] == pytest.approx(means[1] / 2, rel=1e-6)
+    assert all(f["warnings"][-1].startswith("moment_implausible: m_r is ") for f in halved["frames"])
+    assert "frame 0-1: moment_implausible: m_r is " in done.stdout
+    assert not any("moment" in w for f in plain["fit"]["frames"] for w in f["warnings"])
 
 
 def test_without_calibration_only_voltage_domain_quantities_are_given_and_it_says_so(measured):

@@ -3,6 +3,7 @@
 import json
 import signal
 import subprocess
+import time
 
 import h5py
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from tests.kit.command_line import COMMAND, assert_one_line_error, here, run, wait_for
 from tests.kit.data import DATA
 from tests.kit.example_copies import copies, links, same
+from tests.kit.specimen_files import JEWEL, copied
 
 SHORT = ("--window", "0.1")
 MANY = 24  # files: more than are fitted before a signal arrives
@@ -42,24 +44,50 @@ def test_fit_of_several_files_nests_them(measured):
 
 def test_a_batch_interrupted_goes_on_where_it_was(tmp_path):
     paths = links(tmp_path, MANY)
-    kept, whole = tmp_path / "r.jsonl", tmp_path / "all.json"
-    command = [COMMAND, "fit", *paths, *SHORT, "--jsonl", kept, "--processes", "2"]
+    kept, part, whole = (tmp_path / name for name in ("r.jsonl", "part.json", "all.json"))
+    command = [COMMAND, "fit", *paths, *SHORT, "--jsonl", kept, "--json", part, "--processes", "2"]
     process = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     wait_for(lambda: len(lines(kept)) >= 2)
     process.send_signal(signal.SIGINT)
     errors = process.communicate(timeout=30)[1]
     assert process.returncode == 130
     assert "Traceback" not in errors
+    assert "resource_tracker" not in errors  # semaphores are given back
     before = lines(kept)
+    finished = json.loads(part.read_text())
+    ended = [r["file"] for r in finished["files"]]
+    assert [str(p) for p in paths if str(p) not in finished["unfinished"]] == ended
+    assert len(ended) + len(finished["unfinished"]) == MANY
+    assert len(ended) == len(before)
     assert f"{len(before)} of {MANY} files are finished" in errors
     done = run("fit", *paths, *SHORT, "--jsonl", kept, "--resume", "--json", whole)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count("finished before") == len(before) < MANY
     assert lines(kept)[: len(before)] == before
     assert len(lines(kept)) == MANY
+    assert "unfinished" not in json.loads(whole.read_text())
     reports = json.loads(whole.read_text())["files"]
     assert [r["file"] for r in reports] == [str(p) for p in paths]
     assert all(same(r["frames"], reports[k % 2]["frames"]) for k, r in enumerate(reports))
+
+
+def test_an_interrupt_before_any_file_has_ended_writes_nothing(tmp_path):
+    path = copied(tmp_path, JEWEL)
+    with h5py.File(path, "r+") as file:
+        volts = np.repeat(file["data"][:], 100, axis=0)  # minutes of fits
+        del file["data"]
+        file["data"] = volts
+    kept, whole = tmp_path / "r.jsonl", tmp_path / "all.json"
+    command = [COMMAND, "fit", path, "--jsonl", kept, "--json", whole, "--processes", "2"]
+    process = subprocess.Popen(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    wait_for(kept.exists)
+    time.sleep(1.0)  # workers start
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=30)[1]
+    assert process.returncode == 130
+    assert "interrupted" in errors
+    assert "resource_tracker" not in errors
+    assert (whole.exists(), lines(kept)) == (False, [])
 
 
 def test_a_killed_batch_leaves_no_process_and_only_its_last_line_can_be_cut(tmp_path):

@@ -168,7 +168,7 @@ def installed(target: Path) -> None:
 
 
 def walk(pages: Iterable[str], folder: Path, *, full: bool = False, tell: bool = False) -> None:
-    """Walk the pages in a fresh copy in `folder`. Raises StumbleError at the first thing that is not as the pages say."""
+    """Walk the pages in a fresh copy in `folder`. Raises StumbleError at the first thing that is not as they say."""
     copy = folder / "platform-daemon"
     copy_checkout(copy)
     if not full:

@@ -114,8 +114,8 @@ def _state(path: Path) -> FileState | None:
 def _digest(settings: FitSettings) -> str:
     """Of everything that a result depends on beside the file."""
     fixed, hints = (sorted((values or {}).items()) for values in (settings.fixed, settings.hold_if_inseparable))
-    variant = settings.variant
-    named = f"{variant.label} {variant.digest}" if isinstance(variant, AdoptedModel) else variant
+    model = settings.model
+    named = f"{model.label} {model.digest}" if isinstance(model, AdoptedModel) else model
     text = [__version__, named, settings.window, fixed, settings.derived, hints, settings.terms, settings.frames]
     digest = hashlib.sha256(json.dumps(text).encode())
     if settings.calibration is not None:

@@ -1,4 +1,4 @@
-"""Names of models wherever a variant is accepted: declared ones, with further terms, or adopted ones."""
+"""Names of models wherever a model is chosen: declared ones, with further terms, or adopted ones."""
 
 from __future__ import annotations
 
@@ -26,43 +26,41 @@ def resolve(text: str | None, library: Library | None) -> ModelChoice | None:
         raise InputError(f"no variant {text!r}", where="variant", why=unknown.why, remedy=remedy) from None
 
 
-def model_of(variant: ModelChoice) -> RingDownModel:
+def model_of(model: ModelChoice) -> RingDownModel:
     """What a fit takes.  Raises ValueError for a name that is not declared."""
-    return variant.model if isinstance(variant, AdoptedModel) else model_named(variant)
+    return model.model if isinstance(model, AdoptedModel) else model_named(model)
 
 
-def label_of(variant: ModelChoice) -> str:
+def label_of(model: ModelChoice) -> str:
     """What results are marked with."""
-    return variant.label if isinstance(variant, AdoptedModel) else variant
+    return model.label if isinstance(model, AdoptedModel) else model
 
 
-def notes_of(variant: ModelChoice) -> list[str]:
+def notes_of(model: ModelChoice) -> list[str]:
     """What a reader of results must know of an adopted model."""
-    if not isinstance(variant, AdoptedModel):
+    if not isinstance(model, AdoptedModel):
         return []
     added = [
-        *(f"{t.term} {'free' if t.free else 'held'}" for t in variant.terms),
-        *(f"{r.id} undone" for r in variant.receiver),
+        *(f"{t.term} {'free' if t.free else 'held'}" for t in model.terms),
+        *(f"{r.id} undone" for r in model.receiver),
     ]
-    retired = "" if variant.retired is None else "; it is retired"
-    return [
-        f"adopted model {variant.label} (sha256 {variant.digest[:12]}): {variant.base} with {', '.join(added)}{retired}"
-    ]
+    retired = "" if model.retired is None else "; it is retired"
+    return [f"adopted model {model.label} (sha256 {model.digest[:12]}): {model.base} with {', '.join(added)}{retired}"]
 
 
-def with_receiver_correction(recording: Recording, variant: ModelChoice) -> Recording:
+def with_receiver_correction(recording: Recording, model: ModelChoice) -> Recording:
     """A recording whose calibration undoes the receiver effects of the model.
 
     Raises RecordingError if it has no calibration, or one with which they cannot be undone.
     """
-    if not isinstance(variant, AdoptedModel) or not variant.receiver:
+    if not isinstance(model, AdoptedModel) or not model.receiver:
         return recording
     used = recording.calibration
     if used is None or used.sensitivity.shape != (3, 3):
         raise RecordingError(
-            f"{variant.label} cannot be used here",
+            f"{model.label} cannot be used here",
             where=f"{recording.path}: /calibration/sensitivity",
             why="it undoes effects of a receiver of three channels, which takes their sensitivity",
             remedy="name a calibration, or use a model without receiver effects",
         )
-    return recording.with_calibration(replace(used, receiver=variant.receiver))
+    return recording.with_calibration(replace(used, receiver=model.receiver))

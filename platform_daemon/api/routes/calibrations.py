@@ -14,7 +14,7 @@ from platform_daemon.schemas import (
     CalibrationsInUse,
 )
 
-from ..context import Shared
+from ..context import JobId, Shared
 from ..job_routes import JobKind
 from ..problems import problems
 
@@ -62,7 +62,7 @@ CALIBRATIONS.add_routes(router)
 
 
 @router.post("/{identifier}/continue", summary="What was asked of the operator is done", responses=problems(404, 409))
-def continue_calibration(identifier: str, context: Shared) -> CalibrationJob:
+def continue_calibration(identifier: JobId, context: Shared) -> CalibrationJob:
     """The reference dipole is turned, or the probe is in its place: go on."""
     job = context.engine.job("calibration", identifier)
     if job.question is None:

@@ -39,7 +39,7 @@ from platform_daemon.schemas import (
 from platform_daemon.settings import load_specimen
 from platform_daemon.store import resolve as path_of
 
-from ..context import Context, Shared
+from ..context import Context, Frame, JobId, RecordingId, Shared
 from ..problems import problems
 from .platform import check_resonator
 
@@ -48,7 +48,7 @@ Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 
 @router.get("/fits/{identifier}/derived", summary="Derived quantities of a fit", responses=problems(404, 422))
-def get_derived(identifier: str, context: Shared) -> DerivedReport:
+def get_derived(identifier: JobId, context: Shared) -> DerivedReport:
     """Quality factors of every good frame, orientation errors (mean, best) and the Allan deviation of f_nat.
 
     Keys as `platform-daemon fit --derived` writes them.
@@ -62,7 +62,7 @@ def get_derived(identifier: str, context: Shared) -> DerivedReport:
     "/fits/{identifier}/frames/{frame}/envelopes", summary="Envelopes of a fitted frame", responses=problems(404, 422)
 )
 def get_envelopes(
-    identifier: str, frame: int, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
+    identifier: JobId, frame: Frame, context: Shared, points: Annotated[int, Query(ge=2, le=20_000)] = 200
 ) -> EnvelopesReport:
     """Envelopes of v and u, amplitude A(t) and f(t) - f_nat over the fitted window."""
     report, _ = _report(identifier, context)
@@ -103,13 +103,13 @@ def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
     "/recordings/{identifier}/frames/{frame}/sliding", summary="Sliding-window fits", responses=problems(404, 422)
 )
 def get_sliding(
-    identifier: str,
-    frame: int,
+    identifier: RecordingId,
+    frame: Frame,
     context: Shared,
     window_s: Length = None,
     step_s: Length = None,
     damping: Annotated[Literal["auto", "free", "fixed"], Query(alias="lambda")] = "auto",
-    variant: Annotated[str | None, Query(max_length=100)] = None,
+    variant: Annotated[str | None, Query(min_length=1, max_length=100)] = None,
     term: Annotated[list[str] | None, Query(max_length=8)] = None,
 ) -> SlidingReport:
     """Fits along one ring-down, window by window; with a complete model the constants are flat.
@@ -125,7 +125,7 @@ def get_sliding(
 @router.get(
     "/recordings/{identifier}/frames/{frame}/harmonics", summary="Harmonics of a frame", responses=problems(404, 422)
 )
-def get_harmonics(identifier: str, frame: int, context: Shared) -> ShotHarmonics:
+def get_harmonics(identifier: RecordingId, frame: Frame, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
     found = frame_harmonics(open_voltages(path_of(context.recordings, identifier)), frame)
     return ShotHarmonics(found.model_copy(update={"recording": identifier}))

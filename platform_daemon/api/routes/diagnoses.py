@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from fastapi import APIRouter, Response
@@ -18,7 +20,7 @@ from platform_daemon.analysis import (
     resolve,
 )
 from platform_daemon.diagnosis import compare_residuals, diagnosis_report
-from platform_daemon.engine import AnyJob, Cancelled, Job, UnknownId
+from platform_daemon.engine import AnyJob, Cancelled, UnknownId
 from platform_daemon.reports import diagnosis_html
 from platform_daemon.schemas import (
     AdoptedModelRecord,
@@ -33,7 +35,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import resolve as path_of
 from platform_daemon.store import write_file
 
-from ..context import Context, Shared
+from ..context import Context, JobId, Shared
 from ..job_routes import JobKind
 from ..problems import problems
 
@@ -56,32 +58,44 @@ DIAGNOSES = JobKind(
 )
 
 
-@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
-def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
-    """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
-    files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
-    model: ModelChoice | None = resolve(body.base or body.variant, context.models)
-    check_diagnosis_input(list(files), model, body.observable, frames=files)
+@dataclass(frozen=True)
+class DiagnosisWork:
+    """Says what the declared model lacks in these frames of files; report and page are kept on disk."""
 
-    def work(job: AnyJob) -> None:
+    request: DiagnosisRequest
+    files: Mapping[Path, Sequence[int] | None]
+    model: ModelChoice | None
+    context: Context
+    kind, unit, total, no_result = "diagnosis", "share", 1.0, NoResult()
+
+    def __call__(self, job: AnyJob) -> None:
+        """Raises Cancelled between steps, NothingToDiagnoseError, StorageError."""
+
         def tell(what: str, share: float) -> None:
             job.at(share, what)
             if job.cancel_requested.is_set():
                 raise Cancelled
 
         tell("reading", 0.0)
-        found = diagnose_input(load_diagnosis_input(list(files), model, body.observable, frames=files), tell)
-        known = {"files": tuple(f.name for f in files), "recordings": file_digests(files)}
+        specimen = load_diagnosis_input(list(self.files), self.model, self.request.observable, frames=self.files)
+        found = diagnose_input(specimen, tell)
+        known = {"files": tuple(f.name for f in self.files), "recordings": file_digests(self.files)}
         report = diagnosis_report(found).model_copy(update=known)
         tell("page", 0.95)
         page = diagnosis_html(report, compare_residuals(found))
         job.at(1.0, "write")
-        write_file(_page(job.identifier, context), page)
-        write_file(context.diagnoses / f"{job.identifier}.json", to_json(report, indent=1).encode())
+        write_file(_page(job.identifier, self.context), page)
+        write_file(self.context.diagnoses / f"{job.identifier}.json", to_json(report, indent=1).encode())
         job.result = report
 
-    job: AnyJob = Job("diagnosis", body, NoResult(), 1.0, "share")
-    context.engine.analyse(job, work)
+
+@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
+def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
+    """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
+    files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
+    model: ModelChoice | None = resolve(body.base or body.variant, context.models)
+    check_diagnosis_input(list(files), model, body.observable, frames=files)
+    job = context.engine.analyse(DiagnosisWork(body, files, model, context))
     return DIAGNOSES.accepted(job, response)
 
 
@@ -98,7 +112,7 @@ DIAGNOSES.add_routes(router)
     response_class=HTMLResponse,
     responses=problems(404, 422),
 )
-def get_report(identifier: str, context: Shared) -> FileResponse:
+def get_report(identifier: JobId, context: Shared) -> FileResponse:
     """One self-contained HTML page: residual, harmonics, spectra, sliding windows, ranking, before and after."""
     _result(identifier, context)
     page = _page(identifier, context)
@@ -113,7 +127,7 @@ def get_report(identifier: str, context: Shared) -> FileResponse:
     status_code=201,
     responses=problems(404, 415, 422, 507),
 )
-def adopt_model(identifier: str, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
+def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
     said = _result(identifier, context).model_dump()
     model = model_from_diagnosis(

@@ -7,7 +7,7 @@ from fastapi import APIRouter
 from platform_daemon.estimation import MODELS, TERMS
 from platform_daemon.schemas import AdoptedModelReport, AdoptedModelSummary, ModelListing, RetirementRequest
 
-from ..context import Shared
+from ..context import ModelLabel, Shared
 from ..problems import problems
 
 router = APIRouter(prefix="/models", tags=["models"])
@@ -21,12 +21,12 @@ def list_models(context: Shared) -> ModelListing:
 
 
 @router.get("/{name}", summary="An adopted model with its evidence", responses=problems(404, 422))
-def get_model(name: str, context: Shared) -> AdoptedModelReport:
+def get_model(name: ModelLabel, context: Shared) -> AdoptedModelReport:
     """NAME@VERSION, or NAME: its newest version that is not retired."""
     return context.models.get(name).report()
 
 
 @router.post("/{name}/retire", summary="Take a version out of use", responses=problems(404, 415, 422, 507))
-def retire_model(name: str, body: RetirementRequest, context: Shared) -> AdoptedModelSummary:
+def retire_model(name: ModelLabel, body: RetirementRequest, context: Shared) -> AdoptedModelSummary:
     """It stays on disk, and results that used it can be repeated by NAME@VERSION; NAME alone no longer means it."""
     return context.models.retire(name, body.by, body.reason).summary()

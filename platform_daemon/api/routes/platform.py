@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import anyio
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Path, Response
 
 from drivers.errors import InputError
 from platform_daemon import __version__
@@ -111,7 +113,7 @@ def reset_amplifier(context: Shared) -> FaultReset:
 
 
 @router.get("/problems/{kind}", summary="What a kind of problem means", responses=problems(404))
-def get_problem_kind(kind: str) -> ProblemKind:
+def get_problem_kind(kind: Annotated[str, Path(examples=["sequence-rejected"])]) -> ProblemKind:
     """Title and meaning of the `type` of a problem details object."""
     kinds = problem_kinds()
     if kind not in kinds:

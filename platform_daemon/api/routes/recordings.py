@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from urllib.parse import quote
 
 import numpy as np
-from fastapi import APIRouter, Path, Query, Response
+from fastapi import APIRouter, Query, Response
 from fastapi.responses import FileResponse
 from numpy.typing import NDArray
 
@@ -23,15 +23,15 @@ from platform_daemon.schemas import (
     RecordingSummary,
     UnreadableRecording,
 )
-from platform_daemon.store import Recording, describe, dmdt_file, list_recordings, open_recording, resolve
+from platform_daemon.store import Recording, describe, dmdt_file, open_recording, resolve
+from platform_daemon.store import list_recordings as recordings_in
 
-from ..context import Shared
+from ..context import Frame, RecordingId, Shared
 from ..problems import problem, problems
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
 BINARY = {"schema": {"type": "string", "format": "binary"}}
-Frame = Annotated[int, Path(description="number of the frame, from 0")]
 Points = Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")]
 Start = Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")]
 Stop = Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")]
@@ -43,9 +43,9 @@ def opened(identifier: str, context: Shared) -> Recording:
 
 
 @router.get("", summary="All recordings")
-def list_recordings_in_folder(context: Shared) -> RecordingListing:
+def list_recordings(context: Shared) -> RecordingListing:
     """Every recording, and every file that cannot be read with the reason."""
-    found = list_recordings(context.recordings)
+    found = recordings_in(context.recordings)
     return RecordingListing(
         recordings=tuple(
             RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
@@ -57,7 +57,7 @@ def list_recordings_in_folder(context: Shared) -> RecordingListing:
 
 
 @router.get("/{identifier}", summary="What a recording holds", responses=problems(404, 422))
-def get_recording(identifier: str, context: Shared) -> RecordingInfo:
+def get_recording(identifier: RecordingId, context: Shared) -> RecordingInfo:
     """What the recording says: sequence, calibration, frames with verdicts, sample, operator."""
     recording = opened(identifier, context)
     here = {"id": identifier, "file": recording.path.name, "links": _links(identifier)}
@@ -75,7 +75,7 @@ def _links(identifier: str) -> RecordingLinks:
     response_class=FileResponse,
     responses={200: {"content": {HDF5: BINARY}, "description": "HDF5, NeXus, `.mmr`"}, **problems(404, 422)},
 )
-def download_recording(identifier: str, context: Shared) -> FileResponse:
+def download_recording(identifier: RecordingId, context: Shared) -> FileResponse:
     """The whole file (HDF5, NeXus, `.mmr`)."""
     path = opened(identifier, context).path
     return FileResponse(path, media_type=HDF5, filename=path.name)
@@ -111,7 +111,7 @@ class _Cut:
     responses={200: {"content": {BYTES: BINARY}}, **problems(404, 422)},
 )
 def get_dmdt(
-    identifier: str,
+    identifier: RecordingId,
     frame: Frame,
     context: Shared,
     format: Annotated[
@@ -137,7 +137,9 @@ def get_dmdt(
     response_class=Response,
     responses={200: {"content": {BYTES: BINARY}, "description": "float64 (3, n)"}, **problems(404, 422)},
 )
-def get_dmdt_npy(identifier: str, frame: Frame, context: Shared, start_s: Start = 0.0, stop_s: Stop = None) -> Response:
+def get_dmdt_npy(
+    identifier: RecordingId, frame: Frame, context: Shared, start_s: Start = 0.0, stop_s: Stop = None
+) -> Response:
     """All samples, float64 (3, n), A m^2/s in world axes; volts if the recording has no calibration."""
     cut = _cut(identifier, frame, context, start_s, stop_s)
     return _download(cut, "npy", _npy(cut))
@@ -149,7 +151,9 @@ def get_dmdt_npy(identifier: str, frame: Frame, context: Shared, start_s: Start 
     response_class=Response,
     responses={200: {"content": {BYTES: BINARY}, "description": "HDF5"}, **problems(404, 422)},
 )
-def get_dmdt_h5(identifier: str, frame: Frame, context: Shared, start_s: Start = 0.0, stop_s: Stop = None) -> Response:
+def get_dmdt_h5(
+    identifier: RecordingId, frame: Frame, context: Shared, start_s: Start = 0.0, stop_s: Stop = None
+) -> Response:
     """All samples: datasets `dmdt` (3, n), `channel` (3,) and `time` (n,) as dimension scales, units.
 
     Attributes of the file: the sampling rate and the source (recording, frame, calibration, software).

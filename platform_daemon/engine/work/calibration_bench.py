@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from platform_daemon.store import check_calibration_name
 from sequences.compiler import TransmitSide
 from sequences.tones import ToneShot, played_hz
 
-from ..jobs import Cancelled, Job
+from ..jobs import Cancelled, Job, Work
 from ..shot import RawShot, run_shot
 
 TRIES = 3  # per shot, if it is refused
@@ -25,17 +24,7 @@ NO_PRODUCT = 2.0  # chi2 per degree of freedom from which on a model of the chai
 QUESTION_STEP_S = 0.1
 
 CalibrationJob = Job[CalibrationRequest, CalibrationReport | NoResult]
-
-
-class CalibrationWork(Protocol):
-    """The work of one calibration job, checked when it was made."""
-
-    @property
-    def shots(self) -> int:
-        """How many shots it takes, unless some must be repeated."""
-
-    def __call__(self, job: CalibrationJob) -> None:
-        """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
+CalibrationWork = Work[CalibrationRequest, CalibrationReport | NoResult]
 
 
 @dataclass
@@ -63,6 +52,10 @@ class CalibrationBench:
     def extent_hz(self) -> tuple[float, float]:
         """The lowest and the highest frequency."""
         return float(self.frequencies_hz[0]), float(self.frequencies_hz[-1])
+
+    def shots(self, places: int) -> int:
+        """How many shots so many directions or coils take, unless some must be repeated."""
+        return places * self.frequencies_hz.size * self.request.repetitions
 
     def place(self, job: CalibrationJob, done: Callable[[], bool], what: str) -> None:
         """Have something brought into place; wait for the operator if nobody else does it.  Raises Cancelled."""

@@ -13,7 +13,7 @@ from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import ReferenceDipole
 from platform_daemon import estimation
-from platform_daemon.schemas import CalibrationReport, ReceiveCalibrationReport
+from platform_daemon.schemas import CalibrationReport, NoResult, ReceiveCalibrationReport
 from platform_daemon.store import add_receive_calibration
 from sequences.tones import ToneShot, dipole_shot
 
@@ -30,19 +30,17 @@ OUTPUT_SHARE, INPUT_SHARE = 0.9, 0.4  # of full scale: on the dipole's output, a
 class ReceiveCalibrationWork:
     """The dipole along x, y, z, every frequency one shot: P per channel, axis and frequency."""
 
+    kind, unit, no_result = "calibration", "shots", NoResult()
+
     def __init__(self, bench: CalibrationBench) -> None:
         """Raises ConfigError, InputError."""
         self._bench, self._dipole = bench, _reference(bench.platform)
+        self.request, self.total = bench.request, bench.shots(len(AXES))
         for f in self._bench.frequencies_hz:
             self._check_length(self._shot(f), f)
 
-    @property
-    def shots(self) -> int:
-        """See CalibrationWork."""
-        return len(AXES) * self._bench.frequencies_hz.size * self._bench.request.repetitions
-
     def __call__(self, job: CalibrationJob) -> None:
-        """See CalibrationWork."""
+        """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
         columns = []
         try:
             for axis in AXES:
@@ -84,7 +82,7 @@ class ReceiveCalibrationWork:
 
     def _check_length(self, shot: ToneShot, f: float) -> None:
         try:
-            estimation.segment_phasors(np.zeros((1, shot.timeline.rx_samples)), f, shot.timeline.clock.rate_hz)
+            estimation.segment_length(shot.timeline.rx_samples, f, shot.timeline.clock.rate_hz)
         except ValueError as error:
             raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
 

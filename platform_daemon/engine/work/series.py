@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,31 +38,38 @@ MAX_REFUSED_IN_A_ROW = 3
 PAUSE_STEP_S = 0.1
 
 
+@dataclass(frozen=True)
+class SeriesBench:
+    """What every series of an engine is made with.
+
+    config_text: stored in every recording; fits: runs on-line fits, one at a time; live: is told every shot; in_shot:
+    called once in every RX window; self_test: comes first, None: none.
+    """
+
+    platform: Platform
+    config_text: str
+    fits: Executor
+    live: LiveEstimate
+    in_shot: Callable[[], None] = lambda: None
+    self_test: SelfTest | None = None
+
+
 class SeriesWork:
-    """The work of one acquisition job; call it with the job."""
+    """The work of one acquisition job.  It writes `target`, or `folder`/ID.h5 of the job's id."""
+
+    kind, unit, no_result = "acquisition", "shots", AcquisitionResult()
 
     def __init__(
-        self,
-        platform: Platform,
-        plan: AcquisitionPlan,
-        target: Path,
-        config_text: str,
-        fits: Executor,
-        live: LiveEstimate,
-        *,
-        overwrite: bool,
-        in_shot: Callable[[], None] = lambda: None,
-        self_test: SelfTest | None = None,
+        self, bench: SeriesBench, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False
     ) -> None:
-        self._platform, self._plan, self._target = platform, plan, target
-        self._config_text, self._executor, self._overwrite = config_text, fits, overwrite
-        self._calibration = store_calibration(platform)
+        self.request, self.total = plan.request, len(plan.shots)
+        self._bench, self._platform, self._plan = bench, bench.platform, plan
+        self._target, self._folder, self._overwrite = target, folder, overwrite
+        self._calibration = store_calibration(bench.platform)
         undone = plan.model.receiver if isinstance(plan.model, analysis.AdoptedModel) else ()
         self._of_fits = replace(self._calibration, receiver=undone)
-        self._live = live
         self._fits: list[Future[FitResult] | str] = []
         self._noise = estimation.SeriesNoise()  # grows in the fits' one thread, ahead of each fit
-        self._in_shot, self._self_test = in_shot, self_test
         self._refused_in_a_row = 0
         self._left: Callable[[], None] | None = None
         self._storing: Future[None] | None = None
@@ -77,7 +84,8 @@ class SeriesWork:
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
         reduce_latency()
-        with SeriesWriter.create(self._target, self._header(), overwrite=self._overwrite) as series:
+        target = self._target or self._folder / f"{job.identifier}.h5"
+        with SeriesWriter.create(target, self._header(), overwrite=self._overwrite) as series:
             try:
                 with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
                     self._shoot_all(job, series, disk)
@@ -111,16 +119,17 @@ class SeriesWork:
         self._follow_up(job, shot, raw)
 
     def _prove_wiring(self, job: AcquisitionJob) -> None:
-        if self._self_test is None or not self._self_test.enabled:
+        self_test = self._bench.self_test
+        if self_test is None or not self_test.enabled:
             return
         job.at(0, "self-test")
-        heard = self._self_test(job.cancel_requested.is_set)
+        heard = self_test(job.cancel_requested.is_set)
         log.info("self_test_passed", **({} if heard is None else heard.model_dump()))
 
     def _store(self, job: AcquisitionJob, series: SeriesWriter, shot: ShotRecord) -> None:
         """Once this is done the job's record says where the shots are, whatever happens to the process."""
         stored = series.add_shot(shot)
-        job.result = AcquisitionResult(recording=self._target.stem, file=self._target.name, shots=stored)
+        job.result = AcquisitionResult(recording=series.target.stem, file=series.target.name, shots=stored)
         job.on_change(job)
 
     def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
@@ -133,7 +142,7 @@ class SeriesWork:
             self._catch_up()  # now that it costs no time between shots, and so with the read-back
             if shot.timeline.rx_start < samples < total and not looked:
                 looked = True
-                self._in_shot()
+                self._bench.in_shot()
 
         job.at(series.shots, f"shot {number}: prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
@@ -173,14 +182,14 @@ class SeriesWork:
         window = self._plan.request.window
         rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
         if not shot.blank:
-            shown = self._executor.submit(
-                self._live.see, job.identifier, len(self._fits) + 1, rx, rate_hz, self._calibration
+            shown = self._bench.fits.submit(
+                self._bench.live.see, job.identifier, len(self._fits) + 1, rx, rate_hz, self._calibration
             )
             shown.add_done_callback(_complain)
         if window is None:
             self._fits.append("no on-line fit was asked for")
             return
-        heard = self._executor.submit(analysis.learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
+        heard = self._bench.fits.submit(analysis.learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
             self._fits.append("a blank shot, without excitation")
@@ -188,7 +197,7 @@ class SeriesWork:
         ask = analysis.FitRequest(self._plan.model, window, moment_am2=expected_moment(self._plan.specimen))
         taken = estimation.Conditions(raw.temperature_c, self._calibration.lna_gain)
         self._fits.append(
-            self._executor.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
+            self._bench.fits.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
         )
 
     def _finish(self, job: AcquisitionJob, series: SeriesWriter) -> None:
@@ -244,7 +253,7 @@ class SeriesWork:
             operator=request.operator,
             comment=request.comment,
             platform=self._platform.name,
-            configuration_toml=f"{self._config_text}{RESONATOR}{self._plan.specimen_text}",
+            configuration_toml=f"{self._bench.config_text}{RESONATOR}{self._plan.specimen_text}",
             channel_names=tuple(c.axis for c in self._platform.transmit),
             devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
         )

@@ -13,7 +13,7 @@ from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from drivers.reference import FieldProbe
 from platform_daemon import estimation
-from platform_daemon.schemas import CalibrationReport, TransmitCalibrationReport
+from platform_daemon.schemas import CalibrationReport, NoResult, TransmitCalibrationReport
 from platform_daemon.store import add_transmit_calibration
 from sequences.tones import ToneShot, coil_drive, coil_tones
 
@@ -32,20 +32,19 @@ class TransmitCalibrationWork:
     """Coil after coil, every frequency one shot, the probe at the rotor's place: field per volt.  The self-test comes
     first: these shots put power out."""
 
+    kind, unit, no_result = "calibration", "shots", NoResult()
+
     def __init__(self, bench: CalibrationBench, self_test: SelfTest) -> None:
         """Raises ConfigError, InputError."""
         self._bench, self._probe, self._self_test = bench, _field_probe(bench.platform), self_test
+        self.request, self.total = bench.request, bench.shots(len(bench.side.channels))
         for f in self._bench.frequencies_hz:
             for k in range(len(self._bench.side.channels)):
                 self._shot(k, f)
 
-    @property
-    def shots(self) -> int:
-        """See CalibrationWork."""
-        return len(self._bench.side.channels) * self._bench.frequencies_hz.size * self._bench.request.repetitions
-
     def __call__(self, job: CalibrationJob) -> None:
-        """See CalibrationWork.  Raises also SelfTestFailed."""
+        """Measure, write a new version.  Raises Cancelled, SelfTestFailed, DeviceError, StorageError; no file is left
+        then."""
         if self._self_test.enabled:
             job.at(0, "self-test")
             self._self_test(job.cancel_requested.is_set)

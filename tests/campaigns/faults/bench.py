@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,6 @@ from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan
 from platform_daemon.engine.work.series import SeriesWork
-from platform_daemon.schemas.acquisitions import AcquisitionResult
 from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.reader import open_recording
 from tests.kit.emulated_lab import Lab
@@ -40,7 +39,7 @@ PATIENCE_S = 180.0
 NEVER_S = 3600.0
 
 
-class WatchedAcquisition(SeriesWork):
+class WatchedSeries(SeriesWork):
     """Tells before which shot it is."""
 
     def __init__(self, before_shot: Callable[[int], None], *arguments: Any, **options: Any) -> None:
@@ -108,29 +107,25 @@ class Bench:
         self.made += 1
         target = self.folder / f"{self.made}.h5"
 
-        engine._calibration_in_use.self_test.enabled = self_test
-        plan = self._plan(shots)
-        work = WatchedAcquisition(
-            before_shot,
-            engine.platform,
-            plan,
-            target,
-            engine.config_text,
-            engine._online,
-            engine.live,
-            overwrite=True,
-            in_shot=partial(engine._refresh, busy=True),
-            self_test=engine._calibration_in_use.self_test,
-        )
-
-        def behind_interlock(job: Job) -> None:
-            before()
-            engine._behind_interlock(work, job)
-
-        job = Job("acquisition", plan.request, AcquisitionResult(), shots, "shots")
-        engine._submit(job, behind_interlock)
+        made_with = engine.series_bench
+        if not self_test:
+            made_with = replace(made_with, self_test=None)
+        self._first_of_all(engine, before)
+        job = engine.submit(WatchedSeries(before_shot, made_with, self._plan(shots), target, self.folder))
         assert job.ended.wait(PATIENCE_S), "the daemon hangs"
         return job, target
+
+    @staticmethod
+    def _first_of_all(engine: Engine, before: Callable[[], None]) -> None:
+        """Have `before` called in the hardware's thread when the next job begins, which is by proving outputs off."""
+        platform, prove_off = engine.platform, engine.platform.outputs_off
+
+        def outputs_off() -> None:
+            platform.outputs_off = prove_off  # type: ignore[method-assign]
+            before()
+            prove_off()
+
+        platform.outputs_off = outputs_off  # type: ignore[method-assign]
 
     def chunks(self) -> int:
         """Hardware chunks of a shot."""

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.estimation.physics.orbit import frequency_ratio
-from platform_daemon.estimation.screening.spectral_lines import (
-    Zones,
-    is_mains,
-    median_level,
-    peak_shift,
-    periodogram,
-)
+from platform_daemon.estimation.screening.spectral_lines import Zones, is_mains, median_level, peak_shift, periodogram
 
 
 @pytest.mark.parametrize("window", [np.ones(4096), np.kaiser(4096, 8.0), np.blackman(4096)])

@@ -51,7 +51,8 @@ def _compared(name: str, was: str, now: str, exact: bool) -> Iterator[str]:
 
 def _first_change(was: str, now: str) -> str:
     place = next((k for k, (a, b) in enumerate(zip(was, now, strict=False)) if a != b), min(len(was), len(now)))
-    return f"at character {place}: was {was[place - 20 : place + 30]!r}, is {now[place - 20 : place + 30]!r}"
+    start = max(0, place - 20)
+    return f"at character {place}: was {was[start : place + 30]!r}, is {now[start : place + 30]!r}"
 
 
 def values(was: Any, now: Any, pointer: str = "", *, exact: bool = False, std: float = 0.0) -> Iterator[str]:

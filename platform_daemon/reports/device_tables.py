@@ -1,31 +1,14 @@
-"""Tables for the terminal."""
+"""The devices of a platform, as a table."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from platform_daemon.schemas import DeviceReport
-
-
-def print_info(facts: Mapping[str, Any], indent: str = "") -> None:
-    """Nested facts, one per line."""
-    for key, value in facts.items():
-        if isinstance(value, Mapping):
-            print(f"{indent}{key}:")
-            print_info(value, indent + "  ")
-        elif isinstance(value, list) and value and isinstance(value[0], Mapping):
-            print(f"{indent}{key}:")
-            for k, item in enumerate(value):
-                print(
-                    f"{indent}  [{k}] "
-                    + ", ".join(f"{a}={b}" for a, b in item.items() if b not in (None, "", [], False))
-                )
-        else:
-            print(f"{indent}{key}: {value}")
 
 
 def print_devices(reports: Sequence[DeviceReport]) -> None:

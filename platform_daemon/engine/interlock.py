@@ -1,0 +1,61 @@
+"""No power before outputs are proved off: a platform that once could not be switched off stays locked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import structlog
+
+from drivers.errors import InterlockError, OutputsUnconfirmed, PlatformError
+from drivers.platform import Platform
+
+from .jobs import AnyJob
+
+log = structlog.get_logger()
+
+
+class Interlock:
+    """Stands before all work on a platform.  why: how the last attempt to switch them off failed; None: it is open."""
+
+    def __init__(self, platform: Platform) -> None:
+        self._platform = platform
+        self.why: str | None = None
+
+    def prove_off(self) -> None:
+        """Outputs off and confirmed, else `why` says why.  Raises DeviceError."""
+        try:
+            self._platform.outputs_off()
+        except Exception as error:
+            self.why = str(error)
+            raise
+        self.why = None
+
+    def run(self, work: Callable[[AnyJob], None], job: AnyJob) -> None:
+        """Do the work of a job, with outputs proved off before and after.
+
+        Raises InterlockError before anything moves, DeviceError, and what the work raises.
+        """
+        try:
+            self.prove_off()
+        except PlatformError as error:
+            remedy = "switch the amplifier's mains off by hand, repair the device named, then POST /stop to prove it"
+            raise InterlockError("outputs cannot be confirmed off", why=str(error), remedy=remedy) from None
+        try:
+            work(job)
+        except OutputsUnconfirmed as error:  # tried a moment ago: the user hears of it now, `recover` goes on
+            self.why = str(error)
+            raise
+        except BaseException:
+            self.prove_off()
+            raise
+        self.prove_off()
+
+    def recover(self) -> None:
+        """Outputs that could not be confirmed off are switched off again and again, until they are."""
+        if self.why is None:
+            return
+        try:
+            self.prove_off()
+            log.info("outputs_confirmed_off")
+        except Exception as error:  # said already, and tried again a moment later
+            log.warning("outputs_unconfirmed", error=str(error))

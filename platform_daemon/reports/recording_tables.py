@@ -1,0 +1,115 @@
+"""What a recording holds, in tables as wide as the terminal; what the file does not say is not shown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich.console import Console
+from rich.table import Table
+
+from platform_daemon.schemas import CalibrationInfo, ExcitationInfo, FrameDescription, RecordingInfo
+
+MOST_SHOTS = 200  # shown one by one
+_AXES = ("x", "y", "z")
+
+
+def print_recording(info: RecordingInfo) -> None:
+    """Facts, windows, calibration, excitation and shots of a recording, on standard output."""
+    console = Console(highlight=False)
+    console.print(_facts(info))
+    console.print(_windows(info))
+    if info.calibration is not None:
+        console.print(f"calibration {info.calibration.identifier or 'without a name'}: sensitivity / mT A⁻¹")
+        console.print(_sensitivity(info.calibration, info.channel_names))
+        console.print(_validity(info.calibration))
+    excitations = list(dict.fromkeys(_excitation(s.excitation) for s in info.shots if s.excitation and not s.blank))
+    for text in excitations[:1] if len(excitations) == 1 else ():
+        console.print(f"excitation: {text}")
+    if info.shots:
+        console.print(_shots(info.shots[:MOST_SHOTS], each_excitation=len(excitations) > 1))
+    if len(info.shots) > MOST_SHOTS:
+        console.print(f"and {len(info.shots) - MOST_SHOTS} more shots; --json holds all")
+
+
+def _facts(info: RecordingInfo) -> Table:
+    rows = {
+        "file": f"{info.file} ({info.size_bytes / 1e6:.3g} MB, {info.layout} layout)",
+        "title": info.title,
+        "resonator": info.variant,
+        "sample": info.sample,
+        "operator": info.operator,
+        "comment": info.comment,
+        "started": info.start_time,
+        "frames": f"{info.frames}, of which {info.good} good",
+        "incomplete": info.incomplete,
+        "channels": f"{info.channels} ({', '.join(info.channel_names)})" if info.channel_names else str(info.channels),
+        "sampling rate": f"{info.rate_hz:.8g} Hz ({info.base_frequency_hz:.9g} Hz / {info.decimation})",
+        "platform": info.platform,
+        **info.devices,
+        "software": info.software_version,
+        "on-line fits": ", ".join(info.fits),
+    }
+    table = Table(show_header=False, box=None)
+    table.add_column(style="bold")
+    table.add_column(overflow="fold")
+    for name, text in rows.items():
+        if text:
+            table.add_row(name, text)
+    return table
+
+
+def _windows(info: RecordingInfo) -> Table:
+    table = Table("window")
+    for heading in ("samples", "ms"):
+        table.add_column(heading, justify="right")
+    for name, window in info.windows:
+        if window.samples:
+            table.add_row(name.upper(), str(window.samples), f"{1e3 * window.seconds:.3f}")
+    return table
+
+
+def _sensitivity(made: CalibrationInfo, channels: tuple[str, ...]) -> Table:
+    table = Table()
+    for heading in ("channel", *_AXES):
+        table.add_column(heading, justify="right")
+    for k, row in enumerate(made.sensitivity):
+        table.add_row(channels[k] if k < len(channels) else str(k), *(f"{1e3 * value:.6g}" for value in row))
+    return table
+
+
+def _validity(made: CalibrationInfo) -> str:
+    """When and how it was made and what it holds for, as far as the file says."""
+    said = (
+        made.date and f"made {made.date}",
+        made.lna_gain is not None and f"LNA gain {made.lna_gain:g}",
+        made.relative_std is not None and f"uncertainty {made.relative_std:.2%}",
+        made.valid_hz and f"holds from {made.valid_hz[0]:g} to {made.valid_hz[1]:g} Hz",
+        made.valid_c and f"at {made.valid_c[0]:g} to {made.valid_c[1]:g} °C",
+        made.response and f"frequency response at {made.response.points} frequencies",
+        made.transmit and f"transmit side {made.transmit}",
+    )
+    return "; ".join(text for text in said if text)
+
+
+def _shots(shots: Iterable[FrameDescription], *, each_excitation: bool) -> Table:
+    table = Table()
+    for heading in ("frame", "shot", "time", "T / °C", "verdict", *(("excitation",) if each_excitation else ()), ""):
+        table.add_column(heading, overflow="fold")
+    for shot in shots:
+        remarks = ("blank" if shot.blank else "", shot.reason, ", ".join(shot.flags))
+        table.add_row(
+            str(shot.frame),
+            str(shot.shot),
+            (shot.time_stamp or "")[11:19],
+            "" if shot.temperature_c is None else f"{shot.temperature_c:.2f}",
+            shot.verdict,
+            *([_excitation(shot.excitation) if shot.excitation and not shot.blank else ""] if each_excitation else []),
+            "; ".join(text for text in remarks if text),
+        )
+    return table
+
+
+def _excitation(made: ExcitationInfo) -> str:
+    along = next((a for a, x in zip(_AXES, made.axis, strict=True) if abs(x) == 1.0), None)
+    axis = along or "(" + ", ".join(f"{x:.3g}" for x in made.axis) + ")"
+    return f"{made.periods:g} periods of {made.requested_hz:g} Hz, {1e6 * made.field_t:g} µT along {axis}"

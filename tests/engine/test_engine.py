@@ -1,0 +1,123 @@
+"""Whatever is submitted is a job behind the interlock, one at a time; analyses run beside it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pytest
+
+from drivers.errors import DeviceFault, DeviceStateError, InterlockError, OutputsUnconfirmed
+from platform_daemon.engine.engine import Engine
+from platform_daemon.engine.jobs import AnyJob, Cancelled
+from platform_daemon.schemas.jobs import JobState
+
+TIMEOUT_S = 20
+
+
+@dataclass
+class Walk:
+    """Work of a kind that the engine has never heard of."""
+
+    do: Callable[[AnyJob], None] = lambda job: None
+    begun: threading.Event = field(default_factory=threading.Event)
+    kind, request, total, unit, no_result = "walk", "to the corner", 3, "steps", None
+
+    def __call__(self, job: AnyJob) -> None:
+        self.begun.set()
+        self.do(job)
+
+
+@pytest.fixture
+def engine(engine_with: Callable[..., Engine]) -> Engine:
+    return engine_with()
+
+
+def ended(job: AnyJob) -> AnyJob:
+    assert job.ended.wait(TIMEOUT_S)
+    return job
+
+
+def until_cancelled(job: AnyJob) -> None:
+    assert job.cancel_requested.wait(TIMEOUT_S)
+    raise Cancelled
+
+
+def test_work_is_a_job_with_its_request_its_progress_and_its_result(engine: Engine) -> None:
+    def do(job: AnyJob) -> None:
+        job.at(2, "second step")
+        job.result = "there"
+
+    job = ended(engine.submit(Walk(do)))
+    assert (job.state, job.result, job.request) == (JobState.DONE, "there", "to the corner")
+    assert (job.progress().done, job.progress().total, job.progress().unit) == (2, 3, "steps")
+    assert engine.job("walk", job.identifier) is job
+
+
+@pytest.mark.parametrize("error", [None, DeviceFault("stumbled"), RuntimeError("fell")])
+def test_however_work_ends_outputs_are_off(engine: Engine, error: Exception | None) -> None:
+    def do(job: AnyJob) -> None:
+        engine.platform.switch.to_transmit()
+        engine.platform.amplifier.enable()
+        engine.platform.amplifier.unmute()
+        assert engine.platform.amplifier.status().can_put_out_power
+        if error is not None:
+            raise error
+
+    job = ended(engine.submit(Walk(do)))
+    assert job.state is (JobState.DONE if error is None else JobState.FAILED)
+    assert not engine.platform.amplifier.status().can_put_out_power
+
+
+def test_no_work_begins_on_a_platform_that_cannot_be_switched_off(
+    engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unconfirmed() -> None:
+        raise OutputsUnconfirmed("the amplifier does not answer")
+
+    work = Walk()
+    with monkeypatch.context() as patch:
+        patch.setattr(engine.platform, "outputs_off", unconfirmed)
+        job = ended(engine.submit(work))
+        assert isinstance(job.error, InterlockError)
+        assert "does not answer" in str(engine.status().interlock)
+    assert not work.begun.is_set()
+    assert ended(engine.submit(work)).state is JobState.DONE
+    assert engine.status().interlock is None
+
+
+def test_stop_ends_the_work_that_runs_and_lets_none_begin_that_waits(engine: Engine) -> None:
+    runs, waits = Walk(until_cancelled), Walk()
+    jobs = engine.submit(runs), engine.submit(waits)
+    assert runs.begun.wait(TIMEOUT_S)
+    status = engine.status()
+    assert (status.running, status.queued) == (jobs[0].identifier, (jobs[1].identifier,))
+    engine.outputs_off()
+    assert [ended(job).state for job in jobs] == [JobState.CANCELLED] * 2
+    assert not waits.begun.is_set()
+
+
+def test_an_analysis_does_not_wait_for_the_hardware(engine: Engine) -> None:
+    moving, analysis = Walk(until_cancelled), Walk()
+    job = engine.submit(moving)
+    assert moving.begun.wait(TIMEOUT_S)
+    assert ended(engine.analyse(analysis)).state is JobState.DONE
+    assert not job.state.final
+    job.request_cancel()
+    ended(job)
+
+
+def test_stop_leaves_analyses_alone(engine: Engine) -> None:
+    goes_on = threading.Event()
+    job = engine.analyse(Walk(lambda job: goes_on.wait(TIMEOUT_S)))
+    engine.outputs_off()
+    goes_on.set()
+    assert ended(job).state is JobState.DONE
+
+
+def test_an_engine_that_is_closed_takes_no_work(engine: Engine) -> None:
+    engine.close()
+    for take in (engine.submit, engine.analyse):
+        with pytest.raises(DeviceStateError, match="shutting down"):
+            take(Walk())
