@@ -16,6 +16,8 @@ from sequences.drive import ChannelDrive
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
+_ASK = "or have the limit changed by whoever is responsible for the platform"
+
 
 class SafetyLimits(BaseModel):
     """Table `[limits]` of a platform file.
@@ -98,5 +100,5 @@ def _at_most(what: str, value: float, limit: float, unit: str, source: str, key:
             f"{what} would be {value:.4g} {unit}".rstrip(),
             where=f"sequence.{key}",
             why=f"{source} is {limit:.4g} {unit}".rstrip(),
-            remedy=f"{change or f'lower sequence.{key}'}, or have the limit changed by whoever is responsible for the platform",
+            remedy=f"{change or f'lower sequence.{key}'}, {_ASK}",
         )
