@@ -64,20 +64,15 @@ def measure(
     from platform_daemon.schemas import AcquisitionRequest
     from platform_daemon.settings import load_platform
 
-    changed: dict[str, Any] = {
-        "f_tx_hz": f_tx_hz,
-        "tx_periods": tx_periods,
-        "field_t": None if field_ut is None else field_ut * 1e-6,
-        "axis": None if axis is None else parse_axis(axis),
-        "rx_s": rx_s,
-        "pause_s": pause_s,
-    }
-    base = {} if sequence is None else _sequence_file(sequence, resonator, force)
+    field_t = None if field_ut is None else field_ut * 1e-6
+    direction = None if axis is None else parse_axis(axis)
+    keys = {"f_tx_hz": f_tx_hz, "tx_periods": tx_periods, "field_t": field_t, "axis": direction}
+    changed = {name: value for name, value in {**keys, "rx_s": rx_s, "pause_s": pause_s}.items() if value is not None}
     asked = {
         "resonator": resonator,
         "shots": shots,
         "blank_shots": blank_shots,
-        "sequence": base | {k: v for k, v in changed.items() if v is not None},
+        "sequence": (_sequence_file(sequence, resonator, force) if sequence else {}) | changed,
         "window": parse_window(window),
         "variant": variant,
     } | {"sample": sample, "operator": operator, "comment": comment}
