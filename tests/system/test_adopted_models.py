@@ -35,7 +35,7 @@ def world(*effects):
 
 
 def chi2(report):
-    assert all(f.verdict == "good" for f in report.frames), report.frames
+    assert all(f.good for f in report.frames), report.frames
     return np.mean([f.chi2_per_dof for f in report.frames])
 
 
@@ -75,7 +75,7 @@ def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, 
     engine = engine_with(*world(hidden), models=library)
     job = acquire(engine, tmp_path / "a.h5", **SHOT, variant="better")
     assert job.result.fit.variant == "better@1"
-    assert chi2(job.result.fit.model_dump()) < 1.02
+    assert chi2(job.result.fit) < 1.02
     assert read_fits(tmp_path / "a.h5")[0].variant == "better@1"
     # The recording keeps the platform's own calibration: with the declared model the effect is there.
     assert chi2(fitted(open_recording(tmp_path / "a.h5"))) > 1.1
