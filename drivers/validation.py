@@ -80,7 +80,9 @@ def complaints(errors: Sequence[Any], model: Any = None) -> list[Complaint]:
     for entry in errors:
         place, known = _place(entry["loc"], model, keep_last=entry["type"] in ("extra_forbidden", "missing"))
         found.setdefault(place, ([], known))[0].append(entry)
-    return [Complaint(".".join(place), _words(place, *about)) for place, about in found.items()]
+    # Of a union of a plain value and a table, what is wrong in the table says more.
+    whole = [p for p in found if any(len(p) < len(q) and q[: len(p)] == p for q in found)]
+    return [Complaint(".".join(p), _words(p, *about)) for p, about in found.items() if p not in whole]
 
 
 def _place(loc: Sequence[Any], model: Any, *, keep_last: bool) -> tuple[tuple[str, ...], list[str]]:
@@ -117,8 +119,9 @@ def _words(place: tuple[str, ...], entries: list[Any], known: list[str]) -> str:
         return "is missing"
     if first["type"] == "extra_forbidden":
         return f"is unknown (value {_shown(first['input'])})" + _nearest(place[-1], known)
-    if first["type"] == "value_error":
-        return f"is wrong: {first['ctx']['error']}"
+    for entry in entries:
+        if entry["type"] == "value_error":
+            return f"is wrong: {entry['ctx']['error']}"
     wanted, meant, unit = [], "", _unit(place)
     for entry in entries:
         text, hint = _wanted(entry, unit)

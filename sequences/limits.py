@@ -16,6 +16,8 @@ from sequences.drive import ChannelDrive
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
+_ASK = "or have the limit changed by whoever is responsible for the platform"
+
 
 class SafetyLimits(BaseModel):
     """Table `[limits]` of a platform file.
@@ -53,7 +55,9 @@ def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilit
     tx_s = timeline.tx_samples / rate
     _at_most("the TX window", tx_s, limits.max_tx_s, "s", "limits.max_tx_s", "tx_periods")
     duty = timeline.tx_samples / timeline.total_samples
-    _at_most("the share of TX in the shot", duty, limits.max_tx_duty, "", "limits.max_tx_duty", "tx_periods")
+    enough_s = tx_s / limits.max_tx_duty - (tx_s + timeline.switch_samples / rate)
+    change = f"lengthen sequence.rx_s to {max(enough_s, 0.0):.3g} s or more, or lower sequence.tx_periods"
+    _at_most("the share of TX in the shot", duty, limits.max_tx_duty, "", "limits.max_tx_duty", "tx_periods", change)
     total = timeline.total_samples
     _at_most("the length of the shot", total, card.max_samples, "samples", "the card's memory", "rx_s")
     for output in {b.output for b in timeline.bursts}:
@@ -90,11 +94,11 @@ def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float) -> N
         )
 
 
-def _at_most(what: str, value: float, limit: float, unit: str, source: str, key: str) -> None:
+def _at_most(what: str, value: float, limit: float, unit: str, source: str, key: str, change: str = "") -> None:
     if not value <= limit:
         raise SequenceRejected(
             f"{what} would be {value:.4g} {unit}".rstrip(),
             where=f"sequence.{key}",
             why=f"{source} is {limit:.4g} {unit}".rstrip(),
-            remedy=f"lower sequence.{key}, or have the limit changed by whoever is responsible for the platform",
+            remedy=f"{change or f'lower sequence.{key}'}, {_ASK}",
         )

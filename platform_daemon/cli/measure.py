@@ -29,7 +29,7 @@ from .parsing import parse_axis, parse_window
 from .progress import progress
 
 if TYPE_CHECKING:
-    from platform_daemon.engine import AcquisitionJob
+    from platform_daemon.engine import AcquisitionJob, Engine
     from platform_daemon.schemas import AcquisitionResult
 
 
@@ -80,26 +80,16 @@ def measure(
         "sequence": base | {k: v for k, v in changed.items() if v is not None},
         "window": parse_window(window),
         "variant": variant,
-        "sample": sample,
-        "operator": operator,
-        "comment": comment,
-    }
+    } | {"sample": sample, "operator": operator, "comment": comment}
     request = validated(AcquisitionRequest, asked, "measure")
     must_not_exist(json_file, force, ".json")
     must_not_exist(out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
-    interrupted = False
     try:
         _prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
-        try:
-            with progress() as display:
-                display.watch(job)
-        except KeyboardInterrupt:
-            interrupted = True
-            engine.outputs_off()
-            job.ended.wait(timeout=60)
+        interrupted = _interrupted_while(engine, job)
     finally:
         engine.close()
     _report_series(job, out, json_file)
@@ -108,6 +98,18 @@ def measure(
     if job.error is not None:
         raise job.error
     _refuse_unusable(job.result)
+
+
+def _interrupted_while(engine: Engine, job: AcquisitionJob) -> bool:
+    """Show the job until it has ended; True if Ctrl-C ended it, with outputs off and its shots put together."""
+    try:
+        with progress() as display:
+            display.watch(job)
+    except KeyboardInterrupt:
+        engine.outputs_off()
+        job.ended.wait(timeout=60)
+        return True
+    return False
 
 
 def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 calibrate: dm/dt = -P^+ H^-1 u.
 Phasors: Complex amplitudes of a tone in all channels, with their standard deviations.
 combine: Mean of equally good segments (n, channel) with its standard deviation, from their scatter.
+segment_length: Samples of a segment of so many samples.
 segment_phasors: Complex amplitudes in successive segments of (channel, n) samples.
 ReceiveResult: What a calibration of the receive side found.
 receive_result: Split P (channel, 3, k) into geometry, which is real, and each channel's frequency response.

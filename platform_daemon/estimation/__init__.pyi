@@ -1,6 +1,7 @@
 from .calibration.apply import calibrate as calibrate
 from .calibration.phasors import Phasors as Phasors
 from .calibration.phasors import combine as combine
+from .calibration.phasors import segment_length as segment_length
 from .calibration.phasors import segment_phasors as segment_phasors
 from .calibration.receive import ReceiveResult as ReceiveResult
 from .calibration.receive import receive_result as receive_result

@@ -82,7 +82,7 @@ class ReceiveCalibrationWork:
 
     def _check_length(self, shot: ToneShot, f: float) -> None:
         try:
-            estimation.segment_phasors(np.zeros((1, shot.timeline.rx_samples)), f, shot.timeline.clock.rate_hz)
+            estimation.segment_length(shot.timeline.rx_samples, f, shot.timeline.clock.rate_hz)
         except ValueError as error:
             raise InputError("the shots are too short", where="listen_s", why=str(error), remedy="lengthen") from None
 

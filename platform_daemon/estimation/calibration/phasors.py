@@ -21,6 +21,14 @@ class Phasors:
     dof: int
 
 
+def segment_length(samples: int, frequency_hz: float, rate_hz: float, segments: int = SEGMENTS) -> int:
+    """Samples of a segment of so many samples.  Raises ValueError if it has less than one period of the tone."""
+    length = samples // segments
+    if length * frequency_hz / rate_hz < LEAST_PERIODS or length < 8:
+        raise ValueError(f"{segments} segments of {length} samples are too short for {frequency_hz:g} Hz")
+    return length
+
+
 def segment_phasors(
     samples: NDArray[np.float64], frequency_hz: float, rate_hz: float, first_sample: int = 0, segments: int = SEGMENTS
 ) -> NDArray[np.complex128]:
@@ -29,9 +37,7 @@ def segment_phasors(
     Time zero is `first_sample` samples before the first of them.  A constant is fitted beside the tone, so segments
     need not hold whole periods.  Raises ValueError if a segment has less than one period.
     """
-    length = samples.shape[1] // segments
-    if length * frequency_hz / rate_hz < LEAST_PERIODS or length < 8:
-        raise ValueError(f"{segments} segments of {length} samples are too short for {frequency_hz:g} Hz")
+    length = segment_length(samples.shape[1], frequency_hz, rate_hz, segments)
     rows = []
     for k in range(segments):
         part = samples[:, k * length : (k + 1) * length]

@@ -73,6 +73,8 @@ def _recordings(daemon: Daemon, made: str) -> None:
     daemon.ask("recordings/dmdt-part", "GET", f"{frame}/dmdt", params={"points": 9, "start_s": 0.1, "stop_s": 0.11})
     daemon.ask("recordings/dmdt-npy", "GET", f"{frame}/dmdt", params={"format": "npy"})
     daemon.ask("recordings/dmdt-h5", "GET", f"{frame}/dmdt", params={"format": "h5", "stop_s": 0.1})
+    daemon.ask("recordings/npy-file", "GET", f"{frame}/dmdt.npy", params={"start_s": 0.1})
+    daemon.ask("recordings/h5-file", "GET", f"{frame}/dmdt.h5", params={"stop_s": 0.1})
     daemon.ask("recordings/dmdt-frame", "GET", f"/recordings/{made}/frames/9/dmdt")
     daemon.ask("recordings/dmdt-span", "GET", f"{frame}/dmdt", params={"start_s": 3.0})
     daemon.ask("recordings/sliding", "GET", f"{frame}/sliding", params={"window_s": 0.15, "lambda": "free"})
