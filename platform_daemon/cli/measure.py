@@ -127,8 +127,9 @@ def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
 
 def _refuse_unusable(result: AcquisitionResult) -> None:
     """Exit code 3 if shots were fitted and not one gave a result."""
-    frames = () if result.fit is None else result.fit.frames
-    excited = [f for f in frames if not (f.reason or "").startswith("a blank shot")]
+    from platform_daemon.analysis import BLANK
+
+    excited = [] if result.fit is None else [f for f in result.fit.frames if f.reason != BLANK]
     if excited and not any(f.good for f in excited):
         print(f"no shot can be used: {excited[0].reason}", file=sys.stderr)
         raise typer.Exit(3)

@@ -193,7 +193,7 @@ class SeriesWork:
         heard = self._bench.fits.submit(analysis.learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
-            self._fits.append("a blank shot, without excitation")
+            self._fits.append(analysis.BLANK)
             return
         ask = analysis.FitRequest(self._plan.model, window, moment_am2=expected_moment(self._plan.specimen))
         taken = estimation.Conditions(raw.temperature_c, self._calibration.lna_gain)
