@@ -167,12 +167,17 @@ def installed(target: Path) -> None:
     (home / ".installed").touch()
 
 
-def walk(pages: Iterable[str], folder: Path, *, full: bool = False, tell: bool = False) -> None:
-    """Walk the pages in a fresh copy in `folder`. Raises StumbleError at the first thing that is not as they say."""
+def walk(pages: Iterable[str], folder: Path, *, full: bool = False, tell: bool = False, warm: bool = True) -> None:
+    """Walk the pages in a fresh copy in `folder`; `warm`: its kernels are compiled before, as `make install` does.
+
+    Raises StumbleError at the first thing that is not as the pages say.
+    """
     copy = folder / "platform-daemon"
     copy_checkout(copy)
     if not full:
         installed(copy)
+    if warm and not full:
+        subprocess.run(["make", "--silent", "kernels"], cwd=copy, check=True, stdout=subprocess.DEVNULL)
     ports = {port: str(_free_port()) for port in PORTS}
     shell = Shell(copy, folder / "notes")
     try:
