@@ -4,15 +4,23 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install demo demo-emulated test check bench campaign attack-api fault-campaign emulated-series accuracy diagnose-study clean
+.PHONY: install kernels demo demo-emulated test check bench campaign attack-api fault-campaign emulated-series accuracy diagnose-study clean
 
 install: $(STAMP)
 
 $(STAMP): pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; assert sys.version_info[:2] == (3, 11), f"Python 3.11 is needed, this is {sys.version.split()[0]}; run make with PYTHON=/path/to/python3.11"'
+	@echo 'Everything is installed into .venv; nothing outside this folder is changed.'
 	$(PYTHON) -m venv .venv
-	$(BIN)/pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(BIN)/pip install --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	$(MAKE) --silent kernels
 	touch $@
+	@echo 'Installed. Now `make demo`, or `. .venv/bin/activate` and `platform-daemon --help`.'
+
+# The first fit on a computer compiles; here it is seen, and waited for once.
+kernels:
+	@echo 'Compiling the numerical kernels, once ...'
+	$(BIN)/python -c 'from platform_daemon.estimation import warm_up; print(f"... in {warm_up():.0f} s")'
 
 demo: install
 	$(BIN)/python demo/run.py

@@ -28,14 +28,13 @@ from platform_daemon.schemas import (
     FrameFit,
     FrameQuantities,
     NoResult,
-    OrientationDeviation,
     OrientationErrors,
     SeriesQuantities,
     UnfittedFrameQuantities,
 )
 
 from .series.allan import allan_deviation
-from .series.orientation import OrientationSpread, best_orientation, orientation_spread
+from .series.orientation import best_orientation, orientation_spread
 
 Model = str | RingDownModel
 
@@ -102,10 +101,6 @@ def _listed(values: Array) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _equivalent(ring_down: RingDown, duration_s: float) -> float | None:
     try:
         return equivalent_quality_factor(ring_down, duration_s)
@@ -118,17 +113,8 @@ def _orientation_errors(frames: Sequence[FrameFit]) -> OrientationErrors:
     best = best_orientation(vectors, np.array([frame.r2 for frame in frames], dtype=float))
     return OrientationErrors(
         frames=tuple(frame.frame for frame in frames),
-        against_mean=_deviation(orientation_spread(vectors)),
-        against_best=_deviation(orientation_spread(vectors, best)),
-    )
-
-
-def _deviation(spread: OrientationSpread) -> OrientationDeviation:
-    return OrientationDeviation(
-        reference_rodrigues_rad=_listed(spread.reference),
-        angle_rad=_listed(spread.angle_rad),
-        mean_rad=spread.mean_rad,
-        std_rad=_finite(spread.sd_rad),
+        against_mean=orientation_spread(vectors),
+        against_best=orientation_spread(vectors, best),
     )
 
 
@@ -138,18 +124,7 @@ def _allan(frames: Sequence[FrameFit], times_s: list[float | None], notes: list[
         notes.append("allan_deviation: the file does not say when its frames were taken")
         return None
     try:
-        found = allan_deviation(np.array(known), np.array([frame.values["f_nat_hz"] for frame in frames]))
+        return allan_deviation(np.array(known), np.array([frame.values["f_nat_hz"] for frame in frames]))
     except ValueError as error:
         notes.append(f"allan_deviation: {error}")
         return None
-    return AllanReport(
-        tau_s=_listed(found.tau_s),
-        deviation_hz=_listed(found.deviation_hz),
-        low_hz=_listed(found.low_hz),
-        high_hz=_listed(found.high_hz),
-        noise=found.noise,
-        slope=_finite(found.slope),
-        slope_std=_finite(found.slope_sd),
-        mean_hz=found.mean_hz,
-        cadence_s=found.cadence_s,
-    )

@@ -6,7 +6,7 @@ import json
 import threading
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -38,7 +38,8 @@ def emulate(
     written = None
     try:
         reduce_latency()
-        written = _announce(emulator.endpoints(), json_file)
+        written = json.dumps(emulator.endpoints(), indent=2) + "\n"
+        _announce(written, json_file)
         threading.Event().wait()
     except KeyboardInterrupt:
         pass
@@ -47,15 +48,13 @@ def emulate(
         _withdraw(json_file, written)
 
 
-def _announce(endpoints: dict[str, Any], target: Path | None) -> str:
+def _announce(text: str, target: Path | None) -> None:
     """Show where everything listens; the file appears whole or not at all."""
-    text = json.dumps(endpoints, indent=2) + "\n"
     print(text, end="", flush=True)
     if target is not None:
         from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
 
         write_file(target, text.encode())
-    return text
 
 
 def _withdraw(target: Path | None, written: str | None) -> None:

@@ -187,9 +187,7 @@ def _entry(path: Path, outcome: FitReport | PlatformError) -> FitReport | FileEr
 
 def _tell_interrupted(results: _Results, json_file: Path | None) -> None:
     """What has ended is kept, and names what has not; where nothing has, nothing is written."""
-    content = results.content()
-    if content is not None:
-        write_json(json_file, content)
+    write_json(json_file, results.content())
     done, files = len(results.files) - len(results.todo), len(results.files)
     print(f"interrupted; {done} of {files} files are finished", file=sys.stderr)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,7 @@ from drivers.errors import InputError
 
 if TYPE_CHECKING:
     from platform_daemon.diagnosis import Diagnosis
-    from platform_daemon.schemas import DiagnosisReport
+    from platform_daemon.schemas import DiagnosisReport, Root, Schema
 
 
 def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
@@ -28,15 +27,13 @@ def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
         raise InputError("its folder does not exist", where=str(path), remedy="create the folder")
 
 
-def write_json(path: Path | None, content: Any) -> None:
-    """Write a result as JSON (never NaN) if a path is given.  Raises StorageError."""
-    if path is not None:
-        from platform_daemon.schemas import Root, Schema, to_json
+def write_json(path: Path | None, content: Schema | Root[Any] | None) -> None:
+    """Write a result as JSON (never NaN) if there is one and a path is given.  Raises StorageError."""
+    if path is not None and content is not None:
+        from platform_daemon.schemas import to_json
         from platform_daemon.store import write_file  # here, because HDF5 is loaded with it
 
-        typed = isinstance(content, Schema | Root)
-        text = to_json(content, indent=1) if typed else json.dumps(content, indent=1, allow_nan=False)
-        write_file(path, text.encode())
+        write_file(path, to_json(content, indent=1).encode())
 
 
 def write_page(path: Path | None, found: Diagnosis, report: DiagnosisReport) -> None:

@@ -15,7 +15,7 @@ reduce_latency: Search for garbage once more, now, and from here on only in what
 Budget: How much may be measured.
 Callbacks: How the loop talks.
 LiveDiagnosis: One loop on one resonator.
-AcquisitionJob: A series of shots as a job.
+AcquisitionJob: The job of a series of shots.
 """
 
 from .calibration_in_use import CalibrationFiles, read_receive

@@ -10,7 +10,7 @@ def main() -> None:
     """Make them with a quadratic drag, diagnose them twice: the second time everything is compiled."""
     shots, _ = shots_with("thread", [{"id": "quadratic_drag", "strength": 1e-5}], count=12, rx_s=5.0, seed=5)
     for _ in range(2):
-        report = diagnosis_report(diagnose_shots(shots, THREAD)).model_dump()
+        report = diagnosis_report(diagnose_shots(shots, THREAD)).model_dump(mode="json")
         print(f"{report['seconds']:.0f} s, {report['verdict']}: {report['effects']}; {report['held_out']}")
 
 

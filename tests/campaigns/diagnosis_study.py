@@ -215,7 +215,7 @@ def run(task: tuple[Case, int]) -> Outcome:
     """One case."""
     case, shots = task
     made, truths = shots_with(case.variant, case.effects, count=shots, seed=case.seed, pose=POSES[case.pose])
-    report = diagnosis_report(diagnose_shots(made, model_named(case.variant))).model_dump()
+    report = diagnosis_report(diagnose_shots(made, model_named(case.variant))).model_dump(mode="json")
     return Outcome(
         case,
         report["verdict"],

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.kit.command_line import COMMAND, assert_one_line_error, here, run
-from tests.kit.specimen_files import JEWEL, RUNS, THREAD, first_frames, pendulum, swing, without
+from tests.kit.specimen_files import JEWEL, RUNS, THREAD, copied, first_frames, pendulum, swing, without
 
 KEYS = {
     "verdict", "effects", "held_out", "parameters_before", "parameters_after", "n50_d30", "integrity",
@@ -92,7 +92,8 @@ def test_files_that_exist_are_kept_unless_forced(tmp_path):
 
 
 def test_an_interrupt_ends_it_without_a_trace(tmp_path):
-    command = [COMMAND, "diagnose", THREAD, "--json", tmp_path / "d.json"]
+    many = [copied(tmp_path, name=f"{k}.h5") for k in range(6)]  # more than are diagnosed before the signal
+    command = [COMMAND, "diagnose", *many, "--json", tmp_path / "d.json"]
     process = subprocess.Popen(list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     with pytest.raises(subprocess.TimeoutExpired):
         process.wait(timeout=2.5)

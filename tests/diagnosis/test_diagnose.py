@@ -22,7 +22,7 @@ from tests.kit.undeclared_shots import shots_with
 
 def found(variant, *undeclared, **more):
     shots, truths = shots_with(variant, undeclared, **more)
-    return diagnosis_report(diagnose_shots(shots, model_named(variant))).model_dump(), truths
+    return diagnosis_report(diagnose_shots(shots, model_named(variant))).model_dump(mode="json"), truths
 
 
 def names(report):
@@ -141,7 +141,7 @@ def test_one_shot_is_split_in_time_and_says_so():
 
 def test_copies_of_a_shot_are_reported_and_left_out():
     shots, _ = shots_with("jewel", count=3)
-    report = diagnosis_report(diagnose_shots([*shots, replace(shots[0], name="again")], JEWEL)).model_dump()
+    report = diagnosis_report(diagnose_shots([*shots, replace(shots[0], name="again")], JEWEL)).model_dump(mode="json")
     assert [i["id"] for i in report["integrity"]] == ["duplicated_shot"]
     assert report["held_out"]["n_shots"] == 3
 

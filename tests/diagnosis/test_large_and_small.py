@@ -21,7 +21,7 @@ from tests.kit.undeclared_shots import shots_with
 def twisted():
     """A thread so twisted that the declared model takes up most of it in other parameters."""
     shots, truths = shots_with("thread", [{"id": "bias_torque", "strength": 34000.0}], seed=1130)
-    return diagnosis_report(diagnose_shots(shots, THREAD)).model_dump(), truths
+    return diagnosis_report(diagnose_shots(shots, THREAD)).model_dump(mode="json"), truths
 
 
 def test_a_large_effect_is_followed_to_its_full_size(twisted):
@@ -73,7 +73,9 @@ def test_a_look_alike_is_found_though_the_declared_losses_take_up_most_of_either
 
 def test_a_steady_tone_does_not_pass_for_noise():
     line = {"id": "spectral_line", "strength": 4e-3, "frequency_hz": 737.3}
-    report = diagnosis_report(diagnose_shots(shots_with("jewel", [line])[0], model_named("jewel"))).model_dump()
+    report = diagnosis_report(diagnose_shots(shots_with("jewel", [line])[0], model_named("jewel"))).model_dump(
+        mode="json"
+    )
     assert [e["id"] for e in report["effects"]] == ["spectral_line"]
     assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.02)
 
@@ -81,7 +83,7 @@ def test_a_steady_tone_does_not_pass_for_noise():
 @pytest.mark.campaign
 def test_weak_evidence_explains_only_in_part():
     weak = {"id": "frequency_drift", "strength": 3.5e-4}
-    report = diagnosis_report(diagnose_shots(shots_with("thread", [weak])[0], THREAD)).model_dump()
+    report = diagnosis_report(diagnose_shots(shots_with("thread", [weak])[0], THREAD)).model_dump(mode="json")
     assert report["verdict"] == "partly_explained"
     assert any("evidence is weak" in note for note in report["notes"])
 
@@ -100,7 +102,7 @@ def test_weak_evidence_explains_only_in_part():
 def test_strong_effects_of_the_receiver_and_beside_the_signal(variant, effect):
     """A pole that reaches to the harmonics, a mode far above the noise, seen by all channels of a tilted resonator."""
     shots, _ = shots_with(variant, [effect], seed=2030, pose=(0.6, -0.3, -1.1))
-    report = diagnosis_report(diagnose_shots(shots, model_named(variant))).model_dump()
+    report = diagnosis_report(diagnose_shots(shots, model_named(variant))).model_dump(mode="json")
     assert (report["verdict"], [e["id"] for e in report["effects"]]) == ("explained", [effect["id"]])
     strength = report["effects"][0]["strength"]
     assert abs(strength["value"] - effect["strength"]) < 4.5 * strength["std"]
@@ -113,7 +115,7 @@ def test_stribeck_friction_is_a_share_of_the_friction_that_every_shot_has():
     shots, truths = shots_with("jewel", [stribeck], seed=2064)
     friction = [t["tf_over_i_rad_per_s2"] for t in truths]
     assert max(friction) > 1.2 * min(friction)
-    report = diagnosis_report(diagnose_shots(shots, model_named("jewel"))).model_dump()
+    report = diagnosis_report(diagnose_shots(shots, model_named("jewel"))).model_dump(mode="json")
     assert (report["verdict"], [e["id"] for e in report["effects"]]) == ("explained", ["stribeck_friction"])
     assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
     after = report["parameters_after"]["tf_over_i_rad_per_s2"]
@@ -124,7 +126,7 @@ def test_a_slow_pole_is_found_though_friction_leaves_kinks_whose_high_derivative
     pole = {"id": "receive_lowpass", "strength": 2.94e-5}
     report = diagnosis_report(
         diagnose_shots(shots_with("jewel", [pole], seed=437, pose=(0.6, -0.3, -1.1))[0], model_named("jewel"))
-    ).model_dump()
+    ).model_dump(mode="json")
     (effect,) = report["effects"]
     assert (report["verdict"], effect["id"]) == ("explained", "receive_lowpass")
     assert effect["strength"]["value"] == pytest.approx(2.94e-5, abs=4 * effect["strength"]["std"])

@@ -22,7 +22,7 @@ KEYS = ("walked with", "not walked", "file", "ends with", "says")
 _FENCE = re.compile(r"^( *)```(\w*)\s*$")
 _MARK = re.compile(r"^ *<!-- (.*?): (.*) -->\s*$")
 _LINK = re.compile(r"(?<!`)\[[^\]]*\]\(([^)\s]+)\)")
-_NUMBER = re.compile(r"[-−+]?\d[\d.]*(?:\(\d+\))?(?:[eE][-+]?\d+)?(?:-\d+)*")
+_NUMBER = re.compile(r"(?:(?<!\w)[-−+])?\d[\d.]*(?:\(\d+\))?(?:[eE][-+]?\d+)?(?:-\d+)*")
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,7 @@ def test_values_that_are_not_finite_are_said_to_be_so(tmp_path):
 
 def test_a_loss_that_the_best_fit_wants_negative_is_held_at_zero_and_the_rest_follows():
     found = diagnose_input(load_diagnosis_input([PENDULUM], "thread", "angle"), lambda *_: None)
-    report = diagnosis_report(found).model_dump()
+    report = diagnosis_report(found).model_dump(mode="json")
     assert "lambda_per_s" in report["parameters_before"]
     assert "lambda_per_s" not in report["parameters_after"]
     assert any("held at 0" in note for note in report["notes"])

@@ -35,13 +35,13 @@ def world(*effects):
 
 
 def chi2(report):
-    assert all(f["verdict"] == "good" for f in report["frames"]), report["frames"]
-    return np.mean([f["chi2_per_dof"] for f in report["frames"]])
+    assert all(f.good for f in report.frames), report.frames
+    return np.mean([f.chi2_per_dof for f in report.frames])
 
 
 def fitted(recording, variant=None):
     used, chosen = VoltageMeasurement.of(recording).under(variant)
-    return fit_measurement(used, FitRequest(chosen, "d30")).model_dump()
+    return fit_measurement(used, FitRequest(chosen, "d30"))
 
 
 EFFECTS = [
@@ -64,8 +64,8 @@ def test_a_fit_with_the_adopted_model_explains_new_shots(tmp_path, engine_with, 
     recording = open_recording(tmp_path / "a.h5")
     before, after = fitted(recording), fitted(recording, made)
     assert chi2(after) < 1.02 < chi2(before) - 0.02
-    assert after["variant"] == "better@1"
-    assert made.digest[:12] in after["notes"][0]
+    assert after.variant == "better@1"
+    assert made.digest[:12] in after.notes[0]
 
 
 def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, engine_with):

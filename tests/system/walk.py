@@ -33,6 +33,7 @@ PAGES = (
 )
 PORTS = ("8212", "8786")  # of the daemon and of Dask, as the pages print them
 BLOCK_S = 600.0  # no block takes longer
+GOODBYE_S = 15.0  # nor does the end of what the last blocks have stopped
 # What the shell does with a block: run it in itself, so that variables stay, and say how it ended.
 STEP = "source '{step}.sh' > '{step}.out' 2>&1; echo $? > '{step}.code.new'; mv '{step}.code.new' '{step}.code'\n"
 START = """set -eE -o pipefail -m
@@ -84,10 +85,15 @@ class Shell:
         if not code.exists():
             failed = self.notes / "failed"
             why = f"failed: {failed.read_text().strip()}" if failed.exists() else f"did not end within {BLOCK_S:g} s"
-            raise StumbleError(f"{block.place}: {why}\n{output}")
+            raise StumbleError(f"{block.place}: {why}\n{_end(output)}")
         if int(code.read_text()) != expected:
-            raise StumbleError(f"{block.place}: ended with {code.read_text().strip()}, not {expected}\n{output}")
+            raise StumbleError(f"{block.place}: ended with {code.read_text().strip()}, not {expected}\n{_end(output)}")
         return output
+
+    def worked_s(self) -> float:
+        """Processor time of all that the shell has waited for."""
+        numbers = Path(f"/proc/{self.process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(numbers[13]) + int(numbers[14])) / os.sysconf("SC_CLK_TCK")
 
     def leave(self) -> list[str]:
         """End the shell; returns the processes that the blocks left running, and kills them."""
@@ -98,7 +104,9 @@ class Shell:
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()
-        left = dict(_session(self.process.pid))
+        deadline = time.monotonic() + GOODBYE_S
+        while (left := dict(_session(self.process.pid))) and time.monotonic() < deadline:
+            time.sleep(0.1)
         for pid in left:
             os.kill(pid, signal.SIGKILL)
         return list(left.values())
@@ -107,6 +115,10 @@ class Shell:
         assert self.process.stdin is not None
         self.process.stdin.write(text)
         self.process.stdin.flush()
+
+
+def _end(output: str) -> str:
+    return "\n".join(output.splitlines()[-40:])
 
 
 def _session(leader: int) -> Iterable[tuple[int, str]]:
@@ -155,12 +167,17 @@ def installed(target: Path) -> None:
     (home / ".installed").touch()
 
 
-def walk(pages: Iterable[str], folder: Path, *, full: bool = False, tell: bool = False) -> None:
-    """Walk the pages in a fresh copy in `folder`. Raises StumbleError at the first thing that is not as the pages say."""
+def walk(pages: Iterable[str], folder: Path, *, full: bool = False, tell: bool = False, warm: bool = True) -> None:
+    """Walk the pages in a fresh copy in `folder`; `warm`: its kernels are compiled before, as `make install` does.
+
+    Raises StumbleError at the first thing that is not as the pages say.
+    """
     copy = folder / "platform-daemon"
     copy_checkout(copy)
     if not full:
         installed(copy)
+    if warm and not full:
+        subprocess.run(["make", "--silent", "kernels"], cwd=copy, check=True, stdout=subprocess.DEVNULL)
     ports = {port: str(_free_port()) for port in PORTS}
     shell = Shell(copy, folder / "notes")
     try:
@@ -187,15 +204,16 @@ def _walk_page(page: str, shell: Shell, ports: dict[str, str], *, full: bool, te
         elif block.language == "text":
             missing = shows(block.text, output)
             if missing is not None:
-                raise StumbleError(f"{block.place}: nothing like {missing!r} was printed, but\n{output}")
+                raise StumbleError(f"{block.place}: nothing like {missing!r} was printed, but\n{_end(output)}")
         elif block.language in ("sh", "python"):
-            began = time.monotonic()
+            began, worked = time.monotonic(), shell.worked_s()
             output = shell.run(block, _typed(block, ports, full=full))
             if tell:
-                print(f"{time.monotonic() - began:6.1f} s  {block.place}", flush=True)
+                took, work = time.monotonic() - began, shell.worked_s() - worked
+                print(f"{took:6.1f} s, {work:5.1f} s of a core  {block.place}", flush=True)
             for said in block.says():
                 if said not in output:
-                    raise StumbleError(f"{block.place}: {said!r} was not printed, but\n{output}")
+                    raise StumbleError(f"{block.place}: {said!r} was not printed, but\n{_end(output)}")
 
 
 def _typed(block: Block, ports: dict[str, str], *, full: bool) -> str:

@@ -6,24 +6,3 @@ pool       executors on this machine: a process per core, or none
 cluster    an executor on a Dask cluster (optional extra)
 ledger     finished files on disk, one line each, so that an interrupted batch can go on
 """
-
-from __future__ import annotations
-
-from .executors import WorkerPool, cores, in_this_process, processes
-from .ledger import Ledger
-from .part import InputFile
-from .run import Advanced, Event, Failed, Finished, fit_files
-
-__all__ = [
-    "Advanced",
-    "Event",
-    "Failed",
-    "Finished",
-    "InputFile",
-    "Ledger",
-    "WorkerPool",
-    "cores",
-    "fit_files",
-    "in_this_process",
-    "processes",
-]

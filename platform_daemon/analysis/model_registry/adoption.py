@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.calibration import ReceiverEffect
-from drivers.errors import InputError
+from drivers.errors import ConfigError, InputError
 from drivers.validation import validated
 from platform_daemon import __version__
 from platform_daemon.estimation import CORRECTABLE, TERMS
@@ -97,7 +97,11 @@ def model_from_diagnosis(
         AdoptionRefused: with reason and remedy. InputError: it is no diagnosis, or the name is no good.
     """
     check_name(name)
-    found = validated(_Diagnosis, dict(diagnosis), "diagnosis")
+    try:
+        found = validated(_Diagnosis, dict(diagnosis), "diagnosis")
+    except ConfigError as error:
+        remedy = "name a file of diagnose --json"
+        raise InputError("is no diagnosis", where="diagnosis", why=error.what, remedy=remedy) from None
     chosen = _chosen(found, effects, free, force)
     base = resolve(found.model, library)
     before = base if isinstance(base, AdoptedModel) else None

@@ -12,13 +12,12 @@ averaging time, and it names no noise below 30 averages.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import chdtri  # quantiles of chi^2; all of scipy.stats takes half a second to load
 
 from platform_daemon.estimation import Array
-from platform_daemon.schemas import FrequencyNoise
+from platform_daemon.schemas import AllanReport, FrequencyNoise
 
 _FEWEST = 4
 _IRREGULAR = 0.1  # of the cadence
@@ -32,36 +31,7 @@ _NOISE_NAMES: dict[int, FrequencyNoise] = {
 }
 
 
-@dataclass(frozen=True)
-class AllanDeviation:
-    """Overlapping Allan deviation, arrays (n,) over averaging times.
-
-    Attributes:
-        tau_s: averaging times, multiples of the cadence.
-        deviation_hz: sigma_y(tau) of f_nat.
-        low_hz, high_hz: confidence interval.
-        edf: equivalent degrees of freedom.
-        noise: dominant noise of the frequency at each tau: "white_phase", "flicker_phase", "white", "flicker" or
-            "random_walk".
-        slope, slope_sd: of log deviation against log tau: -1/2 white, 0 flicker, +1/2 random walk, +1 drift.
-            The sd takes the averaging times for independent, which overlap makes them not quite.
-        mean_hz: mean of the series.
-        cadence_s: time from frame to frame.
-    """
-
-    tau_s: Array
-    deviation_hz: Array
-    low_hz: Array
-    high_hz: Array
-    edf: Array
-    noise: tuple[FrequencyNoise, ...]
-    slope: float
-    slope_sd: float
-    mean_hz: float
-    cadence_s: float
-
-
-def allan_deviation(time_s: Array, frequency_hz: Array, confidence: float = 0.683) -> AllanDeviation:
+def allan_deviation(time_s: Array, frequency_hz: Array, confidence: float = 0.683) -> AllanReport:
     """Allan deviation of a series of frequencies (frames,) at regular times (frames,).
 
     Raises:
@@ -76,15 +46,14 @@ def allan_deviation(time_s: Array, frequency_hz: Array, confidence: float = 0.68
     edf = np.array([_edf(a, int(m), y.size + 1) for a, m in zip(exponents, factors, strict=True)])
     tail = 0.5 * (1.0 - confidence)
     slope, slope_sd = _slope(factors, deviation, edf)
-    return AllanDeviation(
-        tau_s=np.asarray(factors * cadence, dtype=np.float64),
-        deviation_hz=deviation,
-        low_hz=deviation * np.sqrt(edf / chdtri(edf, tail)),
-        high_hz=deviation * np.sqrt(edf / chdtri(edf, 1.0 - tail)),
-        edf=edf,
+    return AllanReport(
+        tau_s=tuple((factors * cadence).tolist()),
+        deviation_hz=tuple(deviation.tolist()),
+        low_hz=tuple((deviation * np.sqrt(edf / chdtri(edf, tail))).tolist()),
+        high_hz=tuple((deviation * np.sqrt(edf / chdtri(edf, 1.0 - tail))).tolist()),
         noise=tuple(_NOISE_NAMES[a] for a in exponents),
         slope=slope,
-        slope_sd=slope_sd,
+        slope_std=slope_sd,
         mean_hz=float(y.mean()),
         cadence_s=cadence,
     )
@@ -154,10 +123,14 @@ def _edf(alpha: int, m: int, n: int) -> float:
     return max(edf, 1.0)
 
 
-def _slope(factors: np.ndarray, deviation: Array, edf: Array) -> tuple[float, float]:
-    """Slope of log deviation over log tau and its sd; a deviation's logarithm has the variance 1/(2 edf)."""
+def _slope(factors: np.ndarray, deviation: Array, edf: Array) -> tuple[float | None, float | None]:
+    """Slope of log deviation over log tau and its sd, None where a deviation is zero or alone.
+
+    A deviation's logarithm has the variance 1/(2 edf); the averaging times are taken for independent, which overlap
+    makes them not quite.
+    """
     if np.any(deviation <= 0.0) or factors.size < 2:
-        return math.nan, math.nan
+        return None, None
     x = np.log(factors)
     weight = 2.0 * edf
     centred = x - np.average(x, weights=weight)

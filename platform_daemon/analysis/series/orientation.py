@@ -7,27 +7,10 @@ be the same orientation; angles between rotations do not care. Nor do they care 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from platform_daemon.estimation import Array, mean_over_mirror_images, mirror_images, rotations
-
-
-@dataclass(frozen=True)
-class OrientationSpread:
-    """Error angles of a series against one reference.
-
-    Attributes:
-        reference: Rodrigues vector (3,), rad.
-        angle_rad: (frames,), rotation angle of R_ref^T R for the nearer twin R, 0..pi.
-        mean_rad, sd_rad: over the frames, as the paper prints them; sd NaN for a single frame.
-    """
-
-    reference: Array
-    angle_rad: Array
-    mean_rad: float
-    sd_rad: float
+from platform_daemon.schemas import OrientationDeviation
 
 
 def error_angle(rodrigues: Array, reference: Array) -> Array:
@@ -55,7 +38,7 @@ def best_orientation(rodrigues: Array, r2: Array) -> Array:
     return vectors[int(np.nanargmax(quality))]
 
 
-def orientation_spread(rodrigues: Array, reference: Array | None = None) -> OrientationSpread:
+def orientation_spread(rodrigues: Array, reference: Array | None = None) -> OrientationDeviation:
     """Error angles of vectors (frames, 3) against a reference (3,); None: against their own chordal mean.
 
     The paper's reference is best_orientation of the D30 dataset, for both its datasets.
@@ -63,8 +46,12 @@ def orientation_spread(rodrigues: Array, reference: Array | None = None) -> Orie
     vectors = _frames(rodrigues)
     chosen = mean_orientation(vectors) if reference is None else np.asarray(reference, dtype=np.float64)
     angle = error_angle(vectors, chosen)
-    sd = float(np.std(angle, ddof=1)) if angle.size > 1 else float("nan")
-    return OrientationSpread(chosen, angle, float(np.mean(angle)), sd)
+    return OrientationDeviation(
+        reference_rodrigues_rad=tuple(chosen.tolist()),
+        angle_rad=tuple(angle.tolist()),
+        mean_rad=float(np.mean(angle)),
+        std_rad=float(np.std(angle, ddof=1)) if angle.size > 1 else None,
+    )
 
 
 def _frames(rodrigues: Array) -> Array:

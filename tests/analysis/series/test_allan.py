@@ -37,22 +37,22 @@ def test_a_noise_is_recognised_by_its_slope_and_name(noise, slope, name):
     runs = [allan_deviation(TIMES, noise(np.random.default_rng(seed))) for seed in range(10)]
     assert np.mean([r.slope for r in runs]) == pytest.approx(slope, abs=0.04)
     assert sum(r.noise[:5].count(name) for r in runs) >= 40
-    assert np.sqrt(np.mean([((r.slope - slope) / r.slope_sd) ** 2 for r in runs])) < 2.5
+    assert np.sqrt(np.mean([((r.slope - slope) / r.slope_std) ** 2 for r in runs])) < 2.5
 
 
 def test_white_noise_averages_down_from_its_own_standard_deviation():
     found = allan_deviation(TIMES, white(np.random.default_rng(7)))
     assert found.cadence_s == 15.0
     assert found.mean_hz == pytest.approx(215.7, abs=0.005)
-    assert np.array_equal(found.tau_s, 15.0 * 2 ** np.arange(found.tau_s.size))
-    expected = 0.08 * np.sqrt(15.0 / found.tau_s)
+    assert np.array_equal(found.tau_s, 15.0 * 2 ** np.arange(len(found.tau_s)))
+    expected = 0.08 * np.sqrt(15.0 / np.array(found.tau_s))
     assert np.allclose(found.deviation_hz[:6], expected[:6], rtol=0.12)
 
 
 @pytest.mark.parametrize("noise", [white, flicker, random_walk])
 def test_the_confidence_interval_covers_its_share(noise):
     runs = [allan_deviation(TIMES[:256], noise(np.random.default_rng(s), 256)) for s in range(300)]
-    mean_square = np.mean([r.deviation_hz**2 for r in runs], axis=0)
+    mean_square = np.mean([np.square(r.deviation_hz) for r in runs], axis=0)
     for k in range(4):
         inside = np.mean([r.low_hz[k] ** 2 < mean_square[k] < r.high_hz[k] ** 2 for r in runs])
         assert inside == pytest.approx(0.683, abs=0.11), k
@@ -69,8 +69,8 @@ def test_the_definition_holds_for_a_handful_of_numbers():
     y = np.array([892.0, 809.0, 823.0, 798.0, 671.0, 644.0, 883.0, 903.0, 677.0])
     found = allan_deviation(np.arange(9.0), y)
     assert found.deviation_hz[:2] == pytest.approx([91.22945, 85.95287], rel=1e-6)
-    assert np.all(found.low_hz < found.deviation_hz)
-    assert np.all(found.high_hz > found.deviation_hz)
+    assert np.all(np.less(found.low_hz, found.deviation_hz))
+    assert np.all(np.greater(found.high_hz, found.deviation_hz))
 
 
 def test_the_handbooks_thousand_point_suite_is_reproduced():
@@ -82,7 +82,7 @@ def test_the_handbooks_thousand_point_suite_is_reproduced():
 
 
 def test_a_constant_series_has_no_slope():
-    assert math.isnan(allan_deviation(TIMES[:20], np.full(20, 215.0)).slope)
+    assert allan_deviation(TIMES[:20], np.full(20, 215.0)).slope is None
 
 
 def test_gaps_and_disorder_are_errors_that_say_where():

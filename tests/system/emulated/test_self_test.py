@@ -21,7 +21,7 @@ def test_the_right_wiring_passes_and_nothing_of_a_real_platform_switches_it_off(
     finally:
         engine.close()
     assert report is not None
-    assert all(abs(gain - 1) < 0.3 for gain in report["gain"].values())
+    assert all(abs(gain - 1) < 0.3 for gain in report.gain.values())
     assert lab.violations() == ()
 
 
