@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install kernels demo demo-emulated test check bench campaign fault-campaign emulated-series accuracy diagnose-study clean
+.PHONY: install kernels demo demo-emulated test check bench campaign attack-api fault-campaign emulated-series accuracy diagnose-study clean
 
 install: $(STAMP)
 
@@ -40,6 +40,11 @@ check: install
 campaign: install
 	HYPOTHESIS_PROFILE=campaign $(BIN)/pytest -m campaign -s
 	$(BIN)/python -m tests.campaigns.estimator_statistics $(CAMPAIGN)
+
+# `make attack-api CASES=10` is a short one.
+CASES ?= 100
+attack-api: install
+	$(BIN)/python -m tests.campaigns.attack_api --cases $(CASES)
 
 bench: install
 	$(BIN)/python -m tests.benchmarks

@@ -10,7 +10,7 @@ from drivers.errors import ConfigError
 from drivers.registry import build_platform
 from platform_daemon.analysis import Library
 from platform_daemon.api import Context
-from platform_daemon.engine import CalibrationFiles, Engine, JobRecords, read_receive
+from platform_daemon.engine import CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
 from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
@@ -18,7 +18,12 @@ from platform_daemon.store import DataFolder, read_transmit_calibration
 log = structlog.get_logger()
 
 
-def start_engine(file: PlatformFile, journal: JobRecords | None = None, models: Library | None = None) -> Engine:
+def start_engine(
+    file: PlatformFile,
+    journal: JobRecords | None = None,
+    models: Library | None = None,
+    catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
+) -> Engine:
     """An engine on the platform that the file describes; outputs are off.  Raises ConfigError, DeviceError."""
     calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
@@ -29,7 +34,7 @@ def start_engine(file: PlatformFile, journal: JobRecords | None = None, models: 
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
     try:
-        return Engine(platform, file.limits, file.text, journal, models, file.self_test, named)
+        return Engine(platform, file.limits, file.text, journal, models, file.self_test, named, catalogue)
     except BaseException:  # Ctrl-C too
         platform.close()
         raise

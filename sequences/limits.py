@@ -93,10 +93,11 @@ def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float) -> N
 
 
 def _at_most(what: str, value: float, limit: float, unit: str, source: str, key: str, change: str = "") -> None:
+    change = change or f"lower sequence.{key}"
     if not value <= limit:
         raise SequenceRejected(
             f"{what} would be {value:.4g} {unit}".rstrip(),
             where=f"sequence.{key}",
             why=f"{source} is {limit:.4g} {unit}".rstrip(),
-            remedy=f"{change or f'lower sequence.{key}'}, or have the limit changed by whoever is responsible for the platform",
+            remedy=f"{change}, or have the limit changed by whoever is responsible for the platform",
         )

@@ -37,6 +37,7 @@ Harmonics: What the harmonics of a shot tell, or why they cannot be read.
 frame_harmonics: Of a stored frame, with its number.
 shot_harmonics: Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there
     are none.
+BLANK: Why a blank shot is not fitted.
 Measurement: Frames of one file, whatever was measured.
 VoltageMeasurement: A recording of coil voltages.
 open_for_fit: A file as the settings want it, and what to ask of it.

@@ -34,6 +34,7 @@ from .frames import chosen_frames as chosen_frames
 from .harmonics import Harmonics as Harmonics
 from .harmonics import frame_harmonics as frame_harmonics
 from .harmonics import shot_harmonics as shot_harmonics
+from .measurement import BLANK as BLANK
 from .measurement import Measurement as Measurement
 from .measurement import VoltageMeasurement as VoltageMeasurement
 from .measurement import open_for_fit as open_for_fit

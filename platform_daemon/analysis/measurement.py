@@ -24,6 +24,7 @@ from .noise import recording_noise
 
 PENDULUM = "thread"  # of which an angle is taken unless a variant is named
 BLANK = "a blank shot, without excitation"
+"""Why a blank shot is not fitted."""
 UNCALIBRATED = "no calibration: only voltage-domain quantities can be estimated (f_nat, lambda, T_f/I, phi_max, psi)"
 Calibration = tuple[ReceiveCalibration, str]
 """One in the place of a file's own, and where it came from."""

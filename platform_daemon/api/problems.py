@@ -11,7 +11,7 @@ import structlog
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
-from starlette.routing import Match
+from starlette.routing import compile_path
 
 from drivers import errors
 from drivers.validation import complaints
@@ -121,7 +121,7 @@ def install(app: FastAPI) -> None:
         headers = dict(error.headers or {})
         remedy = "GET / lists what there is"
         if error.status_code == 405:  # Starlette names the methods of the first route only that has the path
-            headers["Allow"] = _allowed(request)
+            headers["Allow"] = _allowed(request, headers.get("Allow", ""))
             remedy = f"use {headers['Allow']}"
         body = Problem(
             type="about:blank",
@@ -139,11 +139,11 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(errors.PlatformError, ours)
 
 
-def _allowed(request: Request) -> str:
-    """The methods of a path."""
-    asked = [(method, {**request.scope, "method": method}) for method in ("DELETE", "GET", "POST", "PUT", "PATCH")]
-    routes = request.app.routes
-    return ", ".join(method for method, scope in asked if any(r.matches(scope)[0] is Match.FULL for r in routes))
+def _allowed(request: Request, by_first: str) -> str:
+    """The methods of a path: of its own, else of the first that has a variable part there."""
+    paths, path = request.app.openapi()["paths"], request.url.path
+    found = path if path in paths else next((p for p in paths if compile_path(p)[0].match(path)), None)
+    return by_first if found is None else ", ".join(sorted(method.upper() for method in paths[found]))
 
 
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:

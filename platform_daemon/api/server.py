@@ -14,14 +14,15 @@ from platform_daemon.engine import Engine
 from . import problems
 from .context import Context
 from .openapi import complete_schema
-from .routes import acquisitions, calibrations, derived, diagnoses, fits, models, platform, recordings
+from .routes import acquisitions, calibrations, catalogue, derived, diagnoses, fits, models, platform, recordings
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 Long work is a job: POST answers 202 with a Location, GET it for progress and result, DELETE it to cancel.
 Errors are RFC 9457 problem details with a remedy.  All values are in SI units, named in every key."""
 
 TAGS = {
-    "platform": "State of the hardware, outputs off, resonators, and what problems mean",
+    "platform": "State of the hardware, outputs off, and what problems mean",
+    "catalogue": "Resonators and sequences that have a name",
     "acquisitions": "Series of shots",
     "calibrations": "Of the receive and of the transmit side",
     "recordings": "What was measured, with its dm/dt",
@@ -48,6 +49,7 @@ def create_api(context: Context) -> FastAPI:
     problems.install(app)
     for routes in (
         platform,
+        catalogue,
         acquisitions,
         calibrations,
         recordings,

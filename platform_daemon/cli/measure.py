@@ -29,7 +29,7 @@ from .parsing import parse_axis, parse_window
 from .progress import progress
 
 if TYPE_CHECKING:
-    from platform_daemon.engine import AcquisitionJob
+    from platform_daemon.engine import AcquisitionJob, Engine
     from platform_daemon.schemas import AcquisitionResult
 
 
@@ -64,42 +64,27 @@ def measure(
     from platform_daemon.schemas import AcquisitionRequest
     from platform_daemon.settings import load_platform
 
-    changed: dict[str, Any] = {
-        "f_tx_hz": f_tx_hz,
-        "tx_periods": tx_periods,
-        "field_t": None if field_ut is None else field_ut * 1e-6,
-        "axis": None if axis is None else parse_axis(axis),
-        "rx_s": rx_s,
-        "pause_s": pause_s,
-    }
-    base = {} if sequence is None else _sequence_file(sequence, resonator, force)
+    field_t = None if field_ut is None else field_ut * 1e-6
+    direction = None if axis is None else parse_axis(axis)
+    keys = {"f_tx_hz": f_tx_hz, "tx_periods": tx_periods, "field_t": field_t, "axis": direction}
+    changed = {name: value for name, value in {**keys, "rx_s": rx_s, "pause_s": pause_s}.items() if value is not None}
     asked = {
         "resonator": resonator,
         "shots": shots,
         "blank_shots": blank_shots,
-        "sequence": base | {k: v for k, v in changed.items() if v is not None},
+        "sequence": (_sequence_file(sequence, resonator, force) if sequence else {}) | changed,
         "window": parse_window(window),
         "variant": variant,
-        "sample": sample,
-        "operator": operator,
-        "comment": comment,
-    }
+    } | {"sample": sample, "operator": operator, "comment": comment}
     request = validated(AcquisitionRequest, asked, "measure")
     must_not_exist(json_file, force, ".json")
     must_not_exist(out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
-    interrupted = False
     try:
         _prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
-        try:
-            with progress() as display:
-                display.watch(job)
-        except KeyboardInterrupt:
-            interrupted = True
-            engine.outputs_off()
-            job.ended.wait(timeout=60)
+        interrupted = _interrupted_while(engine, job)
     finally:
         engine.close()
     _report_series(job, out, json_file)
@@ -108,6 +93,18 @@ def measure(
     if job.error is not None:
         raise job.error
     _refuse_unusable(job.result)
+
+
+def _interrupted_while(engine: Engine, job: AcquisitionJob) -> bool:
+    """Show the job until it has ended; True if Ctrl-C ended it, with outputs off and its shots put together."""
+    try:
+        with progress() as display:
+            display.watch(job)
+    except KeyboardInterrupt:
+        engine.outputs_off()
+        job.ended.wait(timeout=60)
+        return True
+    return False
 
 
 def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
@@ -130,8 +127,9 @@ def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
 
 def _refuse_unusable(result: AcquisitionResult) -> None:
     """Exit code 3 if shots were fitted and not one gave a result."""
-    frames = () if result.fit is None else result.fit.frames
-    excited = [f for f in frames if not (f.reason or "").startswith("a blank shot")]
+    from platform_daemon.analysis import BLANK
+
+    excited = [] if result.fit is None else [f for f in result.fit.frames if f.reason != BLANK]
     if excited and not any(f.good for f in excited):
         print(f"no shot can be used: {excited[0].reason}", file=sys.stderr)
         raise typer.Exit(3)

@@ -21,13 +21,14 @@ def serve(
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(help="Port to listen on; 0: any free one.", min=0, max=65535)] = 8212,
     data: Annotated[Path, typer.Option(help="Folder of recordings and fits.")] = Path("data"),
+    resonators: Annotated[Path | None, typer.Option(help="Folder of further resonator files, by name.")] = None,
     overrides: SetOption = None,
     endpoints: EndpointsOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.api import Server, create_api
     from platform_daemon.app import create_context, start_engine
-    from platform_daemon.engine import JobRecords
+    from platform_daemon.engine import JobRecords, open_catalogue
     from platform_daemon.settings import load_platform
     from platform_daemon.store import open_data_folder
 
@@ -37,7 +38,8 @@ def serve(
     folder = open_data_folder(data)
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
     heed_one_interrupt()
-    engine = start_engine(file, JobRecords(folder.jobs), library(folder.models))
+    catalogue = open_catalogue(folder.resonators, folder.sequences, resonators)
+    engine = start_engine(file, JobRecords(folder.jobs), library(folder.models), catalogue)
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)
         print(f"listening on http://{host}:{listener.getsockname()[1]}", flush=True)

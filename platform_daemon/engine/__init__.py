@@ -2,6 +2,9 @@
 
 CalibrationFiles: The files that the platform file names.
 read_receive: The receive calibration in a calibration file or a recording.
+Catalogue: What can be measured, and how.
+Shelf: TOML files of one kind.
+open_catalogue: The catalogue of a daemon.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
 UnknownId: No job or recording has that id.
 JobRecords: One JSON file per job in `folder`.
@@ -12,10 +15,11 @@ reduce_latency: Search for garbage once more, now, and from here on only in what
 Budget: How much may be measured.
 Callbacks: How the loop talks.
 LiveDiagnosis: One loop on one resonator.
-AcquisitionJob: A series of shots as a job.
+AcquisitionJob: The job of a series of shots.
 """
 
 from .calibration_in_use import CalibrationFiles, read_receive
+from .catalogue import Catalogue, Shelf, open_catalogue
 from .engine import Engine, UnknownId
 from .job_records import JobRecords
 from .jobs import AnyJob, Cancelled, Job
@@ -30,11 +34,14 @@ __all__ = [
     "CalibrationFiles",
     "Callbacks",
     "Cancelled",
+    "Catalogue",
     "Engine",
     "Job",
     "JobRecords",
     "LiveDiagnosis",
+    "Shelf",
     "UnknownId",
+    "open_catalogue",
     "read_receive",
     "reduce_latency",
 ]

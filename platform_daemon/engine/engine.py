@@ -30,6 +30,7 @@ from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
+from .catalogue import Catalogue
 from .interlock import Interlock
 from .job_records import JobRecords
 from .jobs import AnyJob, Job, RequestT, ResultT, Work
@@ -59,8 +60,9 @@ class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
-    before each series and each transmit calibration; files: of calibrations, as the platform file names them.  On-line
-    fits and analysis jobs have a thread each, so that neither holds up a shot nor the other.  Raises SequenceRejected
+    before each series and each transmit calibration; files: of calibrations, as the platform file names them;
+    catalogue: what can be measured by name.  On-line fits and analysis jobs have a thread each, so that neither holds
+    up a shot nor the other.  Raises SequenceRejected
     if the self-test leaves the limits.
     """
 
@@ -73,10 +75,12 @@ class Engine:
         models: Library | None = None,
         self_test: SelfTestOptions | None = None,
         files: CalibrationFiles = CalibrationFiles(),  # noqa: B008 frozen
+        catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
     ) -> None:
         self.platform = platform
         self.config_text = config_text
         self.live = LiveEstimate()
+        self.catalogue = catalogue
         self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
         self._journal = journal or JobRecords(None)
@@ -102,7 +106,7 @@ class Engine:
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
-        return plan_acquisition(request, self.side, self._models)
+        return plan_acquisition(request, self.side, self._models, self.catalogue)
 
     def acquire(
         self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False

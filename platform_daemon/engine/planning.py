@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from drivers.errors import SequenceRejected
+from drivers.errors import InputError, SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon import analysis
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
-from platform_daemon.settings import load_sequence, load_specimen
+from platform_daemon.settings import load_sequence, shipped
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
 
+from .catalogue import Catalogue
 from .settling import Settling, settling
 
 if TYPE_CHECKING:
@@ -56,18 +57,23 @@ class AcquisitionPlan:
         )
 
 
-def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Library | None = None) -> AcquisitionPlan:
+def plan_acquisition(
+    request: AcquisitionRequest,
+    side: TransmitSide,
+    models: Library | None = None,
+    catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
+) -> AcquisitionPlan:
     """The checked plan.
 
     Raises ConfigError for a wrong key, InputError for an unknown model, SequenceRejected outside the envelope;
     nothing moves.
     """
-    specimen, text = load_specimen(request.resonator)
+    specimen, text = catalogue.resonators.load(request.resonator)
     model = analysis.resolve(request.variant or specimen.variant, models)
     assert model is not None
     if isinstance(model, str):
         model = analysis.checked_variant(model)
-    preset = load_sequence(specimen.variant).model_dump()
+    preset = load_sequence(specimen.variant).model_dump() | _named(request.preset, specimen, catalogue)
     counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
     if sequence.repetitions + sequence.blank_shots == 0:
@@ -76,3 +82,14 @@ def plan_acquisition(request: AcquisitionRequest, side: TransmitSide, models: Li
     blank = compile_shot(sequence, side, blank=True)
     check = settling(excited, specimen, side.limits.settle_warning)
     return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side)
+
+
+def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict[str, Any]:
+    """The keys of a sequence of the catalogue.  Raises InputError for the preset that ships for the other bearing."""
+    if preset is None:
+        return {}
+    if preset in shipped("sequences") and preset != specimen.variant:
+        why = f"it is the preset of the {preset} bearing, {specimen.name!r} has a {specimen.variant} bearing"
+        remedy = "leave `preset` out, or give the keys that differ as `sequence`"
+        raise InputError("this preset is for another resonator", where="preset", why=why, remedy=remedy)
+    return catalogue.sequences.named(preset).changes()

@@ -61,7 +61,7 @@ HarmonicsBatch: The same of several files, in the order in which they were named
 HarmonicsReport: What the harmonics of the frames of one file tell.
 RefusedHarmonicEstimate: The harmonics cannot be read.
 ShotHarmonics: What the harmonics of one shot tell, or why they cannot be read.
-AnyJobRecord: The record of a job of one of the four kinds.
+AnyJobRecord: A job as its file keeps it, of any kind.
 JobTimes: When a job was asked for, began and ended, ISO 8601.
 StoredJob: The record of a job of any kind.
 AcquisitionJob: A series of shots.
@@ -97,6 +97,7 @@ RODRIGUES: Names of the three components of an orientation.
 definition_of: Of a parameter.
 names_in_order: Parameters of the table in the order in which they are told.
 AmplifierState: State of the power amplifier.
+CatalogueEntry: A resonator or a sequence that was added.
 DeviceError: The last thing that went wrong with a device.
 DeviceListing: Every device of the platform, also one that does not answer.
 DeviceReadback: A device as last read back.
@@ -110,6 +111,7 @@ Readiness: Whether every part has warmed up.
 ResonatorInfo: A resonator that can be measured.
 ResonatorListing: Resonators by the name to use in an acquisition.
 SelfTestReport: What the self-test before a series has heard of every coil through the open receive contacts.
+SequenceListing: Sequences by the name to use as `preset` of an acquisition, with the keys that they set.
 StopReport: What was stopped.
 PredictionReport: How precise a planned measurement can be at best, per window.
 WindowPrecision: The smallest standard deviations that an evaluation window can reach.

@@ -95,6 +95,7 @@ from .parameters import ParameterDefinition as ParameterDefinition
 from .parameters import definition_of as definition_of
 from .parameters import names_in_order as names_in_order
 from .platform import AmplifierState as AmplifierState
+from .platform import CatalogueEntry as CatalogueEntry
 from .platform import DeviceError as DeviceError
 from .platform import DeviceListing as DeviceListing
 from .platform import DeviceReadback as DeviceReadback
@@ -108,6 +109,7 @@ from .platform import Readiness as Readiness
 from .platform import ResonatorInfo as ResonatorInfo
 from .platform import ResonatorListing as ResonatorListing
 from .platform import SelfTestReport as SelfTestReport
+from .platform import SequenceListing as SequenceListing
 from .platform import StopReport as StopReport
 from .predictions import PredictionReport as PredictionReport
 from .predictions import WindowPrecision as WindowPrecision

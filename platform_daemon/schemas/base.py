@@ -119,6 +119,16 @@ Absent = Annotated[T | None, Field(exclude_if=_is_none, json_schema_extra=_never
 """A key that may be missing; give it the default None."""
 
 
+def _not_null(value: Any) -> Any:
+    if value is None:
+        raise ValueError("null says nothing: leave the key out")
+    return value
+
+
+Given = Annotated[T | None, BeforeValidator(_not_null), Field(exclude_if=_is_none, json_schema_extra=_never_null)]
+"""A key of a request that may be left out, but not be null; give it the default None."""
+
+
 def _finite_or_none(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 

@@ -9,7 +9,7 @@ from typing_extensions import TypeAliasType
 
 from .base import Root, Schema, example
 from .calibrations import CalibrationName
-from .requests import SequencePreset
+from .requests import SequencePatch, SequencePreset
 
 CardStateName = TypeAliasType("CardStateName", Literal["idle", "programmed", "armed", "running", "closed"])
 SwitchPositionName = TypeAliasType("SwitchPositionName", Literal["transmit", "receive", "moving"])
@@ -233,6 +233,25 @@ class ResonatorListing(Root[dict[str, ResonatorInfo]]):
     """Resonators by the name to use in an acquisition."""
 
     model_config = ConfigDict(json_schema_extra=example("resonator_listing"))
+
+
+class SequenceListing(Root[dict[str, SequencePatch]]):
+    """Sequences by the name to use as `preset` of an acquisition, with the keys that they set."""
+
+    model_config = ConfigDict(json_schema_extra=example("sequence_listing"))
+
+
+class CatalogueEntry(Schema):
+    """A resonator or a sequence that was added."""
+
+    model_config = ConfigDict(json_schema_extra=example("catalogue_entry"))
+
+    name: str
+    """Its name, which means the newest version."""
+    version: int
+    """Counts from 1; a version never changes."""
+    label: str
+    """NAME@VERSION."""
 
 
 class EntryPoints(Schema):

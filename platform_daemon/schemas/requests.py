@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
-from .base import Absent, Finite, Positive, Request, Schema, Window
+from .base import Finite, Given, Positive, Request, Schema, Window
 
 CALIBRATION_ID = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
 Text = Annotated[str, Field(max_length=2000)]
@@ -65,21 +65,21 @@ class SequencePatch(Request):
     """The keys of a sequence that differ from the resonator's preset; how many shots is asked for by `shots` and
     `blank_shots` of the acquisition."""
 
-    f_tx_hz: Absent[ExcitationHertz] = None
+    f_tx_hz: Given[ExcitationHertz] = None
     """Excitation frequency, Hz, 0.01 to 20000."""
-    tx_periods: Absent[Periods] = None
+    tx_periods: Given[Periods] = None
     """Whole periods in the TX window, 1 to 100000."""
-    field_t: Absent[FieldTesla] = None
+    field_t: Given[FieldTesla] = None
     """Amplitude of the sine at the rotor, T, above 0 and at most 1; the platform's own limit is lower."""
-    axis: Absent[Axis] = None
+    axis: Given[Axis] = None
     """x, y, z, or a direction in world axes, of any length."""
-    switch_s: Absent[SwitchSeconds] = None
+    switch_s: Given[SwitchSeconds] = None
     """From the end of TX to the first RX sample, s, at most 10."""
-    guard_samples: Absent[GuardSamples] = None
+    guard_samples: Given[GuardSamples] = None
     """Samples between amplifier off and receiver connect, 1 to 100000."""
-    rx_s: Absent[RxSeconds] = None
+    rx_s: Given[RxSeconds] = None
     """RX window, s, at most 600."""
-    pause_s: Absent[PauseSeconds] = None
+    pause_s: Given[PauseSeconds] = None
     """Wait between shots, s, at most 86400."""
 
     @model_validator(mode="before")
@@ -115,6 +115,8 @@ class AcquisitionRequest(Request):
     """Shots without excitation before them, which tell the noise."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)
     """Keys that differ from the resonator's preset."""
+    preset: Given[ModelName] = None
+    """Name of a sequence, one of GET /sequences, whose keys go before those of the resonator's preset."""
     window: Window | None = "d30"
     """Evaluation window of the on-line fits: n50, d30, or seconds; null: no fit."""
     variant: ModelName | None = None

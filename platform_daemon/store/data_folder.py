@@ -22,6 +22,8 @@ class DataFolder:
     models: Path
     calibrations: Path
     jobs: Path
+    resonators: Path
+    sequences: Path
     lock: TextIO
 
 
@@ -30,7 +32,7 @@ def open_data_folder(folder: Path) -> DataFolder:
 
     Raises InputError if another daemon works in this folder, OSError if it cannot be made.
     """
-    names = ("recordings", "fits", "diagnoses", "models", "calibrations", "jobs")
+    names = ("recordings", "fits", "diagnoses", "models", "calibrations", "jobs", "resonators", "sequences")
     for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)
     lock = (folder / ".lock").open("w")

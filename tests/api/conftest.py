@@ -5,6 +5,7 @@ from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
 from platform_daemon.app import create_context, start_engine
+from platform_daemon.engine.catalogue import open_catalogue
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
@@ -15,7 +16,8 @@ from tests.kit.rest import finished
 @pytest.fixture(scope="module")
 def client(tmp_path_factory):
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
-    engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs))
+    catalogue = open_catalogue(folder.resonators, folder.sequences)
+    engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs), catalogue=catalogue)
     api = create_api(create_context(engine, folder))
     with TestClient(api, raise_server_exceptions=False) as test_client:
         test_client.folder = folder

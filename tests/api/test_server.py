@@ -240,3 +240,45 @@ def test_openapi_shows_examples_and_problem_details(client):
     responses = schema["paths"]["/acquisitions"]["post"]["responses"]
     assert "202" in responses
     assert responses["422"]["content"]["application/problem+json"]["schema"]["$ref"].endswith("/Problem")
+
+
+def test_methods_that_a_path_has_not_are_a_problem_that_names_those_it_has(client):
+    answer = client.put("/fits")
+    assert problem(answer, 405)["remedy"] == "use GET, POST"
+    assert answer.headers["allow"] == "GET, POST"
+    assert client.get("/calibrations/adopt").status_code == 404
+    assert client.request("OPTIONS", "/calibrations/adopt").headers["allow"] == "POST"
+
+
+@pytest.mark.parametrize("headers", [{"content-type": "application/x-www-form-urlencoded"}, {}])
+def test_a_body_that_is_not_said_to_be_json_is_refused_with_the_header_that_is_missing(client, headers):
+    answer = client.post("/acquisitions", content=b'{"resonator": "jewel"}', headers=headers)
+    assert "-H 'Content-Type: application/json'" in problem(answer, 415)["remedy"]
+
+
+@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b'{"resonator": "\\ud800"}', b'{"\\ud800": 1}', b"[" * 10_000])
+def test_bytes_that_are_no_request_are_a_problem(client, content):
+    problem(client.post("/acquisitions", content=content, headers={"content-type": "application/json"}), 422)
+
+
+def test_every_operation_declares_its_problems_and_binary_answers_as_what_they_are(client):
+    paths = client.get("/openapi.json").json()["paths"]
+    operations = [operation for item in paths.values() for operation in item.values()]
+    assert len({o["operationId"] for o in operations}) == len(operations)
+    for operation in operations:
+        assert operation["summary"]
+        assert operation["description"]
+        for status, response in operation["responses"].items():
+            if int(status) >= 400 and int(status) != 503:
+                assert list(response["content"]) == ["application/problem+json"], operation["operationId"]
+    content = {o["operationId"]: o["responses"].get("200", {}).get("content", {}) for o in operations}
+    binary = {"schema": {"type": "string", "format": "binary"}}
+    assert content["download_recording"] == {"application/x-hdf5": binary}
+    assert content["get_dmdt_npy"] == content["get_dmdt_h5"] == {"application/octet-stream": binary}
+    assert content["get_dmdt"]["application/octet-stream"] == binary
+    assert list(content["get_report"]) == ["text/html"]
+
+
+def test_no_schema_is_there_twice(client):
+    names = client.get("/openapi.json").json()["components"]["schemas"]
+    assert not [name for name in names if name.endswith(("-Input", "-Output")) or "Validation" in name]

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 
 import httpx2
@@ -27,8 +28,8 @@ PROGRAM = Path(sys.executable).with_name("schemathesis")
 PATIENCE_S = 1.0  # a job may run so long, so that no series of a million shots keeps the others from their turn
 
 
-def attack(folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
-    """Attack a daemon whose data are in `folder`; with what schemathesis says."""
+def attack(folder: Path, *runs: Sequence[str]) -> list[subprocess.CompletedProcess[str]]:
+    """Attack a daemon whose data are in `folder`, once with the options of each run; what schemathesis says."""
     with daemon(folder / "data") as address, httpx2.Client(base_url=address, timeout=60) as client:
         _prepare(client, folder / "data/recordings")
         ended = threading.Event()
@@ -36,7 +37,10 @@ def attack(folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
         thread.start()
         command = [PROGRAM, "--config-file", CONFIG, "run", f"{address}/openapi.json", "--continue-on-failure"]
         try:
-            return subprocess.run([*command, *options], capture_output=True, text=True, cwd=folder, check=False)
+            return [
+                subprocess.run([*command, *options], capture_output=True, text=True, cwd=folder, check=False)
+                for options in runs
+            ]
         finally:
             ended.set()
             thread.join()
@@ -48,6 +52,7 @@ def _prepare(client: httpx2.Client, recordings: Path) -> None:
     for name in (EXAMPLE_RECORDING, "a", "b"):
         shutil.copy(recordings / job["result"]["file"], recordings / f"{name}.h5")
     shutil.copy(DATA / "measured/r2_rotary_pendulum_run1.h5", recordings)
+    client.post("/sequences", params={"name": "short"}, json={"rx_s": 0.6})
     (recordings / "broken.h5").write_bytes(b"no hdf5")
 
 
@@ -71,7 +76,7 @@ def main() -> int:
     options += [] if asked.seed is None else ["--seed", str(asked.seed)]
     options += [] if asked.only is None else ["--include-path-regex", asked.only]
     with tempfile.TemporaryDirectory() as folder:
-        done = attack(Path(folder), *options)
+        (done,) = attack(Path(folder), options)
     print(done.stdout, done.stderr)
     return done.returncode
 

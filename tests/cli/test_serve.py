@@ -5,7 +5,9 @@ import subprocess
 
 import httpx2
 
+from platform_daemon.settings import locate
 from tests.kit.command_line import COMMAND, assert_one_line_error, run
+from tests.kit.daemon_process import daemon
 
 
 def test_the_server_answers_and_leaves_cleanly_on_sigterm(tmp_path):
@@ -19,3 +21,19 @@ def test_the_server_answers_and_leaves_cleanly_on_sigterm(tmp_path):
     assert_one_line_error(taken, 2, "cannot listen")
     process.send_signal(signal.SIGTERM)
     assert process.wait(timeout=30) == 0
+
+
+def test_a_folder_of_resonators_is_offered_by_name_and_checked_first(tmp_path):
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    (lab / "t07.toml").write_text(locate("resonators", "thread").read_text())
+    with daemon(tmp_path / "data", "--resonators", lab) as address:
+        assert set(httpx2.get(f"{address}/resonators").json()) == {"jewel", "thread", "t07"}
+        asked = {"resonator": "t07", "sequence": {"rx_s": 0.6}}
+        assert httpx2.post(f"{address}/acquisitions/dry-run", json=asked).json()["variant"] == "thread"
+    (lab / "broken.toml").write_text("variant = 1\n")
+    refused = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", lab)
+    assert_one_line_error(refused, 2, "broken.toml", "variant")
+    shipped = locate("resonators", "jewel").parent
+    hidden = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", shipped)
+    assert_one_line_error(hidden, 2, "ships")

@@ -10,7 +10,6 @@ from platform_daemon.schemas import AcquisitionJob, AcquisitionJobs, Acquisition
 from ..context import Shared
 from ..job_routes import JobKind
 from ..problems import problems
-from .platform import check_resonator
 
 router = APIRouter(prefix="/acquisitions", tags=["acquisitions"])
 
@@ -38,7 +37,7 @@ def start_acquisition(body: AcquisitionRequest, response: Response, context: Sha
     Acquisitions run one after the other in the order asked; `state` is `queued` until its turn comes.  The request is
     checked against the safety envelope first: a rejected one is answered 422 and nothing moves.
     """
-    check_resonator(body.resonator)
+    context.engine.catalogue.resonators.named(body.resonator)  # by REST none is given as a path
     job = context.engine.acquire(context.engine.plan(body), None, context.recordings)
     return ACQUISITIONS.accepted(job, response)
 
@@ -46,7 +45,7 @@ def start_acquisition(body: AcquisitionRequest, response: Response, context: Sha
 @router.post("/dry-run", summary="Check a series without moving anything", responses=problems(415, 422))
 def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     """The same checks, nothing moves: realised frequency, currents, voltages, duration, disk, settle check."""
-    check_resonator(body.resonator)
+    context.engine.catalogue.resonators.named(body.resonator)  # by REST none is given as a path
     return context.engine.plan(body).summary()
 
 

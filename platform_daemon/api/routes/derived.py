@@ -36,12 +36,10 @@ from platform_daemon.schemas import (
     ShotHarmonics,
     SlidingReport,
 )
-from platform_daemon.settings import load_specimen
 from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
 from ..problems import problems
-from .platform import check_resonator
 
 router = APIRouter(tags=["derived"])
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
@@ -141,10 +139,9 @@ def get_live_harmonics(context: Shared) -> ShotHarmonics:
 
 
 @router.post("/predict", summary="What a planned measurement can tell", responses=problems(415, 422))
-def predict(body: PredictionRequest) -> PredictionReport:
+def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
-    check_resonator(body.resonator)
-    specimen = load_specimen(body.resonator)[0]
+    specimen = context.engine.catalogue.resonators.named(body.resonator)
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
     return planned_precision(
         specimen,

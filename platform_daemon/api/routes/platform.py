@@ -7,7 +7,6 @@ from typing import Annotated
 import anyio
 from fastapi import APIRouter, Path, Response
 
-from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.engine import UnknownId
 from platform_daemon.schemas import (
@@ -18,12 +17,8 @@ from platform_daemon.schemas import (
     PlatformStatus,
     ProblemKind,
     Readiness,
-    ResonatorInfo,
-    ResonatorListing,
-    SequencePreset,
     StopReport,
 )
-from platform_daemon.settings import load_sequence, load_specimen, shipped
 
 from ..context import Shared
 from ..problems import problem_kinds, problems
@@ -31,7 +26,7 @@ from ..problems import problem_kinds, problems
 router = APIRouter(tags=["platform"])
 PATHS = (
     *("platform", "devices", "acquisitions", "calibrations", "recordings", "fits", "diagnoses", "models"),
-    *("resonators", "health", "ready", "docs", "openapi.json"),
+    *("resonators", "sequences", "health", "ready", "docs", "openapi.json"),
 )
 
 
@@ -69,24 +64,6 @@ def get_platform(context: Shared) -> PlatformStatus:
 def list_devices(context: Shared) -> DeviceListing:
     """One entry per device, as last read back; one that does not answer is there with its error."""
     return context.engine.devices()
-
-
-@router.get("/resonators", summary="Resonators that can be measured")
-def list_resonators() -> ResonatorListing:
-    """Resonators by the name to use in an acquisition, with variant and the presets of their sequence."""
-    found = {name: load_specimen(name)[0] for name in shipped("resonators")}
-    presets = {s.variant: SequencePreset(**load_sequence(s.variant).model_dump()) for s in found.values()}
-    return ResonatorListing(
-        {n: ResonatorInfo(name=s.name, variant=s.variant, sequence=presets[s.variant]) for n, s in found.items()}
-    )
-
-
-def check_resonator(name: str) -> None:
-    """By REST resonators are named, never given as paths.  Raises InputError."""
-    names = shipped("resonators")
-    if name not in names:
-        what = f"no resonator is called {name!r}"
-        raise InputError(what, where="resonator", remedy=f"one of: {', '.join(names)}")
 
 
 @router.post("/stop", summary="All outputs off, now", responses=problems(502, 504))

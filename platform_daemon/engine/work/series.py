@@ -5,21 +5,20 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import structlog
 
-from drivers.calibration import ReceiveCalibration
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
-from platform_daemon import __version__, analysis, estimation
+from platform_daemon import analysis, estimation
 from platform_daemon.design import expected_moment
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FrameFit, unfitted
-from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, SeriesWriter, ShotRecord
+from platform_daemon.store import SeriesWriter, ShotRecord
 from sequences.compiler import ShotPlan
 
 from ..jobs import Cancelled, Job
@@ -28,6 +27,7 @@ from ..live_estimate import LiveEstimate
 from ..planning import AcquisitionPlan
 from ..shot import RawShot, run_shot
 from .self_test import SelfTest
+from .series_records import series_header, shot_record, store_calibration
 
 if TYPE_CHECKING:
     from platform_daemon.estimation import FitResult
@@ -85,7 +85,8 @@ class SeriesWork:
         self._prove_wiring(job)
         reduce_latency()
         target = self._target or self._folder / f"{job.identifier}.h5"
-        with SeriesWriter.create(target, self._header(), overwrite=self._overwrite) as series:
+        header = series_header(self._plan, self._platform, self._bench.config_text)
+        with SeriesWriter.create(target, header, overwrite=self._overwrite) as series:
             try:
                 with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
                     self._shoot_all(job, series, disk)
@@ -192,7 +193,7 @@ class SeriesWork:
         heard = self._bench.fits.submit(analysis.learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
         heard.add_done_callback(_complain)
         if shot.blank:
-            self._fits.append("a blank shot, without excitation")
+            self._fits.append(analysis.BLANK)
             return
         ask = analysis.FitRequest(self._plan.model, window, moment_am2=expected_moment(self._plan.specimen))
         taken = estimation.Conditions(raw.temperature_c, self._calibration.lna_gain)
@@ -225,39 +226,6 @@ class SeriesWork:
             job.result = job.result.model_copy(update={"fit": report})
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 
-    def _header(self) -> SeriesHeader:
-        timeline, request = self._plan.excited.timeline, self._plan.request
-        devices = {"io_card": self._platform.card, "tx_rx_switch": self._platform.switch}
-        identified: dict[str, Any] = {
-            **devices,
-            "power_amplifier": self._platform.amplifier,
-            "lna": self._platform.lna,
-        }
-        return SeriesHeader(
-            sequence=SequenceInfo(
-                timeline.clock.base_frequency_hz,
-                timeline.clock.decimation,
-                timeline.tx_samples,
-                timeline.switch_samples,
-                timeline.rx_samples,
-            ),
-            channels=self._platform.card.capabilities().inputs,
-            start_time=self._platform.clock.utc().isoformat(),
-            software_version=__version__,
-            variant=self._plan.specimen.variant,
-            calibration=self._calibration,
-            excitation=excitation(self._plan.excited, self._platform),
-            planned_shots=len(self._plan.shots),
-            title=f"{self._plan.specimen.name}, {len(self._plan.shots)} shots",
-            sample_name=request.sample or self._plan.specimen.name,
-            operator=request.operator,
-            comment=request.comment,
-            platform=self._platform.name,
-            configuration_toml=f"{self._bench.config_text}{RESONATOR}{self._plan.specimen_text}",
-            channel_names=tuple(c.axis for c in self._platform.transmit),
-            devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in identified.items()},
-        )
-
 
 def _raise_failure(storing: Future[None] | None) -> None:
     """Wait until the shot before is on disk.  Raises why it is not."""
@@ -281,42 +249,3 @@ def _outcome(fit: Future[FitResult]) -> FitResult | str:
 
 def _frame_fit(frame: int, fit: FitResult | str) -> FrameFit:
     return unfitted(frame, fit) if isinstance(fit, str) else analysis.frame_report(frame, fit)
-
-
-def store_calibration(platform: Platform) -> ReceiveCalibration:
-    """The platform's calibration, receive and transmit side, as the store keeps it."""
-    return replace(platform.calibration, transmit=platform.transmit_calibration)
-
-
-def excitation(shot: ShotPlan, platform: Platform) -> Excitation:
-    """What a shot is excited with, for the record; currents in the order of the coils."""
-    currents = shot.currents_a()
-    return Excitation(
-        waveform="sine",
-        requested_hz=shot.request.f_tx_hz,
-        realised_hz=shot.frequency_hz,
-        field_t=0.0 if shot.blank else shot.request.field_t,
-        axis=shot.request.direction(),
-        periods=float(shot.request.tx_periods),
-        phase_rad=0.0,
-        current_a=np.array([currents.get(c.axis, 0.0) for c in platform.transmit]),
-    )
-
-
-def shot_record(shot: ShotPlan, raw: RawShot) -> ShotRecord:
-    """A shot as the store keeps it."""
-    return ShotRecord(
-        volts=raw.volts,
-        time_stamp=raw.started.isoformat(),
-        monotonic_s=raw.started_monotonic_s,
-        verdict="good" if raw.reason is None else "refused",
-        reason=raw.reason or "",
-        temperature_c=raw.temperature_c,
-        overwritten=raw.flags.overwritten,
-        corrupted=raw.flags.corrupted,
-        lost_steps=raw.flags.lost_steps,
-        lna_overload=raw.lna_overloaded,
-        amplifier_clipped=raw.amplifier_clipped,
-        blank=shot.blank,
-        truth=raw.truth or None,
-    )

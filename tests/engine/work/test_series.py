@@ -1,6 +1,7 @@
 import json
 import time
 
+import h5py
 import numpy as np
 import pytest
 
@@ -85,6 +86,19 @@ def test_fits_of_a_series_without_blank_shots_share_what_stands_beside_the_signa
     acquire(engine_with(), tmp_path / "a.h5", shots=3)
     stored = fit_measurement(open_measurement(tmp_path / "a.h5"), FitRequest("jewel", "n50"))
     assert {f.noise.source for f in stored.frames} == {"3 shots, beside the signal"}
+
+
+def test_a_fit_whose_moment_is_not_the_resonators_says_so(engine_with, tmp_path):
+    plain = acquire(engine_with(), tmp_path / "a.h5")
+    assert not any("moment" in w for w in plain.result.fit.frames[0].warnings)
+    with h5py.File(tmp_path / "a.h5") as source, h5py.File(tmp_path / "cal.h5", "w") as target:
+        source.copy("calibration", target)
+        target["calibration/sensitivity"][...] *= 40
+    off = acquire(engine_with(f'calibration={{file="{tmp_path / "cal.h5"}"}}'), tmp_path / "b.h5")
+    (frame,) = off.result.fit.frames
+    assert frame.good
+    (said,) = (w for w in frame.warnings if w.startswith("moment_implausible"))
+    assert ", 0.025 times the 12.03 mAm² that are known of this resonator" in said
 
 
 def test_cancel_ends_a_running_series_with_outputs_off_and_keeps_its_shots(engine_with, tmp_path):

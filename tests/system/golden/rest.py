@@ -21,6 +21,7 @@ def routes(place: Workplace) -> None:
     (place.folder / "data/recordings/broken.h5").write_bytes(b"no hdf5")
     with Daemon(place, *HIDDEN) as daemon:
         _platform(daemon)
+        _catalogue(daemon)
         made = _acquisitions(daemon)
         _recordings(daemon, made)
         _fits(daemon, made)
@@ -47,6 +48,15 @@ def _platform(daemon: Daemon) -> None:
         daemon.ask(f"platform/no-{name}", "GET", f"/{name}")
     daemon.ask("platform/no-live", "GET", "/live/harmonics")
     daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset")
+
+
+def _catalogue(daemon: Daemon) -> None:
+    thread = daemon.ask("catalogue/thread", "GET", "/resonators/thread")
+    for kind, body in (("resonators", thread), ("sequences", {"rx_s": 0.6})):
+        daemon.ask(f"catalogue/add-{kind}", "POST", f"/{kind}", params={"name": "own"}, json=body)
+        daemon.ask(f"catalogue/own-{kind}", "GET", f"/{kind}/own@1")
+        daemon.ask(f"catalogue/{kind}", "GET", f"/{kind}")
+    daemon.ask("catalogue/dry-run", "POST", "/acquisitions/dry-run", json={"resonator": "own", "preset": "own"})
 
 
 def _acquisitions(daemon: Daemon) -> str:

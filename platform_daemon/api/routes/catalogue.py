@@ -1,0 +1,95 @@
+"""What can be measured and how: resonators and sequences that ship, those of the lab, and those added here."""
+
+from __future__ import annotations
+
+from typing import Annotated, TypeVar
+
+from fastapi import APIRouter, Body, Path, Query, Response
+from pydantic import BaseModel
+
+from drivers.specimen import Specimen
+from platform_daemon.engine import Shelf, UnknownId
+from platform_daemon.schemas import (
+    CatalogueEntry,
+    ResonatorInfo,
+    ResonatorListing,
+    SequenceListing,
+    SequencePatch,
+    SequencePreset,
+)
+from platform_daemon.settings import load_sequence, load_specimen
+
+from ..context import Shared
+from ..problems import problems
+
+router = APIRouter(tags=["catalogue"])
+ContentT = TypeVar("ContentT", bound=BaseModel)
+NewName = Annotated[
+    str,
+    Query(
+        pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,59}$",
+        description="its name; one that was added before gets a new version",
+        examples=["t07"],
+    ),
+]
+Name = Annotated[str, Path(description="NAME, or NAME@VERSION of what was added", examples=["thread"])]
+NewResonator = Annotated[Specimen, Body(examples=[load_specimen("thread")[0].model_dump(exclude_none=True)])]
+NewSequence = Annotated[SequencePatch, Body(examples=[{"field_t": 4.0e-4, "rx_s": 2.0}])]
+
+
+@router.get("/resonators", summary="Resonators that can be measured")
+def list_resonators(context: Shared) -> ResonatorListing:
+    """Resonators by the name to use in an acquisition, with variant and the presets of their sequence.
+
+    What was added is there by NAME, its newest version, and by NAME@VERSION.
+    """
+    shelf = context.engine.catalogue.resonators
+    found = {name: shelf.named(name) for name in shelf.files()}
+    presets = {v: SequencePreset(**load_sequence(v).model_dump()) for v in {s.variant for s in found.values()}}
+    return ResonatorListing(
+        {n: ResonatorInfo(name=s.name, variant=s.variant, sequence=presets[s.variant]) for n, s in found.items()}
+    )
+
+
+@router.post("/resonators", summary="Add a resonator", status_code=201, responses=problems(415, 422, 507))
+def add_resonator(name: NewName, body: NewResonator, response: Response, context: Shared) -> CatalogueEntry:
+    """Keep a resonator file, with the same keys in JSON, as the next version of its name."""
+    return _added(context.engine.catalogue.resonators, name, body, response)
+
+
+@router.get("/resonators/{name}", summary="A resonator", responses=problems(404))
+def get_resonator(name: Name, context: Shared) -> Specimen:
+    """What its file holds; keys that it leaves out are null."""
+    return _found(context.engine.catalogue.resonators, name)
+
+
+@router.get("/sequences", summary="Sequences that have a name")
+def list_sequences(context: Shared) -> SequenceListing:
+    """Sequences by the name to use as `preset` of an acquisition, with the keys that they set."""
+    shelf = context.engine.catalogue.sequences
+    return SequenceListing({name: shelf.named(name) for name in shelf.files()})
+
+
+@router.post("/sequences", summary="Add a sequence", status_code=201, responses=problems(415, 422, 507))
+def add_sequence(name: NewName, body: NewSequence, response: Response, context: Shared) -> CatalogueEntry:
+    """Keep the keys that differ from a resonator's preset as the next version of a name."""
+    return _added(context.engine.catalogue.sequences, name, body, response)
+
+
+@router.get("/sequences/{name}", summary="A sequence", responses=problems(404))
+def get_sequence(name: Name, context: Shared) -> SequencePatch:
+    """The keys that it sets."""
+    return _found(context.engine.catalogue.sequences, name)
+
+
+def _added(shelf: Shelf[ContentT], name: str, content: ContentT, response: Response) -> CatalogueEntry:
+    version = shelf.add(name, content)
+    response.headers["Location"] = f"/{shelf.kind}/{version.path.stem}"
+    return CatalogueEntry(name=name, version=version.number, label=version.path.stem)
+
+
+def _found(shelf: Shelf[ContentT], name: str) -> ContentT:
+    if name not in shelf.files():
+        what, remedy = f"no {shelf.kind[:-1]} is called {name!r}", f"GET /{shelf.kind} lists all"
+        raise UnknownId(what, where=name, remedy=remedy)
+    return shelf.named(name)

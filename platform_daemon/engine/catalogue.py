@@ -1,0 +1,107 @@
+"""Resonators and sequences by name: those that ship, those of a lab's own folder, and those that were added."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from pydantic import BaseModel
+
+from drivers.errors import ConfigError, InputError
+from drivers.specimen import Specimen
+from drivers.validation import validated
+from platform_daemon.schemas import SequencePatch
+from platform_daemon.settings import locate, read_toml, shipped
+from platform_daemon.store import Version, VersionedFolder
+
+ContentT = TypeVar("ContentT", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Shelf(Generic[ContentT]):
+    """TOML files of one kind.
+
+    Attributes:
+        kind: resonators or sequences; model: what a file holds.
+        given: a folder of files, NAME.toml, None: none.
+        added: where NAME@VERSION.toml are kept, None: nothing can be added.
+    """
+
+    kind: str
+    model: type[ContentT]
+    given: Path | None = None
+    added: Path | None = None
+
+    def files(self) -> dict[str, Path]:
+        """Every file by its name; NAME of what was added is the newest version."""
+        found = dict(self._fixed())
+        for version in [] if self.added is None else VersionedFolder(self.added, r"\.toml").versions():
+            found[version.name] = found[version.path.stem] = version.path
+        return found
+
+    def _fixed(self) -> dict[str, Path]:
+        given = {} if self.given is None else {path.stem: path for path in sorted(self.given.glob("*.toml"))}
+        return shipped(self.kind) | given
+
+    def named(self, name: str) -> ContentT:
+        """What has this name.  Raises InputError."""
+        files = self.files()
+        if name not in files:
+            what, remedy = f"no {self.kind[:-1]} is called {name!r}", f"one of: {', '.join(files)}"
+            raise InputError(what, where=self.kind[:-1], remedy=remedy)
+        return self.load(name)[0]
+
+    def load(self, name: str) -> tuple[ContentT, str]:
+        """What has this name, or stands in the file of this path; and its text.  Raises ConfigError."""
+        path = self.files().get(name) or locate(self.kind, name)
+        tables, text = read_toml(path)
+        return validated(self.model, tables, str(path)), text
+
+    def add(self, name: str, content: ContentT) -> Version:
+        """Keep a new version.  Raises InputError for a name that is taken, StorageError."""
+        if self.added is None or name in self._fixed():
+            why = "nothing can be added here" if self.added is None else "it ships, or is in the folder of the lab"
+            raise InputError(f"{name!r} cannot be added", where="name", why=why, remedy="choose another name")
+        when = datetime.now(UTC).isoformat(timespec="seconds")
+
+        def text(number: int, label: str) -> bytes:
+            return f"# {label}, added {when}\n{to_toml(content.model_dump(exclude_none=True))}".encode()
+
+        return VersionedFolder(self.added, r"\.toml").add(name, ".toml", text)
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """What can be measured, and how."""
+
+    resonators: Shelf[Specimen] = Shelf("resonators", Specimen)
+    sequences: Shelf[SequencePatch] = Shelf("sequences", SequencePatch)
+
+
+def open_catalogue(added_resonators: Path, added_sequences: Path, given: Path | None = None) -> Catalogue:
+    """The catalogue of a daemon.  Raises ConfigError for a file of `given` that is no resonator or hides a shipped one,
+    or if there is no such folder."""
+    shelf = Shelf("resonators", Specimen, given, added_resonators)
+    if given is not None:
+        if not given.is_dir():
+            raise ConfigError("is no folder", where=str(given), remedy="name a folder of resonator files")
+        for path in sorted(given.glob("*.toml")):
+            if path.stem in shipped("resonators"):
+                raise ConfigError("a resonator of that name ships", where=str(path), remedy="rename the file")
+            shelf.load(path.stem)
+    return Catalogue(shelf, Shelf("sequences", SequencePatch, None, added_sequences))
+
+
+def to_toml(tables: dict[str, Any]) -> str:
+    """TOML of keys and of tables one deep, which is all that the files of a catalogue have."""
+    keys = [f"{key} = {_value(value)}" for key, value in tables.items() if not isinstance(value, dict)]
+    inner = [f"\n[{name}]\n{to_toml(table)}" for name, table in tables.items() if isinstance(table, dict)]
+    return "\n".join([*keys, *inner]).rstrip() + "\n"
+
+
+def _value(value: Any) -> str:
+    # TOML takes the numbers, lists and texts of JSON; only DEL must be escaped besides.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,0 +1,91 @@
+"""A series and its shots as the store keeps them."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from drivers.calibration import ReceiveCalibration
+from drivers.platform import Platform
+from platform_daemon import __version__
+from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, ShotRecord
+from sequences.compiler import ShotPlan
+
+from ..planning import AcquisitionPlan
+from ..shot import RawShot
+
+
+def series_header(plan: AcquisitionPlan, platform: Platform, config_text: str) -> SeriesHeader:
+    """What the file of a series says of all its shots."""
+    timeline, request = plan.excited.timeline, plan.request
+    devices: dict[str, Any] = {
+        "io_card": platform.card,
+        "tx_rx_switch": platform.switch,
+        "power_amplifier": platform.amplifier,
+        "lna": platform.lna,
+    }
+    return SeriesHeader(
+        sequence=SequenceInfo(
+            timeline.clock.base_frequency_hz,
+            timeline.clock.decimation,
+            timeline.tx_samples,
+            timeline.switch_samples,
+            timeline.rx_samples,
+        ),
+        channels=platform.card.capabilities().inputs,
+        start_time=platform.clock.utc().isoformat(),
+        software_version=__version__,
+        variant=plan.specimen.variant,
+        calibration=store_calibration(platform),
+        excitation=excitation(plan.excited, platform),
+        planned_shots=len(plan.shots),
+        title=f"{plan.specimen.name}, {len(plan.shots)} shots",
+        sample_name=request.sample or plan.specimen.name,
+        operator=request.operator,
+        comment=request.comment,
+        platform=platform.name,
+        configuration_toml=f"{config_text}{RESONATOR}{plan.specimen_text}",
+        channel_names=tuple(c.axis for c in platform.transmit),
+        devices={role: " ".join(asdict(d.identity()).values()).strip() for role, d in devices.items()},
+    )
+
+
+def store_calibration(platform: Platform) -> ReceiveCalibration:
+    """The platform's calibration, receive and transmit side, as the store keeps it."""
+    return replace(platform.calibration, transmit=platform.transmit_calibration)
+
+
+def excitation(shot: ShotPlan, platform: Platform) -> Excitation:
+    """What a shot is excited with, for the record; currents in the order of the coils."""
+    currents = shot.currents_a()
+    return Excitation(
+        waveform="sine",
+        requested_hz=shot.request.f_tx_hz,
+        realised_hz=shot.frequency_hz,
+        field_t=0.0 if shot.blank else shot.request.field_t,
+        axis=shot.request.direction(),
+        periods=float(shot.request.tx_periods),
+        phase_rad=0.0,
+        current_a=np.array([currents.get(c.axis, 0.0) for c in platform.transmit]),
+    )
+
+
+def shot_record(shot: ShotPlan, raw: RawShot) -> ShotRecord:
+    """A shot as the store keeps it."""
+    return ShotRecord(
+        volts=raw.volts,
+        time_stamp=raw.started.isoformat(),
+        monotonic_s=raw.started_monotonic_s,
+        verdict="good" if raw.reason is None else "refused",
+        reason=raw.reason or "",
+        temperature_c=raw.temperature_c,
+        overwritten=raw.flags.overwritten,
+        corrupted=raw.flags.corrupted,
+        lost_steps=raw.flags.lost_steps,
+        lna_overload=raw.lna_overloaded,
+        amplifier_clipped=raw.amplifier_clipped,
+        blank=shot.blank,
+        truth=raw.truth or None,
+    )
