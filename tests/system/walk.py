@@ -32,7 +32,8 @@ PAGES = (
     *(f"docs/{name}.md" for name in ("tasks", "rest", "calibration", "diagnosis", "emulator", "adding-a-driver")),
 )
 PORTS = ("8212", "8786")  # of the daemon and of Dask, as the pages print them
-BLOCK_S = 600.0  # no block takes longer
+BLOCK_S = 600.0  # no block takes longer; ...
+FULL_S = 3600.0  # ... nor `make test`, which --full does not leave out
 GOODBYE_S = 15.0  # nor does the end of what the last blocks have stopped
 # What the shell does with a block: run it in itself, so that variables stay, and say how it ended.
 STEP = "source '{step}.sh' > '{step}.out' 2>&1; echo $? > '{step}.code.new'; mv '{step}.code.new' '{step}.code'\n"
@@ -51,6 +52,7 @@ class Shell:
 
     folder: Path
     notes: Path
+    patience_s: float = BLOCK_S
     process: subprocess.Popen[str] = field(init=False)
     steps: int = 0
 
@@ -78,14 +80,18 @@ class Shell:
         expected = int(block.mark("ends with") or 0)
         step.with_suffix(".sh").write_text(text)
         self._type(("set +e\n" if expected else "set -e\n") + STEP.format(step=step))
-        deadline = time.monotonic() + BLOCK_S
+        deadline = time.monotonic() + self.patience_s
         code = step.with_suffix(".code")
         while not code.exists() and self.process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.02)
         output = step.with_suffix(".out").read_text(errors="replace")
         if not code.exists():
             failed = self.notes / "failed"
-            why = f"failed: {failed.read_text().strip()}" if failed.exists() else f"did not end within {BLOCK_S:g} s"
+            why = (
+                f"failed: {failed.read_text().strip()}"
+                if failed.exists()
+                else f"did not end within {self.patience_s:g} s"
+            )
             raise StumbleError(f"{block.place}: {why}\n{_end(output)}")
         if int(code.read_text()) != expected:
             raise StumbleError(f"{block.place}: ended with {code.read_text().strip()}, not {expected}\n{_end(output)}")
@@ -180,10 +186,10 @@ def walk(pages: Iterable[str], folder: Path, *, full: bool = False, tell: bool =
     if warm and not full:
         subprocess.run(["make", "--silent", "kernels"], cwd=copy, check=True, stdout=subprocess.DEVNULL)
     ports = {port: str(_free_port()) for port in PORTS}
-    shell = Shell(copy, folder / "notes")
+    shell = Shell(copy, folder / "notes", FULL_S if full else BLOCK_S)
     try:
         if "README.md" not in pages:
-            shell.run(Block("walk", 0, "sh", "", ()), ". .venv/bin/activate\n")
+            shell.run(Block("walk", 0, "sh", "", ()), "make install\n. .venv/bin/activate\n")
         for page in pages:
             _walk_page(page, shell, ports, full=full, tell=tell)
     finally:
