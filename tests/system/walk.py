@@ -65,6 +65,7 @@ class Shell:
             cwd=self.folder,
             env=environment,
             stdin=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,  # where it tells of jobs that ended; what blocks print goes to their files
             text=True,
             start_new_session=True,
         )
