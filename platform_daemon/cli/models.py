@@ -36,8 +36,9 @@ def adopt(
 
     shelf = library(models)
     data = file_digests(recording) if recording else None
+    report, by, where = _read(diagnosis), by or getpass.getuser(), str(diagnosis)
     model = model_from_diagnosis(
-        _read(diagnosis), name, by or getpass.getuser(), shelf, data, effects=effect or (), free=free or (), force=force
+        report, name, by, shelf, data, effects=effect or (), free=free or (), force=force, source=where
     )
     made = shelf.add(model)
     print(f"{made.label} in {shelf.folder}: use it with --variant {made.label}")

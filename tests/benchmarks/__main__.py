@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from platform_daemon.analysis.batch.executors import cores
-from platform_daemon.cli.output import must_not_exist, write_json
+from platform_daemon.cli.output import must_not_exist
+from platform_daemon.store.durable import write_file
 from tests.benchmarks.campaign import campaign_text, run_campaign
 from tests.benchmarks.fits import run_bench, table
 from tests.benchmarks.process import processes_text, run_processes
@@ -41,7 +43,8 @@ def bench(
     if processes:
         report |= run_processes()
         print(processes_text(report))
-    write_json(json_file, report)
+    if json_file is not None:
+        write_file(json_file, json.dumps(report, indent=1, allow_nan=False).encode())
 
 
 if __name__ == "__main__":

@@ -84,6 +84,7 @@ def model_from_diagnosis(
     effects: Collection[str] = (),
     free: Collection[str] = (),
     force: str = "",
+    source: str = "diagnosis",
 ) -> AdoptedModel:
     """The model that a diagnosis in its JSON form carries, to be added to the library.
 
@@ -92,6 +93,7 @@ def model_from_diagnosis(
         effects: ids to adopt; empty: all.
         free: ids of torque effects whose strength fits estimate anew.
         force: why a diagnosis is adopted that did not explain its data.
+        source: what the caller calls the diagnosis, for errors.
 
     Raises:
         AdoptionRefused: with reason and remedy. InputError: it is no diagnosis, or the name is no good.
@@ -101,7 +103,7 @@ def model_from_diagnosis(
         found = validated(_Diagnosis, dict(diagnosis), "diagnosis")
     except ConfigError as error:
         remedy = "name a file of diagnose --json"
-        raise InputError("is no diagnosis", where="diagnosis", why=error.what, remedy=remedy) from None
+        raise InputError("is no diagnosis", where=source, why=error.what, remedy=remedy) from None
     chosen = _chosen(found, effects, free, force)
     base = resolve(found.model, library)
     before = base if isinstance(base, AdoptedModel) else None
