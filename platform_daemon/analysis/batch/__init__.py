@@ -1,8 +1,10 @@
 """Fits of many recordings: split into parts, sent to an executor, put together again, kept as they finish.
 
-run        the loop: files -> parts -> executor -> finished files, one after the other
-part       what a worker does: open, fit its frames
-pool       executors on this machine: a process per core, or none
-cluster    an executor on a Dask cluster (optional extra)
-ledger     finished files on disk, one line each, so that an interrupted batch can go on
+dask_cluster: An executor on a Dask cluster: archives that outgrow one machine.
+executors: Executors on this machine.
+ledger: Finished files on disk, one JSON line each: what a crash leaves is whole, and the next run can go on from
+    it.
+part: What a worker does: open a file, fit some of its frames, say what came out.
+run: The loop of a batch: files are cut into parts, sent to the workers, put together, and handed out as they
+    finish.
 """

@@ -1,1 +1,12 @@
-"""To be written."""
+"""The routes, one file per subject; what all jobs have in common is api/job_routes.py.
+
+acquisitions: Acquisitions as jobs: ask (202), watch, cancel.
+calibrations: Calibrations as jobs: ask (202), watch, say that the dipole is turned, cancel.
+catalogue: What can be measured and how: resonators and sequences that ship, those of the lab, and those added here.
+derived: What follows from fits and plans: derived quantities, sliding windows, harmonics, predicted precision.
+diagnoses: Diagnoses of stored recordings as jobs.
+fits: Fits of stored recordings as jobs.
+models: Adopted models: listed, shown with their evidence, retired, never deleted.
+platform: What the platform is and does: state, readiness, stop, the kinds of problems.
+recordings: Recordings on disk: list, describe, download, calibrated dm/dt for plots and in full.
+"""

@@ -1,1 +1,17 @@
-"""To be written."""
+"""Which effects are looked for, and which are taken.
+
+component_search: Places where something may stand beside the signal: frequencies and decay times, found in what
+    fits leave over.
+confounders: Effects that cannot be told apart on these data: what could stand in the place of an accepted one.
+data_integrity: What is wrong with the data themselves, before any physics is asked: gaps in the clock, saturation,
+    copies.
+omnibus_test: Everything that may be missing and has no name: any smooth torque, any slow change of any harmonic.
+refits: Refits while effects are sought: with another hypothesis, and with hidden scales and places at their best.
+sign_constraints: Sign rules: strengths that physics allows, and losses that must not feed energy into the motion.
+significance: How surprising a gain is, after correction for everything that was tried, on a logarithmic scale.
+stepwise: Which effects explain what is left: score tests of everything, refits of the leaders, alone and in
+    combination.
+subsets: Sets of candidates with what a linear step in them would gain, the best first.
+tone_free_noise: Noise without the steady tones that stand in the residual: these are to be explained, not to be
+    weighted with.
+"""

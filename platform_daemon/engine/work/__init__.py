@@ -1,1 +1,15 @@
-"""To be written."""
+"""What a job does with the hardware; each keeps the protocol `Work` of engine/jobs.py.
+
+calibration: Calibrations as jobs: a known dipole for the receive side, a field probe for the transmit side.
+calibration_bench: What the calibrations share: the bench that their shots are made on.
+receive_calibration: Calibration of the receive side as a job: a known dipole in the resonator's place gives P by
+    frequency.
+reset_fault: After a trip: the amplifier's latched fault is cleared by a command of its own, never by the way.
+self_test: The self-test before a series: a low tone per coil, heard through the leakage of the open receive
+    contacts.
+series: A series of shots: each is on disk before it counts, fits run beside, and what was made is kept whatever
+    happens.
+series_records: A series and its shots as the store keeps them.
+transmit_calibration: Calibration of the transmit side as a job: a field probe in the rotor's place gives the field
+    per volt of a coil.
+"""

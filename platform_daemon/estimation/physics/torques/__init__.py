@@ -1,4 +1,23 @@
-"""Torque terms: each a small module with its derivatives; the place in these lists is the number in dispatch.py."""
+"""Torque terms: each a small module with its derivatives; the place in these lists is the number in dispatch.py.
+
+angle_dependent_damping: Viscous damping that grows with the deflection, -2 kappa phi^2 phi'.
+bias_torque: A constant torque that does not depend on the deflection, +t: a twisted thread, an eccentric weight.
+coulomb_friction: Dry friction of constant size, -sgn(phi') a: eq:Jewel_ODE_norm_simp, the approximation before the
+    Hertz contact.
+dispatch: The one place where the kernel meets the terms: a number in, the term's acceleration and derivatives out.
+frequency_drift: A natural frequency that changes while the resonator rings: f_nat(t) = f_nat (1 + d t), t = 0 at
+    the first sample.
+hertz_friction: Dry friction of the Hertz contact, -sgn(phi') (T_f/I) cos^(4/3)(phi): eq:Jewel_ODE_norm.
+linear_restoring: The restoring torque of the small-angle regime, -phi in place of -sin(phi): after equ:ODE_norm.
+magnetic_restoring: The restoring torque of the stator magnet, -sin(phi): eq:T_m, eq:omega_nat.
+quadratic_drag: Drag of a turbulent flow, -b phi' |phi'|.
+restoring_anharmonicity: A restoring torque that weakens with the deflection: -sin(phi) [1 - beta (1 - cos(phi))].
+stribeck_friction: Excess of the Hertz contact's friction at low speed, -sgn(phi') a cos^(4/3)(phi) exp(-|phi'| /
+    v_s).
+torque_term: What a torque term is: data about its coefficients, plus one compiled function with its derivatives.
+torsion_stiffness: An elastic torque beside the magnetic one, -k w^2 phi.
+viscous_damping: Viscous damping -2 lambda phi': eq:Thread_ODE_norm with lambda = w / (2 Q), eq:lambda.
+"""
 
 from __future__ import annotations
 
