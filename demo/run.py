@@ -90,8 +90,8 @@ def start_server(data: Path, log: Any, *options: str) -> tuple[subprocess.Popen[
 
 
 def wait_until_ready(client: httpx2.Client) -> None:
-    """The first start on a machine compiles the estimator; the server already answers meanwhile."""
-    with console.status("compiling the estimator (first start only) ..."):
+    """The estimator is loaded, or compiled where it never was; the server already answers meanwhile."""
+    with console.status("loading the estimator (compiling it, where `make install` has not) ..."):
         while client.get("/ready").status_code != 200:
             time.sleep(0.2)
 

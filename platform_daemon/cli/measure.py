@@ -154,5 +154,5 @@ def _prepare_fit() -> None:
     """Before the first shot: kernels that are compiled or loaded meanwhile would lengthen the time between shots."""
     from platform_daemon.estimation import warm_up
 
-    with Console(stderr=True).status("preparing the fit (half a minute the first time)"):
+    with Console(stderr=True).status("preparing the fit (some seconds; longer where nothing is compiled yet)"):
         warm_up()

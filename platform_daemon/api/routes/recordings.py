@@ -199,7 +199,9 @@ def _points(cut: _Cut, points: int) -> DmdtSeries:
 
 def _download(cut: _Cut, suffix: str, body: bytes) -> Response:
     name = f"{cut.identifier}-frame{cut.frame}-{cut.record.quantity}.{suffix}"
-    headers = {"Content-Disposition": f'attachment; filename="{name}"'}
+    quoted = quote(name)  # a header is latin-1, a name need not be (RFC 6266)
+    said = f'filename="{name}"' if quoted == name else f"filename*=UTF-8''{quoted}"
+    headers = {"Content-Disposition": f"attachment; {said}"}
     return Response(body, media_type=BYTES, headers=headers)
 
 
