@@ -23,6 +23,7 @@ _PHRASES = (
     (re.compile(r"127\.0\.0\.1:\d{4,5}"), "127.0.0.1:<port>"),
     (re.compile(r"/[\w/.-]*/lab-emulator-\w+/"), "<temporary>/"),
     (re.compile(r"(declared model [^;\n]+); [0-9.]+ s"), r"\1; <float> s"),
+    (re.compile(r"series_id='[0-9a-f]{32}'"), "series_id='<id>'"),
     (re.compile(r"the log has it under [0-9a-f]{8}"), "the log has it under <reference>"),
 )
 
