@@ -52,11 +52,17 @@ class Shelf(Generic[ContentT]):
         if name not in files:
             what, remedy = f"no {self.kind[:-1]} is called {name!r}", f"one of: {', '.join(files)}"
             raise InputError(what, where=self.kind[:-1], remedy=remedy)
-        return self.load(name)[0]
+        return self._read(files[name])[0]
+
+    def all(self) -> dict[str, ContentT]:
+        """Everything by name.  Raises ConfigError for a file that is damaged."""
+        return {name: self._read(path)[0] for name, path in self.files().items()}
 
     def load(self, name: str) -> tuple[ContentT, str]:
         """What has this name, or stands in the file of this path; and its text.  Raises ConfigError."""
-        path = self.files().get(name) or locate(self.kind, name)
+        return self._read(self.files().get(name) or locate(self.kind, name))
+
+    def _read(self, path: Path) -> tuple[ContentT, str]:
         tables, text = read_toml(path)
         return validated(self.model, tables, str(path)), text
 

@@ -43,8 +43,7 @@ def list_resonators(context: Shared) -> ResonatorListing:
 
     What was added is there by NAME, its newest version, and by NAME@VERSION.
     """
-    shelf = context.engine.catalogue.resonators
-    found = {name: shelf.named(name) for name in shelf.files()}
+    found = context.engine.catalogue.resonators.all()
     presets = {v: SequencePreset(**load_sequence(v).model_dump()) for v in {s.variant for s in found.values()}}
     return ResonatorListing(
         {n: ResonatorInfo(name=s.name, variant=s.variant, sequence=presets[s.variant]) for n, s in found.items()}
@@ -66,8 +65,7 @@ def get_resonator(name: Name, context: Shared) -> Specimen:
 @router.get("/sequences", summary="Sequences that have a name")
 def list_sequences(context: Shared) -> SequenceListing:
     """Sequences by the name to use as `preset` of an acquisition, with the keys that they set."""
-    shelf = context.engine.catalogue.sequences
-    return SequenceListing({name: shelf.named(name) for name in shelf.files()})
+    return SequenceListing(context.engine.catalogue.sequences.all())
 
 
 @router.post("/sequences", summary="Add a sequence", status_code=201, responses=problems(415, 422, 507))
