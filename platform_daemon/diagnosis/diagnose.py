@@ -13,9 +13,10 @@ import numpy as np
 from platform_daemon.estimation import RingDownModel
 from platform_daemon.schemas import DiagnosisVerdict
 
+from .effects.additive import zero_drift
 from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
-from .effects.torque import drift_candidate, stribeck_candidates, torque_candidates
+from .effects.torque import drift_candidate, pendulum_candidates, stribeck_candidates, torque_candidates
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects
 from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
@@ -160,6 +161,10 @@ def _ambiguity(named: AcceptedEffect, final: JointFit, pool: Executor) -> Ambigu
 def candidates_for(base: JointFit) -> list[Candidate]:
     """Everything with a name that can act on such shots; additive effects are found by the search itself."""
     model, record = base.hypothesis.model, base.started[0].shot.record
+    if record.quantity == "angle":
+        fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
+        longest_s = max(float(s.time_s[-1]) for s in base.started)
+        return [*pendulum_candidates(model, fastest, longest_s), zero_drift()]
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)

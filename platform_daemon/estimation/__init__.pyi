@@ -62,6 +62,7 @@ from .refusal import Refusal as Refusal
 from .refusal import RefusedError as RefusedError
 from .result import FitResult as FitResult
 from .result import model_signal as model_signal
+from .screening.angle_cycles import find_half_cycles as find_half_cycles
 from .screening.clipping import Clipping as Clipping
 from .screening.clipping import find_clipping as find_clipping
 from .screening.clipping import saturation as saturation

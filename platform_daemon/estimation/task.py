@@ -45,8 +45,9 @@ class Task:
         return self.samples * self.record.dt_s * self.frequency_hz
 
     def at_level(self, ratio: float, source: str) -> Task:
-        """The task with so many times the noise."""
-        return replace(self, noise=self.noise.at_level(ratio, source), noise_sd=self.noise_sd * ratio)
+        """The task with so many times the noise, but no less than rounding makes."""
+        sd = np.maximum(self.noise_sd * ratio, _smallest_sd(self.record))
+        return replace(self, noise=self.noise.at_level(ratio, source), noise_sd=sd)
 
     def with_white_noise(self, sd: float, source: str) -> Task:
         """The task with white noise of this standard deviation in every channel."""

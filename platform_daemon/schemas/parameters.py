@@ -65,6 +65,11 @@ _TABLE = (
     _P("stribeck_rad_per_s2", "a_s", "$a_s$", "rad/s^2", "rad s⁻²", 1.0,
        "excess of the Hertz contact's friction at rest per inertia"),
     _P("stribeck_speed_rad_per_s", "v_s", "$v_s$", "rad/s", "rad s⁻¹", 1.0, "speed at which that has fallen to 1/e"),
+    _P("stribeck_coulomb_rad_per_s2", "a_c", "$a_c$", "rad/s^2", "rad s⁻²", 1.0,
+       "excess of a dry friction at rest per inertia, -sgn(φ') a_c exp(-|φ'|/v_c)"),
+    _P("stribeck_coulomb_speed_rad_per_s", "v_c", "$v_c$", "rad/s", "rad s⁻¹", 1.0,
+       "speed at which that has fallen to 1/e"),
+    _P("cubic_restoring_per_rad2", "k_3", "$k_3$", "1/rad^2", "rad⁻²", 1.0, "restoring torque -k_3 ω² φ³ beside it"),
     _P("frequency_drift_per_s", "d", "$d$", "1/s", "s⁻¹", 1.0, "relative change of f_nat per second"),
 )  # fmt: skip
 PARAMETERS: dict[str, ParameterDefinition] = {p.name: p for p in _TABLE}

@@ -29,6 +29,10 @@ TRANSIENT = Effect(
     "switch_transient", "A m^2/s", 0, ("blank_shots",), "an offset that decays from the start of the window",
     "charge of the switch, recovery of the amplifier",
 )  # fmt: skip
+ZERO_DRIFT = Effect(
+    "zero_drift", "rad/s", 0, ("longer_window",), "the middle between two turning points moves with time",
+    "a support or a camera that moves, an encoder's zero",
+)  # fmt: skip
 MAINS_TOLERANCE = 0.004
 
 
@@ -85,6 +89,11 @@ def transient(tau_s: float, channel: int | None, channels: int, *, trials: float
         return [transient(tau, channel, channels, trials=trials) for tau in places]
 
     return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, near=near, trials=trials)
+
+
+def zero_drift() -> Candidate:
+    """An angle's zero that moves at a steady rate."""
+    return Candidate(ZERO_DRIFT, columns=lambda look: np.asarray(look.time_s[None, None]), size=1)
 
 
 def _axis(channel: int | None, channels: int) -> str | None:

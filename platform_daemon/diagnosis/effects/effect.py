@@ -78,6 +78,7 @@ class Candidate:
         public: (strength of the fit, its sd, mean natural frequency in Hz) -> the same as published.
         parts: the same effect on single channels, whose columns are these columns in order.
         near: (share of a grid step) -> the same effect at neighbouring places or hidden scales, itself among them.
+        scale_limits, at_scale: between what the hidden scale is sought by refits, and the same effect at any of them.
         largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
         tones_hz: of steady tones, all that belong together.
         trials: so many independent places were searched for this one; its p-value is corrected by them.
@@ -95,6 +96,8 @@ class Candidate:
     public: Public = as_it_is
     parts: tuple[Candidate, ...] = ()
     near: Callable[[float], list[Candidate]] | None = None
+    scale_limits: tuple[float, float] | None = None
+    at_scale: Callable[[float], Candidate] | None = None
     largest: float = math.inf
     tones_hz: tuple[float, ...] = ()
     trials: float = 1.0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from platform_daemon.estimation import TERMS, RingDownModel, TorqueTerm
 
 from .effect import Candidate, Effect
@@ -46,7 +48,19 @@ DRIFT = Effect(
 STRIBECK = Effect(
     "stribeck_friction", "1", 0, (_LONGER, _AMPLITUDE), "T_f(window) rises as the motion dies", "Stribeck 1902",
 )  # fmt: skip
+STRIBECK_OF_PENDULUM = Effect(
+    "stribeck_friction", "rad/s^2", 1, (_LONGER, _AMPLITUDE),
+    "lambda(window) rises faster than 1/phi as the motion dies", "friction that falls with the speed: Stribeck 1902",
+)  # fmt: skip
+CUBIC = Effect(
+    "cubic_restoring", "1/rad^2", 0, (_AMPLITUDE,), "f_nat(window) follows phi^2",
+    "a spring that stiffens, a stretched wire: Duffing 1918",
+)  # fmt: skip
 _STRIBECK_SPEEDS = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)  # rad/s
+_SLOWEST, _FASTEST = 0.05, 2.0  # velocity scales of a pendulum's friction, of its peak speed
+_OFTEN = 0.3  # of it: where the search begins
+_LARGEST = {"restoring_anharmonicity": 1.0, "torsion_stiffness": 1.0, "cubic_restoring": 0.5}
+_DRIFT = 0.2  # of f_nat over the window: beyond that it is no drift
 
 
 def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[Candidate]:
@@ -56,6 +70,31 @@ def torque_candidates(model: RingDownModel, *, jewel_law: bool = True) -> list[C
     """
     unfit = {t.name for t in model.terms} | (set() if jewel_law else {"hertz_friction"})
     return [Candidate(effect, term=TERMS[effect.id]) for effect in EFFECTS if effect.id not in unfit]
+
+
+def pendulum_candidates(model: RingDownModel, fastest_rad_per_s: float, seconds: float) -> list[Candidate]:
+    """Torques on a swing whose angle is read: no Hertz contact, but a friction that falls with the speed, and springs.
+
+    fastest_rad_per_s: peak speed of the swing; seconds: length of its window.
+    """
+    plain = [*torque_candidates(model, jewel_law=False), Candidate(CUBIC, term=TERMS["cubic_restoring"])]
+    plain = [replace(c, largest=_LARGEST.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
+    found = [*plain, replace(drift_candidate(), largest=_DRIFT / seconds)]
+    if TERMS["stribeck_coulomb_friction"] not in model.terms:
+        bounds = _SLOWEST * fastest_rad_per_s, _FASTEST * fastest_rad_per_s
+        found.append(_of_pendulum(_OFTEN * fastest_rad_per_s, *bounds))
+    return found
+
+
+def _of_pendulum(speed: float, slowest: float, fastest: float) -> Candidate:
+    """Friction that falls with the speed, at one velocity scale in rad/s between two limits."""
+
+    def at_scale(other: float) -> Candidate:
+        return _of_pendulum(other, slowest, fastest)
+
+    term = TERMS["stribeck_coulomb_friction"]
+    limits = slowest, fastest
+    return Candidate(STRIBECK_OF_PENDULUM, term=term, hidden=(speed,), scale_limits=limits, at_scale=at_scale)
 
 
 def drift_candidate() -> Candidate:

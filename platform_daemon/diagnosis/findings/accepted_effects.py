@@ -18,6 +18,7 @@ from ..regression.joint_fit import JointFit
 from ..regression.score_test import ScoreTable, score_table
 from ..selection.confounders import Confounder, confounders, gain_of
 from ..selection.data_integrity import DataDefect
+from ..selection.scales import strength_spread
 from ..selection.significance import log_chance
 from ..selection.stepwise import Selection
 from ..validation.cross_validation import CrossValidation
@@ -88,6 +89,8 @@ def _strength(c: Candidate, final: JointFit, where: slice) -> tuple[float, float
 
 def _scale_spread(c: Candidate, final: JointFit, base: JointFit, pool: Executor) -> float:
     """By how much the strength moves with its hidden scale, per standard deviation of the latter."""
+    if c.scale_limits is not None:
+        return strength_spread(final, c, pool)
     beside = without(final, c, base, pool)
     assert c.near is not None
     seen = score_table(beside, [replace(v, parts=()) for share in _SCALES for v in c.near(share)], pool)

@@ -40,6 +40,6 @@ def notes(
     if final.hypothesis.gone:
         names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.gone)
         said.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
-    if final.noise_factor > 1.05:
-        said.append(f"chi2/dof stays at {final.noise_factor:.3g}: errors and chances are widened accordingly")
+    if final.chi2_per_dof > 1.05:
+        said.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
     return tuple(said)

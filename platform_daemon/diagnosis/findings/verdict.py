@@ -27,6 +27,7 @@ _NEGLIGIBLE = 0.01  # of what is explained: what is left may be there without sp
 _NOISY = 1.1  # chi^2 per degree of freedom from which something is left, whatever its form
 _BELIEVED = 2  # common effects that may act together and be believed
 _PREDICTED = 1.03  # held-out chi^2 per degree of freedom of a complete model
+_FOLLOWS = 0.05  # held-out nRMSE of a model that follows the motion, where what it leaves over is no noise
 _PATCH = 0.02  # of the largest gain: an effect that gains less mends what the largest does not quite explain
 _SURELY = 0.8  # share of all that may be missing, at _CHANCE, that an explanation must account for
 _CHANCE = 0.05
@@ -49,6 +50,8 @@ def assess_diagnosis(
     excess = max(left.excess, _noise_excess(final))
     if _significant(found, final) and explained < _CONFIDENT * (explained + excess):
         return "unexplained", ()
+    if final.chi2_per_dof > _NOISY and not after.total.nrmse < _FOLLOWS:
+        return "unexplained", (f"what was not used is missed by {100.0 * after.total.nrmse:.2g} % all the same",)
     doubts = tuple(_doubts(found, final, named, after))
     return ("partly_explained" if doubts else "explained"), doubts
 
@@ -60,15 +63,14 @@ def _explained(found: Selection, final: JointFit) -> float:
 
 def _noise_excess(final: JointFit) -> float:
     """What is left beyond the measured noise, whatever its form."""
-    factor = final.noise_factor
-    return (final.chi2 - final.dof) / factor if factor > _NOISY else 0.0
+    return (final.chi2 - final.dof) / final.noise_factor if final.chi2_per_dof > _NOISY else 0.0
 
 
 def _significant(found: Selection, final: JointFit) -> bool:
     """Something is left that matters."""
     left = found.omnibus_test
     visible = _chance_of_rest(found) < LEVEL and left.excess > _NEGLIGIBLE * _explained(found, final)
-    return visible or final.noise_factor > _NOISY
+    return visible or final.chi2_per_dof > _NOISY
 
 
 def _chance_of_rest(found: Selection) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from .linearised_shot import LinearisedShot, common_information, linearise_shot
 _MOST_STEPS = 12
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
 _SMALLEST = 1e-3  # fraction of a step
+_STRUCTURED = 1.1  # chi^2 per degree of freedom from which a residual is no noise
 _BACK = 3  # steps of the shots' own parameters back into the valley
 
 
@@ -55,9 +57,24 @@ class JointFit:
         return sum(s.dof - a.parameters for s, a in zip(self.started, self.linear, strict=True)) - self.hypothesis.size
 
     @property
+    def chi2_per_dof(self) -> float:
+        """1 if nothing but the measured noise is left."""
+        return self.chi2 / self.dof
+
+    @cached_property
     def noise_factor(self) -> float:
-        """By how much gains of chi^2 are to be divided where the noise is larger than was measured."""
-        return max(1.0, self.chi2 / self.dof)
+        """By how much gains of chi^2 are to be divided where more is left than the measured noise.
+
+        What a model leaves over goes on from sample to sample: it is worth as few values as are independent.
+        """
+        excess = max(1.0, self.chi2_per_dof)
+        return excess if excess < _STRUCTURED else excess * self._samples_per_value
+
+    @property
+    def _samples_per_value(self) -> float:
+        """Of the residuals: so many samples tell as much as one would alone."""
+        pairs = [(a.chi2, a.samples_per_value) for a in self.linear]
+        return sum(chi2 * each for chi2, each in pairs) / sum(chi2 for chi2, _ in pairs)
 
     def full_state(self, k: int) -> FitState:
         """Of shot k, with the torque strengths among its coefficients."""

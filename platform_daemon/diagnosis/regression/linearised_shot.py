@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
 from scipy.linalg import qr, solve_triangular
 
 from platform_daemon.estimation import Array, FitState
@@ -48,6 +49,20 @@ class LinearisedShot:
     def parameters(self) -> int:
         """Of this shot alone."""
         return int(self.q.shape[1] + self.own.shape[1])
+
+    @property
+    def samples_per_value(self) -> float:
+        """So many samples of the residual tell as much as one independent value would: 1 for white noise.
+
+        The sum of the squares of its correlations, without what chance adds to these.
+        """
+        rows = self.residual.reshape(self.seen.residual.shape)
+        n = rows.shape[1]
+        size = next_fast_len(2 * n, real=True)
+        power = np.abs(rfft(rows, size, axis=1)) ** 2
+        lags = np.asarray(irfft(power.sum(axis=0), size))[:n]
+        squares = (lags / max(float(lags[0]), 1e-300)) ** 2
+        return max(1.0, 2.0 * float(squares.sum()) - 2.0)
 
     def beside(self, columns: Array) -> Array:
         """Columns (rows, ...) without what lies within the shot's own parameters."""

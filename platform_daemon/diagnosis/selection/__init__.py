@@ -7,6 +7,7 @@ data_integrity: What is wrong with the data themselves, before any physics is as
     copies.
 omnibus_test: Everything that may be missing and has no name: any smooth torque, any slow change of any harmonic.
 refits: Refits while effects are sought: with another hypothesis, and with hidden scales and places at their best.
+scales: Hidden scales of accepted effects by refits: where chi^2 is least, and how the strength moves with the scale.
 sign_constraints: Sign rules: strengths that physics allows, and losses that must not feed energy into the motion.
 significance: How surprising a gain is, after correction for everything that was tried, on a logarithmic scale.
 stepwise: Which effects explain what is left: score tests of everything, refits of the leaders, alone and in
@@ -14,4 +15,6 @@ stepwise: Which effects explain what is left: score tests of everything, refits 
 subsets: Sets of candidates with what a linear step in them would gain, the best first.
 tone_free_noise: Noise without the steady tones that stand in the residual: these are to be explained, not to be
     weighted with.
+torque_sets: Torques first: every torque and every pair of torques fitted, under sign rules, the best kept if it is
+    worth it.
 """

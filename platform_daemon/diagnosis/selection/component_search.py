@@ -175,7 +175,9 @@ def _peaks(
 
 
 def transients(at: JointFit) -> list[Candidate]:
-    """Decaying offsets of any channel, at a grid of decay times."""
+    """Decaying offsets of any channel, at a grid of decay times; an encoder has no switch that leaves any."""
+    if at.started[0].shot.record.quantity == "angle":
+        return []
     channels = at.linear[0].seen.residual.shape[0]
     seconds = float(at.started[0].time_s[-1])
     shortest = max(_SHORTEST_TRANSIENT_S, 1.0 / at.started[0].shot.rate_hz)

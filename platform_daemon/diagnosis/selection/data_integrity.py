@@ -46,7 +46,7 @@ def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
     found = []
     seen: dict[bytes, int] = {}
     for k, shot in enumerate(shots):
-        clipped = saturation(shot.record.valid)
+        clipped = saturation(shot.record.valid, shot.record.quantity)
         if clipped is not None:
             found.append(DataDefect("saturation", f"{shot.name}: {clipped}", k))
         key = shot.record.samples.tobytes()

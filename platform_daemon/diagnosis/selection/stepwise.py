@@ -10,7 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from platform_daemon.estimation import Zones
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis
@@ -22,6 +24,7 @@ from .refits import allowed_refit, own_gain, refined, refined_own, refit
 from .sign_constraints import signs_allowed, step_allowed
 from .significance import LEVEL, log_chance
 from .subsets import pairs, singles, triples
+from .torque_sets import best_torques
 
 _LARGEST_SET = 3
 _LEADERS = 6
@@ -29,6 +32,7 @@ _NEAR = 0.03  # share of the best gain within which another set may overtake it 
 _CLOSE = 12.0  # fall of chi^2, the same
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
+_BESIDE_MOTION = 0.15  # of its frequency
 
 ProgressCallback = Callable[[str, float], None]
 
@@ -82,7 +86,15 @@ def select_effects(
     Raises:
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
-    return _Search(base, list(candidates), pool, tell).run()
+    if base.started[0].shot.record.quantity != "angle":
+        return _Search(base, list(candidates), pool, tell).run(base)
+    every = _Search(base, list(candidates), pool, tell)
+    begun = best_torques(base, [c for c in candidates if c.term is not None], float(len(candidates)), pool, tell)
+    beside = _Search(base, [c for c in candidates if c.term is None], pool, tell).run(begun)
+    return replace(
+        beside, tried=every.singles(every.score_table(base)), score_table=every.score_table(beside.best),
+        score_table_of=every.score_table,
+    )  # fmt: skip
 
 
 class _Search:
@@ -93,13 +105,13 @@ class _Search:
         self._trials = float(len(named) + len(transients(base)) + 3)
         self._scanned: tuple[JointFit, tuple[list[Candidate], list[Candidate]]] | None = None
 
-    def run(self) -> Selection:
-        """Alternate between effects of each shot's own and sets of common ones."""
+    def run(self, begun: JointFit) -> Selection:
+        """Alternate between effects of each shot's own and sets of common ones, beside what was begun with."""
         before = omnibus_test(self._base, self._pool)
         self._tell("scores of all candidates", 0.25)
-        root, best = self._base, self._base
-        first = seen = self._score_table(root)
-        tried = self._singles(first)
+        root, best = begun, begun
+        first = seen = self.score_table(root)
+        tried = self.singles(first)
         forbidden: tuple[Candidate, ...] = ()
         size = additive = 0
         while True:
@@ -110,8 +122,8 @@ class _Search:
                 sharp = refined_own(best, own[1], self._pool)
                 root = refit(root.hypothesis.plus(sharp), root, self._pool) or root
                 best = refit(best.hypothesis.plus(sharp), best, self._pool) or best
-                first = self._score_table(root)
-                seen = first if size == 0 else self._score_table(best)
+                first = self.score_table(root)
+                seen = first if size == 0 else self.score_table(best)
                 additive += 1
                 continue
             if common >= LEVEL or size == _LARGEST_SET:
@@ -124,9 +136,9 @@ class _Search:
                 forbidden = banned or forbidden
                 continue
             better, forbidden = refined(better, self._pool), ()
-            best, seen = better, self._score_table(better)
+            best, seen = better, self.score_table(better)
         after = omnibus_test(best, self._pool) if best is not self._base else before
-        return Selection(self._base, best, seen, after, before, tried, self._trials, self._score_table, forbidden)
+        return Selection(self._base, best, seen, after, before, tried, self._trials, self.score_table, forbidden)
 
     def _scan(self, at: JointFit) -> tuple[list[Candidate], list[Candidate]]:
         """(tones, side modes) in what a refit leaves over; looked for once."""
@@ -134,7 +146,10 @@ class _Search:
             left = shot_residuals(at, self._pool)
             sides = side_modes(at, left)
             lines = [*tones(at, left), *steady_tones(at, sides)]
-            self._scanned = at, (lines, [c for c in sides if not self._steady(at, c, lines)])
+            sides = [c for c in sides if not self._steady(at, c, lines)]
+            if at.started[0].shot.record.quantity == "angle":
+                lines, sides = ([c for c in some if not _near_motion(c, at)] for some in (lines, sides))
+            self._scanned = at, (lines, sides)
         return self._scanned[1]
 
     def _steady(self, at: JointFit, side: Candidate, lines: Sequence[Candidate]) -> bool:
@@ -143,15 +158,17 @@ class _Search:
         near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
         return bool(near) and max(own_gain(at, c, self._pool)[0] for c in near) >= own_gain(at, side, self._pool)[0]
 
-    def _score_table(self, at: JointFit) -> ScoreTable:
+    def score_table(self, at: JointFit) -> ScoreTable:
+        """Of everything that can be common to the shots and is not in a refit already."""
         taken = {c.key for c in at.hypothesis.effects}
         shared = [c for c in self._scan(at)[1] if c.shared]
         offered = [
-            c for c in [*self._named, *transients(at), *shared] if c.key not in taken and not _same_effect_in(c, at)
-        ]
+            c for c in [*self._named, *transients(at), *shared]
+            if c.key not in taken and not _same_effect_in(c, at)
+        ]  # fmt: skip
         return score_table(at, offered, self._pool)
 
-    def _singles(self, seen: ScoreTable) -> tuple[CandidateTest, ...]:
+    def singles(self, seen: ScoreTable) -> tuple[CandidateTest, ...]:
         """Every candidate by itself, the most surprising first."""
         rows = []
         for block in seen.blocks:
@@ -237,6 +254,14 @@ class _Search:
                 known.add(keys)
                 chosen.append((hypothesis, at.joint_fit))
         return chosen
+
+
+def _near_motion(c: Candidate, at: JointFit) -> bool:
+    """So near the swing's own frequency that a torque which is not quite right looks the same."""
+    f = c.detail.frequency_hz or 0.0
+    motions = [s.dynamics for s in at.states]
+    zones = [Zones.of_sweep(d.w, d.amplitude, relative=_BESIDE_MOTION, margin_hz=0.0) for d in motions]
+    return any(z.low_hz < f < z.high_hz for z in zones)
 
 
 def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:

@@ -15,7 +15,9 @@ from platform_daemon.estimation import (
     LostTrajectoryError,
     RefusedError,
     RingDownModel,
+    RingDownRecord,
     by_convention,
+    find_half_cycles,
     find_minimum,
     task_of,
     turning_points,
@@ -76,7 +78,25 @@ def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | Unfitted
 def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
     """Sample at which the motion has become small."""
     record = shot.record
+    if record.quantity == "angle":
+        return _end_of_angle(record, state)
     times, sizes = turning_points(model, state.dynamics, record.end * record.dt_s)
     small = np.flatnonzero(sizes < _LEFT * abs(state.dynamics.amplitude))
     until_s = float(times[small[0]]) if small.size else float(times[-1])
     return min(record.end, max(record.valid_from, math.ceil(until_s * shot.rate_hz)))
+
+
+def _end_of_angle(record: RingDownRecord, state: FitState) -> int:
+    """The same as the samples themselves show it: friction that the model lacks may have stopped the swing long ago."""
+    first = record.valid_from
+    seen = record.samples[0, first : record.end]
+    cycles = find_half_cycles(seen, first, record.dt_s, state.dynamics.w / (2.0 * math.pi))
+    if cycles is None:
+        return record.end
+    sizes = np.abs(cycles.turning_rad)
+    small = np.flatnonzero(sizes < _LEFT * sizes[0])
+    if small.size:
+        return min(record.end, math.ceil(float(cycles.turning_s[small[0]]) / record.dt_s))
+    # Behind the last swing that stands out there is rest, or the end of the record.
+    last_s = float(cycles.passages_s[-1]) + 0.5 * float(cycles.passages_s[-1] - cycles.passages_s[-2])
+    return min(record.end, math.ceil(last_s / record.dt_s))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -21,6 +22,7 @@ from platform_daemon.estimation import (
 
 from .shot import PreparedShot
 
+_STRAY = 3.0  # times the frequency of the shot's own fit
 _LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
 
@@ -132,8 +134,9 @@ def linearise_signal(started: PreparedShot, model: RingDownModel, state: FitStat
     """Evaluate a state.
 
     Raises:
-        LostTrajectoryError: the state does not oscillate.
+        LostTrajectoryError: the state does not oscillate, or has left what the shot can be.
     """
+    _check(started, state)
     basis = basis_at(started, model, state)
     if not np.abs(basis).max() < _LARGEST:
         raise LostTrajectoryError("the motion answers without bounds to its parameters")
@@ -142,6 +145,13 @@ def linearise_signal(started: PreparedShot, model: RingDownModel, state: FitStat
     by_parameter = coefficient_jacobian(model, state)
     even = np.tensordot(by_parameter[..., 1::2], basis[1::2], 1)
     return replace(seen, residual=residual, jacobian=np.tensordot(by_parameter, basis, 1), even_jacobian=even)
+
+
+def _check(started: PreparedShot, state: FitState) -> None:
+    """A trial step may lead anywhere; tables and traces of such a motion would be as large."""
+    here, begun = state.dynamics, started.state.dynamics
+    if not (_STRAY > here.w / begun.w > 1.0 / _STRAY and abs(here.amplitude) < math.pi):
+        raise LostTrajectoryError("the motion is no longer that of the shot")
 
 
 def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:

@@ -1,5 +1,6 @@
 """The noise of a record or a series: per channel, its spectrum, what stands steadily in it.
 
+angle: Noise of an angle: from high differences of its samples, because an oscillation is smooth and noise is not.
 coloured: The noise that counts: its level at the signal's harmonics, as far as the measured spectrum can tell it
     from white.
 level_uncertainty: How well the level of a measured noise is known: by the number of independent values that it was

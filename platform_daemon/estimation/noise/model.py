@@ -15,6 +15,7 @@ from scipy.special import gammaincinv
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
 from ..screening.oscillation import find_oscillation
+from .angle import angle_noise_sd
 from .welch import SegmentSpectra, segment_spectra
 
 _SIGNIFICANT = 60.0
@@ -99,10 +100,15 @@ def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel
     """Noise of a record, from all its valid samples; blank: it is known to hold no signal.
 
     The averaged spectrum is read where the signal is not: harmonics are masked over the range their frequency
-    sweeps through, as far up as they stand out, and the gaps are bridged. The variance is the integral.
+    sweeps through, as far up as they stand out, and the gaps are bridged. The variance is the integral. An angle's is
+    taken from differences of its samples (angle.py) wherever these are dense enough.
     """
     samples, rate = record.valid, record.sampling_rate_hz
     line = None if blank else find_oscillation(record)
+    if record.quantity == "angle" and line is not None and line.significance >= _SIGNIFICANT:
+        sd = angle_noise_sd(record, line.frequency_hz)
+        if sd is not None:
+            return replace(NoiseModel.white(np.full(record.channels, sd), rate), source=OWN)
     if line is None or line.significance < _SIGNIFICANT:
         spectra = segment_spectra(samples, rate, max(_SEGMENT_WITHOUT_SIGNAL, samples.shape[1] // 8))
         mask = np.zeros(spectra.frequency_hz.size, dtype=bool)

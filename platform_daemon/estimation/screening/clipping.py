@@ -13,6 +13,7 @@ from ..numerics.jit import fast_kernel, part
 _FEWEST = 16
 _FEW = 6
 _CROWD = 5.0
+_FEWEST_PEAKS = 2  # that are cut off at the same height
 
 
 @dataclass(frozen=True)
@@ -32,10 +33,18 @@ class Clipping:
         return f"{self.samples} samples of channel {self.channel} pile up at its {self.side}"
 
 
-def saturation(samples: Array) -> str | None:
-    """Why these samples are too clipped for a fit, None if they are not; samples: (channels, n), raw, in any unit."""
+def saturation(samples: Array, quantity: str = "volts") -> str | None:
+    """Why these samples are too clipped for a fit, None if they are not; samples: (channels, n), raw, in any unit.
+
+    An encoder stands at its largest count where the swing is let go, however long: an angle is clipped only where it
+    comes back to that count again.
+    """
     found = find_clipping(samples)
-    return str(found) if found is not None and found.severe else None
+    if found is None or not found.severe:
+        return None
+    y = np.asarray(samples)[found.channel]
+    extreme = float(y.max() if found.side == "top" else y.min())
+    return None if quantity == "angle" and peaks_at(y, extreme) < _FEWEST_PEAKS else str(found)
 
 
 def find_clipping(samples: Array) -> Clipping | None:

@@ -88,7 +88,7 @@ def _refuse_clipped(record: RingDownRecord, channel: int, lowest: float, highest
         if runs < _FEWEST_RUNS or extreme == 0.0:
             continue
         # What is held at the extreme before its release is one top, however the steps of an encoder flicker.
-        enough = runs >= _FLAT_RUNS or peaks_at(y, extreme) >= _FEWEST_RUNS
+        enough = (runs >= _FLAT_RUNS and record.quantity != "angle") or peaks_at(y, extreme) >= _FEWEST_RUNS
         # Coarse quantisation holds the top level too, but the next one as often.
         if enough and saturation(y[None]) is not None:
             raise RefusedError(Refusal.SATURATED, f"{runs} flat tops in channel {channel}")

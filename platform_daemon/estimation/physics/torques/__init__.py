@@ -4,6 +4,8 @@ angle_dependent_damping: Viscous damping that grows with the deflection, -2 kapp
 bias_torque: A constant torque that does not depend on the deflection, +t: a twisted thread, an eccentric weight.
 coulomb_friction: Dry friction of constant size, -sgn(phi') a: eq:Jewel_ODE_norm_simp, the approximation before the
     Hertz contact.
+cubic_restoring: A restoring torque that grows with the cube of the deflection, -k3 w^2 phi^3: a spring that stiffens,
+    a wire.
 dispatch: The one place where the kernel meets the terms: a number in, the term's acceleration and derivatives out.
 frequency_drift: A natural frequency that changes while the resonator rings: f_nat(t) = f_nat (1 + d t), t = 0 at
     the first sample.
@@ -12,6 +14,8 @@ linear_restoring: The restoring torque of the small-angle regime, -phi in place 
 magnetic_restoring: The restoring torque of the stator magnet, -sin(phi): eq:T_m, eq:omega_nat.
 quadratic_drag: Drag of a turbulent flow, -b phi' |phi'|.
 restoring_anharmonicity: A restoring torque that weakens with the deflection: -sin(phi) [1 - beta (1 - cos(phi))].
+stribeck_coulomb_friction: Dry friction that falls with the speed, -sgn(phi') a exp(-|phi'| / v_s): what a Coulomb
+    friction has more at rest.
 stribeck_friction: Excess of the Hertz contact's friction at low speed, -sgn(phi') a cos^(4/3)(phi) exp(-|phi'| /
     v_s).
 torque_term: What a torque term is: data about its coefficients, plus one compiled function with its derivatives.
@@ -24,6 +28,7 @@ from __future__ import annotations
 from .angle_dependent_damping import ANGLE_DEPENDENT_DAMPING
 from .bias_torque import BIAS_TORQUE
 from .coulomb_friction import COULOMB_FRICTION
+from .cubic_restoring import CUBIC_RESTORING
 from .dispatch import TIMED_FROM
 from .frequency_drift import FREQUENCY_DRIFT
 from .hertz_friction import HERTZ_FRICTION
@@ -31,6 +36,7 @@ from .linear_restoring import LINEAR_RESTORING
 from .magnetic_restoring import MAGNETIC_RESTORING
 from .quadratic_drag import QUADRATIC_DRAG
 from .restoring_anharmonicity import RESTORING_ANHARMONICITY
+from .stribeck_coulomb_friction import STRIBECK_COULOMB_FRICTION
 from .stribeck_friction import STRIBECK_FRICTION
 from .torque_term import Coefficient, TorqueTerm
 from .torsion_stiffness import TORSION_STIFFNESS
@@ -48,6 +54,8 @@ AUTONOMOUS = (
     TORSION_STIFFNESS,
     BIAS_TORQUE,
     STRIBECK_FRICTION,
+    STRIBECK_COULOMB_FRICTION,
+    CUBIC_RESTORING,
 )
 TIMED = (FREQUENCY_DRIFT,)
 TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED)}
@@ -65,6 +73,7 @@ __all__ = [
     "AUTONOMOUS",
     "BIAS_TORQUE",
     "COULOMB_FRICTION",
+    "CUBIC_RESTORING",
     "FREQUENCY_DRIFT",
     "HERTZ_FRICTION",
     "LINEAR_RESTORING",
@@ -72,6 +81,7 @@ __all__ = [
     "OF_OTHER_SIGN_IN_MIRROR",
     "QUADRATIC_DRAG",
     "RESTORING_ANHARMONICITY",
+    "STRIBECK_COULOMB_FRICTION",
     "STRIBECK_FRICTION",
     "TERMS",
     "TIMED",

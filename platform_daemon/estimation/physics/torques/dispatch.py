@@ -12,12 +12,14 @@ from ...numerics.jit import part
 from .angle_dependent_damping import angle_dependent_damping
 from .bias_torque import bias_torque
 from .coulomb_friction import coulomb_friction
+from .cubic_restoring import cubic_restoring
 from .frequency_drift import frequency_drift
 from .hertz_friction import hertz_friction
 from .linear_restoring import linear_restoring
 from .magnetic_restoring import magnetic_restoring
 from .quadratic_drag import quadratic_drag
 from .restoring_anharmonicity import restoring_anharmonicity
+from .stribeck_coulomb_friction import stribeck_coulomb_friction
 from .stribeck_friction import stribeck_friction
 from .torsion_stiffness import torsion_stiffness
 from .viscous_damping import viscous_damping
@@ -61,6 +63,10 @@ def acceleration(phi, v, sigma, codes, widths, c, grad):  # type: ignore[no-unty
             f, f_phi, f_v = bias_torque(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
         elif codes[k] == 10:
             f, f_phi, f_v = stribeck_friction(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
+        elif codes[k] == 11:
+            f, f_phi, f_v = stribeck_coulomb_friction(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
+        elif codes[k] == 12:
+            f, f_phi, f_v = cubic_restoring(phi, sin_phi, cos_phi, v, sigma, c, j, grad)
         total += f
         total_phi += f_phi
         total_v += f_v

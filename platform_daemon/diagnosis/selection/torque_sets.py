@@ -1,0 +1,129 @@
+"""Torques first: every torque and every pair of torques fitted, under sign rules, the best kept if it is worth it.
+
+Where little noise hides the misfit, steps by linear scores lead nowhere: two losses together may explain what either
+alone makes worse. A fit of a set takes tenths of a second on an angle, so all of them are tried.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+from ..effects.effect import Candidate
+from ..regression.joint_fit import JointFit
+from ..shots.thread_pool import InThisThread
+from ..validation.cross_validation import CrossValidation, cross_validate
+from .refits import allowed_refit
+from .scales import at_best_scales
+from .sign_constraints import signs_allowed
+from .significance import LEVEL, log_chance
+
+_LARGEST_SET = 3
+_LEADERS = 2  # sets of a size that grow
+_RIVALS = 6  # sets of a size whose predictions are compared
+_WORTH_A_SCALE = 3.0  # times the least chi^2: a set that a better scale may bring to the front
+_CLOSE = 0.2  # of chi^2: sets so near the best are its rivals
+_HELPS = 0.9  # of the held-out error: another effect must predict better by more than chance
+_NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
+
+
+@dataclass(frozen=True)
+class TorqueSet:
+    """A set that fits without forbidden signs, and how well it predicts."""
+
+    fitted: JointFit
+    held_out: CrossValidation
+
+    @property
+    def error(self) -> float:
+        """nRMSE of the prediction."""
+        return self.held_out.total.nrmse
+
+
+def best_torques(
+    base: JointFit, candidates: Sequence[Candidate], trials: float, pool: Executor, tell: Callable[[str, float], None]
+) -> JointFit:
+    """The declared model with the torques that explain most and predict best; itself if none is worth it."""
+    best = TorqueSet(base, cross_validate(base, pool))
+    known: dict[frozenset[object], JointFit] = {frozenset(): base}
+    leaders: list[JointFit] = [base]
+    for size in range(1, _LARGEST_SET + 1):
+        tell(f"refits of sets of {size} torques", 0.25 + 0.15 * size)
+        if _complete(best.fitted):
+            break
+        grown = leaders if size > 2 else list(known.values())
+        allowed = _allowed(_sets(grown, candidates, known, size), pool)
+        known |= {_keys(f): f for f in allowed}
+        best = _better(best, allowed, trials, pool)
+        leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_LEADERS]
+    return best.fitted
+
+
+def _complete(at: JointFit) -> bool:
+    """Nothing but noise is left: a larger set would explain noise."""
+    return bool(at.hypothesis.effects) and at.chi2_per_dof < _NOISE
+
+
+def _keys(at: JointFit) -> frozenset[object]:
+    """The effects of a set, whatever their hidden scales."""
+    return frozenset(c.effect for c in at.hypothesis.effects)
+
+
+def _sets(
+    grown: Sequence[JointFit], candidates: Sequence[Candidate], known: dict[frozenset[object], JointFit], size: int
+) -> list[tuple[Candidate, JointFit]]:
+    """Additions to sets that are one smaller, each new set once, begun at the best of what it contains."""
+    best: dict[frozenset[object], tuple[Candidate, JointFit]] = {}
+    for at, c in itertools.product(grown, candidates):
+        keys = _keys(at) | {c.effect}
+        if len(keys) != size or len(_keys(at)) != size - 1 or keys in known:
+            continue
+        if keys not in best or at.chi2 < best[keys][1].chi2:
+            best[keys] = c, at
+    return list(best.values())
+
+
+def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list[JointFit]:
+    """Those that can be fitted without forbidden signs, the best first; those in front with their scales at the best.
+
+    Of a single shot, several are fitted at once.
+    """
+    alone = bool(sets) and len(sets[0][1].started) == 1
+    inner, every = (InThisThread(), pool.map) if alone else (pool, map)
+    found = [f for f in every(lambda s: allowed_refit(s[1].hypothesis.plus(s[0]), s[1], inner), sets) if f is not None]
+    fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
+    front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2]
+    sharp = list(every(lambda f: at_best_scales(f, inner), front))
+    return sorted((f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f)), key=lambda f: f.chi2)
+
+
+def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: Executor) -> TorqueSet:
+    """The set of a size that predicts best among those that fit about best, if it is worth its parameters."""
+    rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_RIVALS]
+    scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
+    for one in sorted(scored, key=lambda s: s.error):
+        if _sure(best.fitted, one.fitted, trials) and _predicts(best, one):
+            return one
+    return best
+
+
+def _sure(smaller: JointFit, larger: JointFit, trials: float) -> bool:
+    """The fall of chi^2 is no chance."""
+    fall = (smaller.chi2 - larger.chi2) / larger.noise_factor
+    added = _parameters(larger) - _parameters(smaller)
+    count = len(larger.hypothesis.effects)
+    return log_chance(fall, max(1, added), trials**count / math.factorial(count)) < LEVEL
+
+
+def _parameters(at: JointFit) -> int:
+    return sum(1 + len(c.hidden) for c in at.hypothesis.effects)
+
+
+def _predicts(smaller: TorqueSet, larger: TorqueSet) -> bool:
+    """Better on held-out data; where nothing but noise is left, no worse is enough, for noise is all that is scored."""
+    if larger.fitted.chi2_per_dof < _NOISE:
+        return larger.held_out.worse_by(smaller.held_out) < 0.0
+    return larger.error < _HELPS * smaller.error
