@@ -26,13 +26,14 @@ from .findings.verdict import assess_diagnosis
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
+from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.confounders import gain_of
 from .selection.data_integrity import DataDefect, data_defects, without_gaps
 from .selection.omnibus_test import omnibus_test
 from .selection.stepwise import ProgressCallback, Selection, select_effects
 from .selection.tone_free_noise import with_tone_free_noise
 from .shots.initial_fits import UnfittedShot, initial_fits
-from .shots.shot import DiagnosisShot
+from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
 from .validation.cross_validation import CrossValidation
 from .validation.validated_effects import validate_effects
@@ -89,17 +90,22 @@ def _diagnose(
     tell("checks of the data", 0.0)
     flawed = data_defects(shots)
     bad = {f.shot for f in flawed}
-    started, refused = initial_fits([s for k, s in enumerate(shots) if k not in bad], model, pool)
+    usable = [s for k, s in enumerate(shots) if k not in bad]
+    angle = shots[0].record.quantity == "angle"
+    usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
+    started, refused = initial_fits(usable, model, pool)
     if not started:
         why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
         raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
-    started, gaps = without_gaps(started, model, pool)
+    if not angle:
+        started, gaps = filled_dipoles(started, model, pool)
     tell("fit of the declared model", 0.1)
-    base = with_tone_free_noise(fit_jointly(started, Hypothesis(model), pool), pool)
-    found = select_effects(base, candidates_for(base), pool, tell)
+    found, late = _selected(started, model, tell, pool)
+    gaps = [*gaps, *late]
     tell("prediction of held-out data", 0.8)
     seen, before, after, dropped, passed = validate_effects(found, pool)
     final = seen.joint_fit
+    base = found.base
     if final is not found.best:
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
@@ -143,6 +149,31 @@ def _diagnose(
         ),
         seconds=time.perf_counter() - began,
     )
+
+
+def _selected(
+    started: list[PreparedShot], model: RingDownModel, tell: ProgressCallback, pool: Executor
+) -> tuple[Selection, list[DataDefect]]:
+    """What is found, and losses of samples that show only where nothing else is left to be explained."""
+    started, gaps = without_gaps(started, model, pool)
+    found = _effects(started, model, tell, pool)
+    best = found.best
+    if not best.hypothesis.torques:
+        return found, gaps
+    beside = [replace(s, state=best.full_state(k)) for k, s in enumerate(best.started)]
+    mended, late = without_gaps(beside, best.hypothesis.augmented, pool)
+    if not late:
+        return found, gaps
+    again = [replace(s, state=started[k].state) for k, s in enumerate(mended)]
+    return _effects(again, model, tell, pool), [*gaps, *late]
+
+
+def _effects(
+    started: Sequence[PreparedShot], model: RingDownModel, tell: ProgressCallback, pool: Executor
+) -> Selection:
+    """The declared model's joint fit, and what is missing beside it."""
+    base = with_tone_free_noise(fit_jointly(started, Hypothesis(model), pool), pool)
+    return select_effects(base, candidates_for(base), pool, tell)
 
 
 def _ambiguity(named: AcceptedEffect, final: JointFit, pool: Executor) -> Ambiguity:

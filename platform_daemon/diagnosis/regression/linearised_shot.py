@@ -56,12 +56,12 @@ class LinearisedShot:
 
         The sum of the squares of its correlations, without what chance adds to these.
         """
-        rows = self.residual.reshape(self.seen.residual.shape)
-        n = rows.shape[1]
+        rows: Array = self.residual.reshape(self.seen.residual.shape)
+        n = int(self.seen.residual.shape[1])
         size = next_fast_len(2 * n, real=True)
         power = np.abs(rfft(rows, size, axis=1)) ** 2
-        lags = np.asarray(irfft(power.sum(axis=0), size))[:n]
-        squares = (lags / max(float(lags[0]), 1e-300)) ** 2
+        lags = np.asarray(irfft(power.sum(axis=0), size), dtype=np.float64)
+        squares = (lags[:n] / max(float(lags[0]), 1e-300)) ** 2
         return max(1.0, 2.0 * float(squares.sum()) - 2.0)
 
     def beside(self, columns: Array) -> Array:

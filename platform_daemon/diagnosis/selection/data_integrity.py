@@ -9,7 +9,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import Array, FitState, RingDownModel, Workspace, estimate_noise, saturation
+from platform_daemon.estimation import (
+    Array,
+    FitState,
+    LostTrajectoryError,
+    RingDownModel,
+    Workspace,
+    estimate_noise,
+    saturation,
+)
 from platform_daemon.schemas import DefectKind
 
 from ..regression.hypothesis import Hypothesis
@@ -19,6 +27,7 @@ from .significance import log_chance
 
 _SURE = -18.0  # logarithm of the chance of a gap in a clock without one
 _MOST_GAPS = 4
+_FOLLOWED = 3.0  # chi^2 per degree of freedom of a model that misses no more than some lost samples
 _WHOLE = 0.15  # share by which a gap may miss a whole number of samples
 _AROUND = 4  # instants on either side in which a gap is located
 
@@ -57,6 +66,14 @@ def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
     return found
 
 
+def likeliest_jump(started: PreparedShot, hypothesis: Hypothesis) -> bool:
+    """True if the phase of a shot's own fit seems to jump somewhere; what a model lacks may look like that too."""
+    try:
+        return _strongest(_settled(started, hypothesis)[0]) is not None
+    except LostTrajectoryError:
+        return False
+
+
 def without_gaps(
     started: Sequence[PreparedShot], model: RingDownModel, pool: Executor
 ) -> tuple[list[PreparedShot], list[DataDefect]]:
@@ -69,8 +86,12 @@ def _mended(k: int, started: PreparedShot, model: RingDownModel) -> tuple[Prepar
     """Gap after gap, each with a new fit."""
     found: list[DataDefect] = []
     hypothesis = Hypothesis(model)
-    linear, state = _settled(started, hypothesis)
-    while len(found) < _MOST_GAPS:
+    try:
+        linear, state = _settled(started, hypothesis)
+    except LostTrajectoryError:
+        return started, found
+    # Beside a model that does not follow the motion any misfit of the phase looks like a loss.
+    while len(found) < _MOST_GAPS and linear.chi2 < _FOLLOWED * started.dof:
         place = _strongest(linear)
         if place is None:
             break
@@ -96,7 +117,10 @@ def _settled(started: PreparedShot, hypothesis: Hypothesis) -> tuple[LinearisedS
     linear = linearise_shot(started, hypothesis, state, nothing)
     for _ in range(8):
         moved = state.moved(linear.own_step(nothing))
-        trial = linearise_shot(started, hypothesis, moved, nothing)
+        try:
+            trial = linearise_shot(started, hypothesis, moved, nothing)
+        except LostTrajectoryError:
+            break
         if trial.chi2 >= linear.chi2:
             break
         fall, linear, state = linear.chi2 - trial.chi2, trial, moved

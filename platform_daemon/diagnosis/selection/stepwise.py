@@ -32,6 +32,7 @@ _NEAR = 0.03  # share of the best gain within which another set may overtake it 
 _CLOSE = 12.0  # fall of chi^2, the same
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
+_LITTLE_LEFT = 1.1  # chi^2 per degree of freedom
 _BESIDE_MOTION = 0.15  # of its frequency
 
 ProgressCallback = Callable[[str, float], None]
@@ -90,7 +91,9 @@ def select_effects(
         return _Search(base, list(candidates), pool, tell).run(base)
     every = _Search(base, list(candidates), pool, tell)
     begun = best_torques(base, [c for c in candidates if c.term is not None], float(len(candidates)), pool, tell)
-    beside = _Search(base, [c for c in candidates if c.term is None], pool, tell).run(begun)
+    # Linear scores are right for torques too where little is left to be explained.
+    rest = [c for c in candidates if c.term is None or begun.chi2_per_dof < _LITTLE_LEFT]
+    beside = _Search(base, rest, pool, tell).run(begun)
     return replace(
         beside, tried=every.singles(every.score_table(base)), score_table=every.score_table(beside.best),
         score_table_of=every.score_table,

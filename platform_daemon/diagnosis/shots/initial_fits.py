@@ -37,10 +37,13 @@ class UnfittedShot:
 
 
 def initial_fits(
-    shots: Sequence[DiagnosisShot], model: RingDownModel, pool: Executor
+    shots: Sequence[DiagnosisShot], model: RingDownModel, pool: Executor | None
 ) -> tuple[list[PreparedShot], list[UnfittedShot]]:
-    """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record."""
-    results = list(pool.map(lambda shot: _start(shot, model), shots))
+    """Fit the declared model to every shot, down to 12 % of its amplitude or to the end of the record.
+
+    pool: None: one after the other, in a thread of a pool for one.
+    """
+    results = list((map if pool is None else pool.map)(lambda shot: _start(shot, model), shots))
     started = [r for r in results if isinstance(r, PreparedShot)]
     return _on_one_side(started, model), [r for r in results if isinstance(r, UnfittedShot)]
 

@@ -17,7 +17,8 @@ from ..numerics.arrays import Array
 from ..record import RingDownRecord
 
 _ORDER = 8
-_PER_PERIOD = 24.0  # means at least: of a sine of 1 rad the differences then leave 1e-7 rad
+_PER_PERIOD = 24.0  # samples at least: of a sine of 1 rad the differences then leave 1e-7 rad
+_MEANS_PER_PERIOD = 60.0  # the same of means: kinks, where dry friction changes its sign, stand in few of them
 _FEWEST = 32  # differences
 _CELLS = 4  # per period: what breaks the motion's smoothness stands in few of them
 _BROKEN = 25.0  # times the usual power: a kink or a jump, no noise
@@ -34,7 +35,10 @@ def angle_noise_sd(record: RingDownRecord, frequency_hz: float) -> float | None:
     y, rate = record.valid[0], record.sampling_rate_hz
     levels: list[float] = []
     block = 1
-    while rate / (block * frequency_hz) >= _PER_PERIOD and y.size // block >= _FEWEST + _ORDER:
+    while (
+        rate / (block * frequency_hz) >= (_PER_PERIOD if block == 1 else _MEANS_PER_PERIOD)
+        and y.size // block >= _FEWEST + _ORDER
+    ):
         level = _level(y, block, rate / (block * frequency_hz))
         if levels and level > _RISE * max(levels[-1], _step(y) / math.sqrt(12.0)):
             break

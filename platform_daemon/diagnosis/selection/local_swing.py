@@ -1,0 +1,151 @@
+"""A few periods of any swing as a sum of harmonics of slowly changing size, with samples lost in the middle or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from platform_daemon.estimation import Array
+
+_HARMONICS = (1, 2, 3, 4)
+_DEGREES = 3  # of the change of every harmonic within a window
+_FINE = 160  # points per period, for the size of a step
+_SHIFTS = 24  # per period, at which the size of a step is tried first
+_AS_GOOD = 1.5  # times the least chi^2
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples to be searched.
+
+    Attributes:
+        samples: (channels, n). sd: (channels,) of their noise.
+        frequency: (instant in samples) -> local frequency in cycles per sample.
+        periods: half width of a window.
+        points: per period, to which samples are averaged for the search.
+    """
+
+    samples: Array
+    sd: Array
+    frequency: Callable[[float], float]
+    periods: float
+    points: int = 40
+
+
+def block_means(samples: Array, block: int) -> Array:
+    """Means of so many neighbours each, (channels, points), of samples (channels, n)."""
+    n = samples.shape[1] // block
+    return np.asarray(samples[:, : n * block].reshape(samples.shape[0], n, block).mean(axis=2))
+
+
+def waves(time: Array, frequency: float, scale: float) -> tuple[Array, Array]:
+    """Harmonics (columns, points) of slowly changing size at times from the window's centre, and their derivatives."""
+    x = time / scale
+    turn = 2.0 * math.pi * frequency
+    rows, slopes = [], []
+    for degree in range(_DEGREES):
+        slow, change = x**degree, (degree * x ** max(degree - 1, 0) if degree else np.zeros_like(x)) / scale
+        rows.append(slow)
+        slopes.append(change)
+        for h in _HARMONICS:
+            c, s = np.cos(h * turn * time), np.sin(h * turn * time)
+            rows += [slow * c, slow * s]
+            slopes += [change * c - slow * h * turn * s, change * s + slow * h * turn * c]
+    return np.stack(rows), np.stack(slopes)
+
+
+@dataclass(frozen=True)
+class Window:
+    """Samples (channels, n) in units of their noise, their times from the window's centre, and its local frequency."""
+
+    y: Array
+    time: Array
+    frequency: float
+    half: float
+
+    def split(self, at: int) -> Blocks:
+        """Means of neighbours, none of which lie on both sides of a sample."""
+        block = max(1, int(1.0 / (self.frequency * _FINE)))
+        early, late = self.y[:, at % block : at], self.y[:, at:]
+        parts = [(at % block, early), (at, late)]
+        means = [block_means(part, block) * math.sqrt(block) for _, part in parts]
+        starts = [begin + np.arange(m.shape[1]) * block for (begin, _), m in zip(parts, means, strict=True)]
+        time = self.time[0] + np.concatenate(starts) + 0.5 * (block - 1)
+        after = np.concatenate([np.full(m.shape[1], k, dtype=bool) for k, m in enumerate(means)])
+        return Blocks(np.concatenate(means, axis=1), time, after, math.sqrt(block), self.frequency, self.half)
+
+    def place(self, at: int, size: float) -> int:
+        """The first sample behind the loss: before it the swing is on time, from it on it is late."""
+        inside, _ = self.split(at).fitted(size)
+        reach = round(0.25 / self.frequency)
+        first, last = max(0, at - reach), min(self.time.size, at + reach)
+        there = self.time[first:last]
+        early = self.y[:, first:last] - inside @ waves(there, self.frequency, self.half)[0]
+        late = self.y[:, first:last] - inside @ waves(there + size, self.frequency, self.half)[0]
+        before = np.concatenate([[0.0], np.cumsum(np.sum(early**2, axis=0))])
+        after = np.concatenate([[0.0], np.cumsum(np.sum(late**2, axis=0))])
+        return first + int(np.argmin(before + after[-1] - after))
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Means (channels, points) in units of their noise, `weight` times the waves; bool (points,): behind the loss."""
+
+    y: Array
+    time: Array
+    after: np.ndarray
+    weight: float
+    frequency: float
+    half: float
+
+    def fitted(self, size: float) -> tuple[Array, float]:
+        """Sizes of the waves (channels, columns) with so many samples lost, and chi^2."""
+        rows = self.weight * waves(np.where(self.after, self.time + size, self.time), self.frequency, self.half)[0]
+        inside = _sizes(rows, self.y)
+        return inside, float(np.sum((self.y - inside @ rows) ** 2))
+
+    def chi2(self, size: float) -> float:
+        """With so many samples lost."""
+        return self.fitted(size)[1]
+
+    def kicked(self) -> float:
+        """chi^2 with a swing on top that begins behind the place, at rest until then: a blow."""
+        since = np.where(self.after, self.time - self.time[self.after][0], 0.0)
+        turn = 2.0 * math.pi * self.frequency
+        more = np.stack([np.sin(turn * since), (1.0 - np.cos(turn * since)) * self.after])
+        rows = self.weight * np.concatenate([waves(self.time, self.frequency, self.half)[0], more])
+        return float(np.sum((self.y - _sizes(rows, self.y) @ rows) ** 2))
+
+    def sizes(self) -> list[float]:
+        """Losses from nothing to a period that explain about as well as the best does, smallest first."""
+        period = 1.0 / self.frequency
+        tried = np.arange(_SHIFTS + 1) * period / _SHIFTS
+        found = [self.chi2(float(s)) for s in tried]
+        lowest = [k for k in range(_SHIFTS + 1) if found[k] == min(found[max(0, k - 1) : k + 2])]
+        polished = [self.polished(float(tried[k])) for k in lowest]
+        least = min(self.chi2(s) for s in polished)
+        return [s for s in polished if self.chi2(s) < _AS_GOOD * least + 30.0]
+
+    def polished(self, around: float) -> float:
+        """A loss near one, not necessarily whole, that explains best."""
+        width = 1.0 / (self.frequency * _SHIFTS)
+        bounds = (max(around - width, 0.0), around + width)
+        return float(minimize_scalar(self.chi2, bounds=bounds, method="bounded", options={"xatol": 1e-3}).x)
+
+
+def window(stretch: Stretch, near: int, periods: float) -> tuple[Window, int]:
+    """The samples around one, and which is the first of them."""
+    frequency = stretch.frequency(float(near))
+    half = round(periods / frequency)
+    first, last = max(0, near - half), min(stretch.samples.shape[1], near + half)
+    y = stretch.samples[:, first:last] / stretch.sd[:, None]
+    return Window(y, np.arange(last - first) - float(near - first), frequency, float(half)), first
+
+
+def _sizes(rows: Array, y: Array) -> Array:
+    """Least squares by normal equations: columns are of one size, and there are many rows."""
+    return np.asarray(np.linalg.lstsq(rows @ rows.T, rows @ y.T, rcond=1e-12)[0].T)

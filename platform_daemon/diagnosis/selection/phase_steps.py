@@ -1,0 +1,186 @@
+"""Samples that a clock has lost, seen in the samples themselves: the swing goes on, but later than it should.
+
+In windows of few periods any swing is a sum of harmonics of slowly changing size, whatever its torques are. Where
+samples are missing, what comes after is the same sum a whole number of samples later. A torque bends the phase slowly;
+a kick turns it too, but leaves the angle where it was. So no model of the motion is asked, and none is misled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.fft import irfft, rfft
+
+from platform_daemon.estimation import Array
+
+from .local_swing import Blocks, Stretch, block_means, waves, window
+from .significance import log_chance
+
+_ALIKE = 0.005  # frequencies for which one set of waves serves
+_SURE = -30.0  # logarithm of the chance of a step anywhere in a record without one
+_EXPLAINED = 0.7  # share of the misfit of its window that a step must explain
+_WHOLE = 0.1  # of a sample, by which its size may miss a whole number
+_SCALES = (1.0, 0.5)  # of a window
+_MOST_MOVES = 4  # of the place of a step
+_LOOKED_AT = 6  # windows of either kind
+_FOLLOWED = 1.5  # chi^2 per value of waves that follow the swing
+_ODD = 20.0  # times the usual misfit
+_KICK = 25.0  # by which the fall of chi^2 must exceed that by a kick
+
+
+@dataclass(frozen=True)
+class PhaseStep:
+    """Lost samples.
+
+    Attributes:
+        at: first sample after them. samples: how many, whole; size, sd: as they were measured.
+        log_p: logarithm of the chance of such a step by noise.
+        filled: (channels, samples) what the swing would have shown there.
+    """
+
+    at: int
+    samples: int
+    size: float
+    sd: float
+    log_p: float
+    filled: Array
+
+
+def lost_samples(stretch: Stretch) -> list[PhaseStep]:
+    """Losses that are beyond doubt, in the order of time, no two of them within one window."""
+    block = max(1, int(1.0 / (stretch.frequency(0.0) * stretch.points)))
+    means = block_means(stretch.samples, block) / stretch.sd[:, None] * math.sqrt(block)
+    suspects: dict[int, float] = {}
+    for share in _SCALES:
+        windows = _scan(replace(stretch, periods=share * stretch.periods), means, block)
+        suspects |= dict(_suspect(windows, means.shape[1], block * stretch.points))
+    found: list[PhaseStep] = []
+    for at in sorted(suspects, key=lambda at: suspects[at]):
+        reach = 2.0 * stretch.periods / stretch.frequency(float(at))
+        if all(abs(at - f.at) > reach for f in found):
+            step = _measured(stretch, at)
+            if step is not None and all(abs(step.at - f.at) > reach for f in found):
+                found.append(step)
+    return sorted(found, key=lambda f: f.at)
+
+
+@dataclass(frozen=True)
+class _Scanned:
+    """A window: fall of chi^2 by its best step over the noise of what that leaves, its instant, misfit per value."""
+
+    gain: float
+    at: int
+    misfit: float
+
+
+def _suspect(windows: Sequence[_Scanned], count: int, apart: int) -> Iterator[tuple[int, float]]:
+    """(instant, logarithm of the chance) of what is worth a closer look, the likeliest of those near each other.
+
+    A step by a good part of a period is none to first order: there the window as a whole is far from its like.
+    """
+    usual = float(np.median([w.misfit for w in windows])) if windows else 0.0
+    sure = [w for w in windows if log_chance(w.gain, 1, float(count)) < _SURE]
+    odd = [w for w in windows if w.misfit > _ODD * max(usual, 1.0)]
+    for some, size in ((odd, lambda w: w.misfit), (sure, lambda w: w.gain)):
+        taken: list[int] = []
+        for w in sorted(some, key=size, reverse=True):
+            if len(taken) < _LOOKED_AT and all(abs(w.at - t) > apart for t in taken):
+                taken.append(w.at)
+                yield w.at, min(_SURE, log_chance(w.gain, 1, float(count)))
+
+
+def _scan(stretch: Stretch, means: Array, block: int) -> list[_Scanned]:
+    """Every window with its best step."""
+    found: list[_Scanned] = []
+    known: dict[tuple[int, int], tuple[Array, Array]] = {}
+    step = max(1, int(stretch.points * stretch.periods) // 6)
+    centre = 0.0
+    count = means.shape[1]
+    while centre < count:
+        frequency = stretch.frequency((centre + 0.5) * block) * block
+        half = round(stretch.periods / frequency)
+        first, last = max(0, int(centre) - half), min(count, int(centre) + half)
+        if last - first > half:
+            key = round(math.log(frequency) / _ALIKE), last - first
+            if key not in known:
+                time = np.arange(last - first) - 0.5 * (last - first)
+                rows, slopes = waves(time, frequency, float(half))
+                q = np.linalg.qr(rows.T)[0]
+                # Derivatives of a window's fit, from its part within the waves.
+                known[key] = q, np.linalg.lstsq(rows.T, q, rcond=None)[0].T @ slopes
+            places = range(int(centre) - first, int(centre) - first + step)
+            gain, place, misfit = _best_in(means[:, first:last], *known[key], places)
+            found.append(_Scanned(gain, (first + place) * block, misfit))
+        centre += step
+    return found
+
+
+def _best_in(y: Array, q: Array, slopes: Array, places: range) -> tuple[float, int, float]:
+    """(fall of chi^2 by a step over what that leaves per value, its place, chi^2 per value without) in one window."""
+    inside = y @ q
+    left = y - inside @ q.T
+    slope = inside @ slopes
+    usable = [k for k in places if 4 <= k < y.shape[1] - 4]
+    if not usable:
+        return 0.0, 0, 0.0
+    late = np.arange(y.shape[1])[None] >= np.array(usable)[:, None]
+    columns = slope[:, None] * late[None]
+    columns = columns - (columns @ q) @ q.T
+    power = np.einsum("ckn,ckn->k", columns, columns)
+    along = np.einsum("ckn,cn->k", columns, left)
+    fall = along**2 / np.maximum(power, 1e-300)
+    best = int(np.argmax(fall))
+    rest = left - (along[best] / max(power[best], 1e-300)) * columns[:, best]
+    misfit = float(np.sum(left**2)) / max(left.size - y.shape[0] * q.shape[1], 1)
+    return float(fall[best]) / max(_variance(rest, q.shape[1]), 1.0), usable[best], misfit
+
+
+def _variance(rest: Array, fitted: int) -> float:
+    """Of white noise that would be worth as little as this residual (channels, points), whose values go together."""
+    n = rest.shape[1]
+    lags = irfft(np.sum(np.abs(rfft(rest, 2 * n, axis=1)) ** 2, axis=0), 2 * n)[: n // 4]
+    together = 2.0 * float(np.sum((lags / max(lags[0], 1e-300)) ** 2)) - 1.0
+    return float(lags[0]) / (rest.shape[0] * max(n - fitted, 1)) * max(1.0, together - 0.5)
+
+
+def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
+    """The step near a sample, at every sample; None if it is none of whole samples, or a kick explains as much.
+
+    A long window tells how many are lost (a short one hardly tells a loss from one that is a period longer), a short
+    one where: there the waves follow any swing.
+    """
+    at = near
+    for _ in range(_MOST_MOVES):
+        wide, begin = window(stretch, at, stretch.periods)
+        seen, first = window(stretch, at, _SCALES[-1] * stretch.periods)
+        if not (4 < at - begin < wide.time.size - 4 and 4 < at - first < seen.time.size - 4):
+            return None
+        size = wide.split(at - begin).sizes()[0]
+        there = first + seen.place(at - first, size)
+        if there == at:
+            break
+        at = there
+    far = wide.split(at - begin)
+    if far.chi2(far.polished(size)) < _FOLLOWED * far.y.size:
+        return _judged(far, far.polished(size), wide.time[at - begin], stretch.sd, at)
+    parts = seen.split(at - first)
+    return _judged(parts, parts.polished(size), seen.time[at - first], stretch.sd, at)
+
+
+def _judged(parts: Blocks, size: float, place: float, scale: Array, at: int) -> PhaseStep | None:
+    """The step, if it is one; place: its time in the window, scale (channels,): the samples' unit."""
+    whole, none = round(size), parts.chi2(0.0)
+    inside, best = parts.fitted(float(whole))
+    noise = max(best / (parts.y.size - inside.size), 1.0)
+    curve = parts.chi2(size + 0.5) + parts.chi2(size - 0.5) - 2.0 * parts.chi2(size)
+    sd = 0.5 * math.sqrt(2.0 * noise / max(curve, 1e-300))
+    left = max(best - parts.y.size, 0.0)
+    sure = whole >= 1 and abs(size - whole) < max(_WHOLE, 5.0 * sd) and sd < 0.5
+    if not sure or none - best < _EXPLAINED * (none - best + left) or parts.kicked() - best < _KICK * noise:
+        return None
+    rows, _ = waves(place + np.arange(whole, dtype=np.float64), parts.frequency, parts.half)
+    log_p = log_chance((none - best) / noise, 2, 1e6)
+    return PhaseStep(at, whole, size, sd, log_p, np.asarray((inside @ rows) * scale[:, None]))
