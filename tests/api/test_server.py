@@ -1,5 +1,7 @@
 import io
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
@@ -32,6 +34,29 @@ def test_a_second_acquisition_waits_in_the_queue_and_can_be_taken_out(client):
     job = finished(client, first.headers["location"])
     assert job["state"] == "cancelled"
     assert 0 <= job["result"].get("shots", 0) < 20
+
+
+def test_others_are_answered_while_the_disk_takes_its_time_over_a_cancelled_job(client):
+    locations = [client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 20}).headers["location"] for _ in "12"]
+    writes, written = threading.Event(), threading.Event()
+
+    def slowly(job):
+        writes.set()
+        written.wait(20)
+
+    engine = client.app.state.context.engine
+    engine.job("acquisition", locations[1].rsplit("/", 1)[1]).on_change = slowly
+    with ThreadPoolExecutor(2) as clients:
+        cancelling = clients.submit(client.delete, locations[1])
+        try:
+            assert writes.wait(20)
+            assert clients.submit(client.get, "/health").result(timeout=10).status_code == 200
+            assert not cancelling.done()
+        finally:
+            written.set()
+        assert cancelling.result(timeout=20).json()["state"] == "cancelled"
+    client.delete(locations[0])
+    assert finished(client, locations[0])["state"] == "cancelled"
 
 
 def test_stop_cancels_everything_and_the_platform_says_outputs_are_off(client):
