@@ -70,7 +70,7 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     except OSError as error:
         why = error.strerror or str(error)
         raise ConfigError("cannot be read", where=str(path), why=why, remedy="check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigError("is not TOML", where=str(path), why=str(error), remedy="correct the line named") from None
 
 

@@ -17,8 +17,8 @@ from drivers import errors
 from drivers.validation import complaints
 from platform_daemon.analysis import UnknownModel
 from platform_daemon.engine import UnknownId
-from platform_daemon.schemas import Problem, to_json
-from platform_daemon.store import StorageError, UnknownRecording
+from platform_daemon.schemas import Problem, UnreadableFile, to_json
+from platform_daemon.store import Broken, StorageError, UnknownRecording
 
 log = structlog.get_logger()
 MEDIA_TYPE = "application/problem+json"
@@ -97,6 +97,11 @@ def problem(error: Exception, instance: str | None = None) -> Problem:
         where=error.where or None,
         remedy=error.remedy or None,
     )
+
+
+def unreadable(broken: Broken) -> UnreadableFile:
+    """A line of a list about a file that cannot be used."""
+    return UnreadableFile(identifier=broken.identifier, path=broken.path.name, error=problem(broken.error))
 
 
 def status_of(error: errors.PlatformError) -> int:

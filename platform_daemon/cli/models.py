@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -69,7 +70,9 @@ def list_models(
     if context.invoked_subcommand is not None:
         return
     must_not_exist(json_file, force, ".json")
-    found = library(models).all()
+    found, broken = library(models).all()
+    for each in broken:
+        print(f"warning: {each.error}", file=sys.stderr)
     print("\n".join(_line(m) for m in found) or "no model has been adopted yet")
     write_json(json_file, AdoptedModelListing(tuple(m.summary() for m in found)))
 

@@ -15,7 +15,7 @@ from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon.schemas import SequencePatch
 from platform_daemon.settings import locate, read_toml, shipped
-from platform_daemon.store import Version, VersionedFolder
+from platform_daemon.store import Broken, Version, VersionedFolder
 
 ContentT = TypeVar("ContentT", bound=BaseModel)
 
@@ -54,9 +54,16 @@ class Shelf(Generic[ContentT]):
             raise InputError(what, where=self.kind[:-1], remedy=remedy)
         return self._read(files[name])[0]
 
-    def all(self) -> dict[str, ContentT]:
-        """Everything by name.  Raises ConfigError for a file that is damaged."""
-        return {name: self._read(path)[0] for name, path in self.files().items()}
+    def all(self) -> dict[str, ContentT | Broken]:
+        """Everything by name, also what cannot be used; what is deleted meanwhile is left out."""
+        found: dict[str, ContentT | Broken] = {}
+        for name, path in self.files().items():
+            try:
+                found[name] = self._read(path)[0]
+            except ConfigError as error:
+                if path.exists():
+                    found[name] = Broken(name, path, error)
+        return found
 
     def load(self, name: str) -> tuple[ContentT, str]:
         """What has this name, or stands in the file of this path; and its text.  Raises ConfigError."""

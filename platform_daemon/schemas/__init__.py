@@ -118,6 +118,7 @@ WindowPrecision: The smallest standard deviations that an evaluation window can 
 ErrorRecord: An error as the record of a job keeps it.
 Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
 ProblemKind: What a kind of problem means.
+UnreadableFile: A file that looks like what is listed but cannot be used.
 CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).
 DmdtSeries: Calibrated dm/dt of one frame for a plot.
 ExcitationInfo: What a shot was excited with.
@@ -128,7 +129,6 @@ RecordingLinks: Where the parts of a recording are.
 RecordingListing: Everything in the folder of recordings, by name.
 RecordingSummary: One line of the list of recordings.
 ShotWindows: The three windows of a shot, one after the other.
-UnreadableRecording: A file that looks like a recording but cannot be used.
 WindowLength: Length of one window of a shot.
 AcquisitionRequest: A series of shots on one resonator.
 ActivationRequest: A calibration to use from the next series on.

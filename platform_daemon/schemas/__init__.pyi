@@ -116,6 +116,7 @@ from .predictions import WindowPrecision as WindowPrecision
 from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
+from .problems import UnreadableFile as UnreadableFile
 from .recordings import CalibrationInfo as CalibrationInfo
 from .recordings import DmdtSeries as DmdtSeries
 from .recordings import ExcitationInfo as ExcitationInfo
@@ -126,7 +127,6 @@ from .recordings import RecordingLinks as RecordingLinks
 from .recordings import RecordingListing as RecordingListing
 from .recordings import RecordingSummary as RecordingSummary
 from .recordings import ShotWindows as ShotWindows
-from .recordings import UnreadableRecording as UnreadableRecording
 from .recordings import WindowLength as WindowLength
 from .requests import AcquisitionRequest as AcquisitionRequest
 from .requests import ActivationRequest as ActivationRequest

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, Field
 
-from .base import Root, Schema, example
+from .base import Absent, Root, Schema, example
+from .problems import UnreadableFile
 
 
 class AdoptedTermRecord(Schema):
@@ -160,3 +161,5 @@ class ModelListing(Schema):
     """Further torque terms by name."""
     adopted: tuple[AdoptedModelSummary, ...]
     """Every version of every adopted model."""
+    broken: Absent[tuple[UnreadableFile, ...]] = None
+    """Adopted models whose files are damaged, each with what is wrong; not there: all can be used."""

@@ -29,6 +29,9 @@ def test_a_diagnosis_is_adopted_used_shown_and_retired(tmp_path, path):
     report = json.loads((tmp_path / "f.json").read_text())
     assert report["variant"] == "bent@1"
     assert report["frames"][0]["parameters"]["bias_rad_per_s2"] == {"value": 0.0, "std": None}
+    (tmp_path / "models" / "torn@1.json").write_text("{")
+    listed = here("models", *models)
+    assert (listed.returncode, "bent@1" in listed.stdout, "torn@1.json" in listed.stderr) == (0, True, True)
     kept = json.loads(here("models", *models, "show", "bent").stdout)["evidence"]["recordings"]
     assert kept[0]["file"] == path.name
     assert len(kept[0]["sha256"]) == 64

@@ -33,7 +33,7 @@ def test_a_model_gets_the_next_version_and_old_versions_stay_as_they_were(librar
     assert (library.folder / "quiet@1.json").read_bytes() == before
     assert library.get("quiet") == second
     assert library.get("quiet@1") == first
-    assert [m.label for m in library.all()] == ["quiet@1", "quiet@2"]
+    assert [m.label for m in library.all()[0]] == ["quiet@1", "quiet@2"]
     assert not list(library.folder.glob(".*"))
 
 
@@ -70,6 +70,21 @@ def test_a_file_changed_by_hand_is_not_used(library):
     path.write_text(json.dumps(record))
     with pytest.raises(InputError, match="digest"):
         library.get("quiet")
+
+
+@pytest.mark.parametrize("text", ["{", pytest.param("[" * 100_000, id="deep"), "[]", '{"format": 1}', "\udcff"])
+def test_a_damaged_file_is_told_beside_the_models_that_can_be_used(library, text):
+    good = adopted(library)
+    path = library.folder / "loud@1.json"
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    models, broken = library.all()
+    assert ([m.label for m in models], [b.identifier for b in broken]) == ([good.label], ["loud@1"])
+    assert "loud@1.json" in str(broken[0].error)
+    assert resolve("quiet", library).label == good.label
+    with pytest.raises(InputError, match="loud@1"):
+        library.get("loud")
+    with pytest.raises(UnknownModel, match="quiet@1"):
+        library.get("nobody")
 
 
 @pytest.mark.parametrize("name", ["Quiet", "thread", "a@1", "../a", "", "a" * 65])
