@@ -6,6 +6,7 @@ Catalogue: What can be measured, and how.
 Shelf: TOML files of one kind.
 open_catalogue: The catalogue of a daemon.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
+ShuttingDown: The daemon takes no work any more.
 UnknownId: No job or recording has that id.
 JobRecords: One JSON file per job in `folder`.
 AnyJob: A job of whatever kind.
@@ -20,7 +21,7 @@ AcquisitionJob: The job of a series of shots.
 
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
-from .engine import Engine, UnknownId
+from .engine import Engine, ShuttingDown, UnknownId
 from .job_records import JobRecords
 from .jobs import AnyJob, Cancelled, Job
 from .latency import reduce_latency
@@ -40,6 +41,7 @@ __all__ = [
     "JobRecords",
     "LiveDiagnosis",
     "Shelf",
+    "ShuttingDown",
     "UnknownId",
     "open_catalogue",
     "read_receive",

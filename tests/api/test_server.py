@@ -1,4 +1,5 @@
 import io
+import shutil
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -6,9 +7,15 @@ from concurrent.futures import ThreadPoolExecutor
 import h5py
 import numpy as np
 import pytest
+from starlette.testclient import TestClient
 
+from platform_daemon.api.server import create_api
+from platform_daemon.app import create_context, start_engine
+from platform_daemon.settings import load_platform
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.data import DATA
 from tests.kit.rest import finished, problem
 
 
@@ -294,7 +301,7 @@ def test_every_operation_declares_its_problems_and_binary_answers_as_what_they_a
         assert operation["summary"]
         assert operation["description"]
         for status, response in operation["responses"].items():
-            if int(status) >= 400 and int(status) != 503:
+            if int(status) >= 400 and operation["operationId"] != "get_readiness":
                 assert list(response["content"]) == ["application/problem+json"], operation["operationId"]
     content = {o["operationId"]: o["responses"].get("200", {}).get("content", {}) for o in operations}
     binary = {"schema": {"type": "string", "format": "binary"}}
@@ -302,6 +309,28 @@ def test_every_operation_declares_its_problems_and_binary_answers_as_what_they_a
     assert content["get_dmdt_npy"] == content["get_dmdt_h5"] == {"application/octet-stream": binary}
     assert content["get_dmdt"]["application/octet-stream"] == binary
     assert list(content["get_report"]) == ["text/html"]
+
+
+def test_a_daemon_that_shuts_down_takes_no_work_and_says_so(tmp_path):
+    folder = open_data_folder(tmp_path)
+    shutil.copyfile(DATA / "example_jewel.mmr.h5", folder.recordings / "ours.h5")
+    engine = start_engine(load_platform("simulated"))
+    with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as stopping:
+        engine.close()
+        asked = {
+            "/acquisitions": SHORT_JEWEL,
+            "/calibrations": {"kind": "transmit"},
+            "/fits": {"recording": "ours"},
+            "/diagnoses": {"recordings": ["ours"]},
+        }
+        for path, body in asked.items():
+            told = problem(stopping.post(path, json=body), 503)
+            assert (told["type"], "start it again" in told["remedy"]) == ("/problems/shutting-down", True)
+        schema = stopping.get("/openapi.json").json()
+        for path in asked:
+            assert "application/problem+json" in schema["paths"][path]["post"]["responses"]["503"]["content"]
+        ready = schema["paths"]["/ready"]["get"]["responses"]["503"]["content"]["application/json"]
+        assert ready["schema"]["$ref"].endswith("/Readiness")
 
 
 def test_no_schema_is_there_twice(client):

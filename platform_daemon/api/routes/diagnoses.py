@@ -89,7 +89,7 @@ class DiagnosisWork:
         job.result = report
 
 
-@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
+@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 415, 422, 503, 507))
 def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}

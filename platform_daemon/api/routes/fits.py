@@ -71,7 +71,7 @@ class FitWork:
         write_file(self.folder / f"{job.identifier}.json", to_json(job.result, indent=1).encode())
 
 
-@router.post("", summary="Fit a recording", status_code=202, responses=problems(404, 409, 415, 422, 507))
+@router.post("", summary="Fit a recording", status_code=202, responses=problems(404, 415, 422, 503, 507))
 def start_fit(body: RecordingFitRequest, response: Response, context: Shared) -> FitJob:
     """Fit an angle file, or every excited frame of a recording, or of those in `frames`.
 
