@@ -46,13 +46,17 @@ class Shelf(Generic[ContentT]):
         given = {} if self.given is None else {path.stem: path for path in sorted(self.given.glob("*.toml"))}
         return shipped(self.kind) | given
 
-    def named(self, name: str) -> ContentT:
-        """What has this name.  Raises InputError."""
+    def path(self, name: str) -> Path:
+        """The file of what has this name.  Raises InputError."""
         files = self.files()
         if name not in files:
             what, remedy = f"no {self.kind[:-1]} is called {name!r}", f"one of: {', '.join(files)}"
             raise InputError(what, where=self.kind[:-1], remedy=remedy)
-        return self._read(files[name])[0]
+        return files[name]
+
+    def named(self, name: str) -> ContentT:
+        """What has this name.  Raises InputError."""
+        return self._read(self.path(name))[0]
 
     def all(self) -> dict[str, ContentT | Broken]:
         """Everything by name, also what cannot be used; what is deleted meanwhile is left out."""
