@@ -333,6 +333,25 @@ def test_a_daemon_that_shuts_down_takes_no_work_and_says_so(tmp_path):
         assert ready["schema"]["$ref"].endswith("/Readiness")
 
 
+def test_every_field_of_every_schema_says_what_it_is_and_every_answer_has_an_example(client):
+    schema = client.get("/openapi.json").json()
+    parts = schema["components"]["schemas"]
+    silent = [
+        f"{name}.{key}"
+        for name, part in parts.items()
+        for key, field in part.get("properties", {}).items()
+        if not (field.get("description") or parts[field["$ref"].rsplit("/", 1)[1]].get("description"))
+    ]
+    assert not silent
+    for path, item in schema["paths"].items():
+        for method, operation in item.items():
+            for status, response in operation["responses"].items():
+                content = response.get("content", {}).get("application/json")
+                if content is not None:
+                    told = parts.get(content["schema"].get("$ref", "").rsplit("/", 1)[-1], {})
+                    assert "example" in content or "examples" in told, (method, path, status)
+
+
 def test_no_schema_is_there_twice(client):
     names = client.get("/openapi.json").json()["components"]["schemas"]
     assert not [name for name in names if name.endswith(("-Input", "-Output")) or "Validation" in name]

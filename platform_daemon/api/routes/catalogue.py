@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Body, Path, Query, Response
 from pydantic import BaseModel
@@ -35,8 +35,15 @@ NewName = Annotated[
     ),
 ]
 Name = Annotated[str, Path(description="NAME, or NAME@VERSION of what was added", examples=["thread"])]
-NewResonator = Annotated[Specimen, Body(examples=[load_specimen("thread")[0].model_dump(exclude_none=True)])]
-NewSequence = Annotated[SequencePatch, Body(examples=[{"field_t": 4.0e-4, "rx_s": 2.0}])]
+GENTLE = {"field_t": 4.0e-4, "rx_s": 2.0}
+THREAD = load_specimen("thread")[0]
+NewResonator = Annotated[Specimen, Body(examples=[THREAD.model_dump(exclude_none=True)])]
+NewSequence = Annotated[SequencePatch, Body(examples=[GENTLE])]
+
+
+def _example(content: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
+    """An answer of a route whose schema has no example of its own."""
+    return {200: {"content": {"application/json": {"example": content}}}}
 
 
 @router.get("/resonators", summary="Resonators that can be measured")
@@ -61,7 +68,11 @@ def add_resonator(name: NewName, body: NewResonator, response: Response, context
     return _added(context.engine.catalogue.resonators, name, body, response)
 
 
-@router.get("/resonators/{name}", summary="A resonator", responses=problems(404, 422))
+@router.get(
+    "/resonators/{name}",
+    summary="A resonator",
+    responses={**_example(THREAD.model_dump(mode="json")), **problems(404, 422)},
+)
 def get_resonator(name: Name, context: Shared) -> Specimen:
     """What its file holds; keys that it leaves out are null."""
     return _found(context.engine.catalogue.resonators, name)
@@ -81,7 +92,7 @@ def add_sequence(name: NewName, body: NewSequence, response: Response, context: 
     return _added(context.engine.catalogue.sequences, name, body, response)
 
 
-@router.get("/sequences/{name}", summary="A sequence", responses=problems(404, 422))
+@router.get("/sequences/{name}", summary="A sequence", responses={**_example(GENTLE), **problems(404, 422)})
 def get_sequence(name: Name, context: Shared) -> SequencePatch:
     """The keys that it sets."""
     return _found(context.engine.catalogue.sequences, name)
