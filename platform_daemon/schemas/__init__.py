@@ -47,6 +47,7 @@ UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
+FileDigest: A file and what identifies its content.
 FileState: What tells that a file has changed.
 FitBatch: The fits of several files, in the order in which they were named.
 FitReport: The fits of one file.
@@ -85,7 +86,6 @@ AdoptedModelReport: An adopted model, and whether it is still in use.
 AdoptedModelSummary: One line of the list of adopted models.
 AdoptedTermRecord: A further torque term of an adopted model.
 AdoptionEvidence: What is kept with an adopted model so that anybody can judge it, or repeat the diagnosis.
-FileDigest: A file and what identifies its content.
 ModelListing: What a fit can use.
 ReceiverEffectRecord: An effect of the receive chain that an adopted model undoes in the samples before a fit.
 Retirement: Who took a version out of use, when and why.

@@ -44,6 +44,7 @@ from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement
 from .fits import ErrorSummary as ErrorSummary
+from .fits import FileDigest as FileDigest
 from .fits import FileError as FileError
 from .fits import FileState as FileState
 from .fits import FitBatch as FitBatch
@@ -83,7 +84,6 @@ from .models import AdoptedModelReport as AdoptedModelReport
 from .models import AdoptedModelSummary as AdoptedModelSummary
 from .models import AdoptedTermRecord as AdoptedTermRecord
 from .models import AdoptionEvidence as AdoptionEvidence
-from .models import FileDigest as FileDigest
 from .models import ModelListing as ModelListing
 from .models import ReceiverEffectRecord as ReceiverEffectRecord
 from .models import Retirement as Retirement

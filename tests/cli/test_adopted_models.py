@@ -48,3 +48,10 @@ def test_what_cannot_be_adopted_ends_with_2_and_one_line(tmp_path, path):
     file = written(tmp_path, diagnosis(effect("bias_torque", 1.0)))
     assert_one_line_error(here("adopt", file, "--name", "bent", *models[:2]), 2, "--recording")
     assert_one_line_error(here("adopt", path, "--name", "bent", *models), 2, "JSON")
+
+
+@pytest.mark.parametrize("said", [[], {}, {"verdict": "explained"}, {**diagnosis(), "effects": "many"}])
+def test_what_is_no_diagnosis_is_refused(tmp_path, said):
+    done = here("adopt", written(tmp_path, said), "--name", "bent", "--models", tmp_path / "models")
+    assert_one_line_error(done, 2, "diagnosis.json", "is no diagnosis", "diagnose --json")
+    assert not (tmp_path / "models").exists()

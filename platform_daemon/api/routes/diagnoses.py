@@ -129,9 +129,9 @@ def get_report(identifier: JobId, context: Shared) -> FileResponse:
 )
 def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
-    said = _result(identifier, context).model_dump()
+    found = _result(identifier, context)
     model = model_from_diagnosis(
-        said, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
+        found, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
     )
     made = context.models.add(model)
     response.headers["Location"] = f"/models/{made.label}"
