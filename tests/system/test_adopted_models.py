@@ -16,11 +16,11 @@ from platform_daemon.analysis.model_registry.resolve import resolve
 from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import acquire
 from tests.kit.data import DATA
 from tests.kit.diagnosis_json import diagnosed, effect
+from tests.kit.fit_tables import read_fits
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
 QUIET = ("backends.simulated.effects.temperature.enabled=false", "backends.simulated.effects.wear.enabled=false")
