@@ -12,11 +12,6 @@ EMULATORS = "platform_daemon.emulators"  # drivers.registry.Emulator, constructe
 USB_BACKENDS = "platform_daemon.usb_backends"  # usb.backend.IBackend of pyusb, constructed as IBackend(host, port)
 
 
-def installed(group: str) -> dict[str, str]:
-    """What is installed in a group: name -> "module:attribute"."""
-    return {e.name: e.value for e in entry_points(group=group)}
-
-
 def load(group: str, name: str, kind: str) -> Any:
     """Import what is published under a name; `kind` is what a message calls it ("back end").
 

@@ -60,11 +60,6 @@ class PlatformSection(BaseModel):
         return tuple(dict.fromkeys(t.backend for t in tables if t is not None))
 
 
-def installed_backends() -> dict[str, str]:
-    """Back ends that are installed: name -> "module:attribute"."""
-    return entry_points.installed(entry_points.BACKENDS)
-
-
 def load_backend(name: str, options: Mapping[str, Any]) -> Backend:
     """Import and construct one back end.  Raises ConfigError if no such back end is installed."""
     backend: Backend = entry_points.load(entry_points.BACKENDS, name, "back end")(options)

@@ -19,57 +19,56 @@ class _Section(BaseModel):
 
 
 class Magnets(_Section):
-    """The two spheres (paper eq:m_r, eq:fnat): radius m, remanence T, density kg/m^3, centre distance m."""
+    """The two spheres (paper eq:m_r, eq:fnat)."""
 
-    radius_m: Positive
-    remanence_t: Positive
-    density_kg_per_m3: Positive
-    distance_m: Positive
+    radius_m: Positive = Field(description="Radius of each sphere, m.")
+    remanence_t: Positive = Field(description="Remanence, T.")
+    density_kg_per_m3: Positive = Field(description="Density, kg/m^3.")
+    distance_m: Positive = Field(description="Distance of their centres, m.")
 
 
 class JewelBearing(_Section):
-    """The cup (paper eq:a, eq:tf(phi)): radius m, Young's moduli Pa, Poisson's ratio, sliding friction coefficient."""
+    """The cup (paper eq:a, eq:tf(phi))."""
 
-    cup_radius_m: Positive
-    youngs_modulus_jewel_pa: Positive
-    youngs_modulus_coating_pa: Positive
-    poissons_ratio: Annotated[float, Field(ge=0, lt=0.5)]
-    friction_coefficient: NonNegative
+    cup_radius_m: Positive = Field(description="Radius of the cup, m.")
+    youngs_modulus_jewel_pa: Positive = Field(description="Young's modulus of the jewel, Pa.")
+    youngs_modulus_coating_pa: Positive = Field(description="Young's modulus of the coating, Pa.")
+    poissons_ratio: float = Field(ge=0, lt=0.5, description="Poisson's ratio.")
+    friction_coefficient: NonNegative = Field(description="Coefficient of sliding friction.")
 
 
 class ThreadBearing(_Section):
-    """The thread: length m."""
+    """The thread."""
 
-    length_m: Positive
+    length_m: Positive = Field(description="Length, m.")
 
 
 class Measured(_Section):
-    """Values measured on this specimen; each overrides the design value, None: the design value holds.
+    """Values measured on this specimen; each overrides the design value, null: the design value holds."""
 
-    lambda_per_s has no design equation and must be given.
-    """
-
-    f_nat_hz: Positive | None = None
-    m_r_am2: Positive | None = None
-    lambda_per_s: NonNegative
-    tf_over_i_rad_per_s2: NonNegative | None = None
+    f_nat_hz: Positive | None = Field(None, description="Natural frequency at small angles, Hz.")
+    m_r_am2: Positive | None = Field(None, description="Magnetic moment of the rotor, A m^2.")
+    lambda_per_s: NonNegative = Field(description="Viscous damping, 1/s; it has no design equation.")
+    tf_over_i_rad_per_s2: NonNegative | None = Field(
+        None, description="Dry friction torque over moment of inertia, rad/s^2; of a jewel bearing only."
+    )
 
 
 class Pose(_Section):
-    """Pose on the platform: position of the rotor m (at most 1 m), Rodrigues vector rad (u, v, w to world)."""
+    """Pose on the platform."""
 
-    position_m: Position = (0.0, 0.0, 0.0)
-    rodrigues_rad: Vector
+    position_m: Position = Field((0.0, 0.0, 0.0), description="Position of the rotor, m, each at most 1.")
+    rodrigues_rad: Vector = Field(description="Rodrigues vector, rad, from u, v, w to world axes.")
 
 
 class Specimen(_Section):
-    """One resonator; `variant` decides the equation of motion (paper eq:Thread_ODE_norm, eq:Jewel_ODE_norm)."""
+    """One resonator (paper eq:Thread_ODE_norm, eq:Jewel_ODE_norm)."""
 
-    name: Annotated[str, Field(min_length=1)]
-    variant: Literal["thread", "jewel"]
+    name: str = Field(min_length=1, description="Its name in words.")
+    variant: Literal["thread", "jewel"] = Field(description="Its bearing, which decides the equation of motion.")
     magnets: Magnets
-    jewel: JewelBearing | None = None
-    thread: ThreadBearing | None = None
+    jewel: JewelBearing | None = Field(None, description="The cup of a jewel bearing; null: it is a thread.")
+    thread: ThreadBearing | None = Field(None, description="The thread; null: it is a jewel bearing.")
     measured: Measured
     pose: Pose
 

@@ -14,7 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from drivers.errors import ConfigError
+from drivers.errors import ConfigError, InputError
 from drivers.registry import PlatformSection
 from drivers.specimen import Specimen
 from drivers.validation import validated
@@ -70,7 +70,7 @@ def read_toml(path: Path) -> tuple[dict[str, Any], str]:
     except OSError as error:
         why = error.strerror or str(error)
         raise ConfigError("cannot be read", where=str(path), why=why, remedy="check the path") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ConfigError("is not TOML", where=str(path), why=str(error), remedy="correct the line named") from None
 
 
@@ -137,6 +137,13 @@ def load_sequence(name: str | Path) -> SequenceRequest:
     """A sequence file.  Raises ConfigError."""
     path = locate("sequences", name)
     return validated(SequenceRequest, read_toml(path)[0], str(path))
+
+
+def refuse_foreign_preset(path: Path, specimen: Specimen, where: str, remedy: str) -> None:
+    """Raises InputError for the preset that ships for the other bearing: its field is wrong for this resonator."""
+    if path in shipped("sequences").values() and path.stem != specimen.variant:
+        why = f"it is the preset of the {path.stem} bearing, {specimen.name!r} has a {specimen.variant} bearing"
+        raise InputError("this preset is for another resonator", where=where, why=why, remedy=remedy)
 
 
 REFERENCE = re.compile(r"\$\{([\w.-]+)\}")

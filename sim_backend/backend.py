@@ -95,13 +95,6 @@ class SimulatedBackend:
         """See Backend and sim_backend/world/truth.py."""
         return self.world.truth()
 
-    def inject_fault(self, kind: str, shot: int | None = None) -> None:
-        """Let a fault (see sim_backend/world/faults.py) strike at a shot, None: at the next one.
-
-        Raises ConfigError for an unknown kind.
-        """
-        self.world.faults.inject(kind, self.world.shots + 1 if shot is None else shot)
-
     def repair(self) -> None:
         """Replace what broke and forget faults to come."""
         self.world.repair()

@@ -44,7 +44,7 @@ open_for_fit: A file as the settings want it, and what to ask of it.
 open_measurement: A recording under this calibration or its own, or an angle.
 open_voltages: A recording under this calibration or its own.
 AdoptedModel: A named, versioned model.
-model_from_diagnosis: The model that a diagnosis in its JSON form carries, to be added to the library.
+model_from_diagnosis: The model that a diagnosis carries, to be added to the library.
 file_digests: Name, size and SHA-256 of files.
 Library: The adopted models in a folder.
 UnknownModel: No adopted model has that name or version.

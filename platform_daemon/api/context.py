@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
+import anyio
 from fastapi import Depends, Request
 from fastapi import Path as InPath
 
 from platform_daemon.analysis import Library
 from platform_daemon.engine import Engine
 
+ResultT = TypeVar("ResultT")
 EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
 
 
@@ -41,3 +44,8 @@ RecordingId = Annotated[
 ]
 Frame = Annotated[int, InPath(description="number of the frame, from 0", examples=[0])]
 ModelLabel = Annotated[str, InPath(description="NAME or NAME@VERSION of an adopted model", examples=["quiet@1"])]
+
+
+async def at_once(work: Callable[[], ResultT]) -> ResultT:
+    """In a thread of its own: downloads and other long requests must not make it wait, nor it them."""
+    return await anyio.to_thread.run_sync(work, limiter=anyio.CapacityLimiter(1))

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Response
 from platform_daemon.engine import AnyJob
 from platform_daemon.schemas import Root
 
-from .context import JobId, Shared
+from .context import JobId, Shared, at_once
 from .problems import problem, problems
 
 JobT = TypeVar("JobT")
@@ -74,7 +74,7 @@ class JobKind(Generic[JobT]):
 
         async def cancel_job(identifier: JobId, context: Shared) -> Any:
             job = context.engine.job(self.name, identifier)
-            job.request_cancel()
+            await at_once(job.request_cancel)  # writes its record, and waits for the disk
             return self.shown(job)
 
         router.add_api_route(

@@ -9,6 +9,7 @@ from fastapi import FastAPI
 from .problems import MEDIA_TYPE, WHEN
 
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
+INVALID = {"$ref": "#/components/schemas/HTTPValidationError"}
 _ID, _LABEL = {"identifier": "$response.body#/id"}, {"name": "$response.body#/label"}
 _FRAME = {**_ID, "frame": "$response.body#/shots/0/frame"}
 LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that take something from its answer
@@ -50,7 +51,8 @@ def complete_schema(app: FastAPI) -> None:
 
 def _complete(operation: dict[str, Any]) -> None:
     for status, response in operation["responses"].items():
-        if int(status) in WHEN:
+        schemas = [content.get("schema") for content in response.get("content", {}).values()]
+        if PROBLEM in schemas or INVALID in schemas:
             response["content"] = {MEDIA_TYPE: {"schema": PROBLEM}}
             response["description"] = WHEN[int(status)]
         elif int(status) < 300 and (links := LINKS.get(operation["operationId"])):

@@ -16,9 +16,9 @@ from starlette.routing import compile_path
 from drivers import errors
 from drivers.validation import complaints
 from platform_daemon.analysis import UnknownModel
-from platform_daemon.engine import UnknownId
-from platform_daemon.schemas import Problem, to_json
-from platform_daemon.store import StorageError, UnknownRecording
+from platform_daemon.engine import ShuttingDown, UnknownId
+from platform_daemon.schemas import Problem, UnreadableFile, to_json
+from platform_daemon.store import Broken, StorageError, UnknownRecording
 
 log = structlog.get_logger()
 MEDIA_TYPE = "application/problem+json"
@@ -38,6 +38,7 @@ STATUS: dict[type[errors.PlatformError], int] = {
     StorageError: 507,
     errors.InputError: 422,
     errors.DeviceTimeout: 504,
+    ShuttingDown: 503,
     errors.DeviceStateError: 409,
     errors.DeviceError: 502,
     errors.InterlockError: 409,
@@ -52,6 +53,7 @@ WHEN = {
     422: "The request is wrong, or cannot be carried out; nothing has moved",
     500: "An error that nobody foresaw; the log has it",
     502: "A device failed",
+    503: "The daemon is shutting down and takes no work",
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }
@@ -97,6 +99,11 @@ def problem(error: Exception, instance: str | None = None) -> Problem:
         where=error.where or None,
         remedy=error.remedy or None,
     )
+
+
+def unreadable(broken: Broken) -> UnreadableFile:
+    """A line of a list about a file that cannot be used."""
+    return UnreadableFile(identifier=broken.identifier, path=broken.path.name, error=problem(broken.error))
 
 
 def status_of(error: errors.PlatformError) -> int:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from drivers.errors import ConfigError
 from drivers.validation import validated
 from platform_daemon.reports import fit_table_text
 
@@ -108,19 +107,18 @@ def _interrupted_while(engine: Engine, job: AcquisitionJob) -> bool:
 
 
 def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
-    """The keys of a sequence file; how many shots is asked for by options.  Raises ConfigError.
+    """The keys of a sequence file; how many shots is asked for by options.  Raises InputError.
 
-    A preset that ships for the other bearing would excite this resonator with the wrong field; `force` allows it.
+    `force` allows the preset of the other bearing.
     """
     from platform_daemon.schemas import SequencePatch
-    from platform_daemon.settings import load_specimen, locate, read_toml, shipped
+    from platform_daemon.settings import load_specimen, locate, read_toml, refuse_foreign_preset
 
     path = locate("sequences", name)
-    variant = load_specimen(resonator)[0].variant
-    if path in shipped("sequences").values() and path.stem != variant and not force:
-        why = f"it is the preset of the {path.stem} bearing, {resonator} has a {variant} bearing"
-        remedy = f"leave --sequence out for the preset of the {variant} bearing, or insist with --force"
-        raise ConfigError("this preset is for another resonator", where=f"--sequence {name}", why=why, remedy=remedy)
+    specimen, _ = load_specimen(resonator)
+    if not force:
+        remedy = f"leave --sequence out for the preset of the {specimen.variant} bearing, or insist with --force"
+        refuse_foreign_preset(path, specimen, f"--sequence {name}", remedy)
     keys = {key: value for key, value in read_toml(path)[0].items() if key not in ("repetitions", "blank_shots")}
     return validated(SequencePatch, keys, str(path)).changes()
 

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import getpass
 import json
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivers.errors import InputError
-from platform_daemon.schemas import AdoptedModelListing, to_json
+from drivers.errors import ConfigError, InputError
+from drivers.validation import validated
+from platform_daemon.schemas import AdoptedModelListing, DiagnosisReport, to_json
 
 from .options import ForceOption, JsonOption, ModelsOption, library
 from .output import must_not_exist, write_json
@@ -36,24 +38,23 @@ def adopt(
 
     shelf = library(models)
     data = file_digests(recording) if recording else None
-    report, by, where = _read(diagnosis), by or getpass.getuser(), str(diagnosis)
-    model = model_from_diagnosis(
-        report, name, by, shelf, data, effects=effect or (), free=free or (), force=force, source=where
-    )
+    found, who = _read(diagnosis), by or getpass.getuser()
+    model = model_from_diagnosis(found, name, who, shelf, data, effects=effect or (), free=free or (), force=force)
     made = shelf.add(model)
     print(f"{made.label} in {shelf.folder}: use it with --variant {made.label}")
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path) -> DiagnosisReport:
+    """The diagnosis in a file.  Raises InputError."""
+    remedy = "name a file of diagnose --json"
     try:
         found = json.loads(path.read_text(encoding="utf-8"), parse_constant=_refuse)
-    except ValueError as error:
-        raise InputError(
-            "is not JSON", where=str(path), why=str(error), remedy="name a file of diagnose --json"
-        ) from None
-    if not isinstance(found, dict):
-        raise InputError("is no diagnosis", where=str(path), remedy="name a file of diagnose --json")
-    return found
+    except (ValueError, RecursionError) as error:
+        raise InputError("is not JSON", where=str(path), why=str(error), remedy=remedy) from None
+    try:
+        return validated(DiagnosisReport, found if isinstance(found, dict) else {}, "diagnosis")
+    except ConfigError as error:
+        raise InputError("is no diagnosis", where=str(path), why=error.what, remedy=remedy) from None
 
 
 def _refuse(constant: str) -> float:
@@ -69,7 +70,9 @@ def list_models(
     if context.invoked_subcommand is not None:
         return
     must_not_exist(json_file, force, ".json")
-    found = library(models).all()
+    found, broken = library(models).all()
+    for each in broken:
+        print(f"warning: {each.error}", file=sys.stderr)
     print("\n".join(_line(m) for m in found) or "no model has been adopted yet")
     write_json(json_file, AdoptedModelListing(tuple(m.summary() for m in found)))
 

@@ -6,25 +6,29 @@ Catalogue: What can be measured, and how.
 Shelf: TOML files of one kind.
 open_catalogue: The catalogue of a daemon.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
+ShuttingDown: The daemon takes no work any more.
 UnknownId: No job or recording has that id.
 JobRecords: One JSON file per job in `folder`.
 AnyJob: A job of whatever kind.
-Cancelled: Somebody asked the job to stop, and it did at a safe point.
 Job: One piece of work.
 reduce_latency: Search for garbage once more, now, and from here on only in what is made later.
 Budget: How much may be measured.
 Callbacks: How the loop talks.
 LiveDiagnosis: One loop on one resonator.
+DiagnosisWork: Says what the declared model lacks in these frames of files.
+FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
 """
 
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
-from .engine import Engine, UnknownId
+from .engine import Engine, ShuttingDown, UnknownId
 from .job_records import JobRecords
-from .jobs import AnyJob, Cancelled, Job
+from .jobs import AnyJob, Job
 from .latency import reduce_latency
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
+from .work.diagnosis import DiagnosisWork
+from .work.fit import FitWork
 from .work.series import AcquisitionJob
 
 __all__ = [
@@ -33,13 +37,15 @@ __all__ = [
     "Budget",
     "CalibrationFiles",
     "Callbacks",
-    "Cancelled",
     "Catalogue",
+    "DiagnosisWork",
     "Engine",
+    "FitWork",
     "Job",
     "JobRecords",
     "LiveDiagnosis",
     "Shelf",
+    "ShuttingDown",
     "UnknownId",
     "open_catalogue",
     "read_receive",

@@ -15,7 +15,7 @@ from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon.schemas import SequencePatch
 from platform_daemon.settings import locate, read_toml, shipped
-from platform_daemon.store import Version, VersionedFolder
+from platform_daemon.store import Broken, Version, VersionedFolder
 
 ContentT = TypeVar("ContentT", bound=BaseModel)
 
@@ -46,17 +46,28 @@ class Shelf(Generic[ContentT]):
         given = {} if self.given is None else {path.stem: path for path in sorted(self.given.glob("*.toml"))}
         return shipped(self.kind) | given
 
-    def named(self, name: str) -> ContentT:
-        """What has this name.  Raises InputError."""
+    def path(self, name: str) -> Path:
+        """The file of what has this name.  Raises InputError."""
         files = self.files()
         if name not in files:
             what, remedy = f"no {self.kind[:-1]} is called {name!r}", f"one of: {', '.join(files)}"
             raise InputError(what, where=self.kind[:-1], remedy=remedy)
-        return self._read(files[name])[0]
+        return files[name]
 
-    def all(self) -> dict[str, ContentT]:
-        """Everything by name.  Raises ConfigError for a file that is damaged."""
-        return {name: self._read(path)[0] for name, path in self.files().items()}
+    def named(self, name: str) -> ContentT:
+        """What has this name.  Raises InputError."""
+        return self._read(self.path(name))[0]
+
+    def all(self) -> dict[str, ContentT | Broken]:
+        """Everything by name, also what cannot be used; what is deleted meanwhile is left out."""
+        found: dict[str, ContentT | Broken] = {}
+        for name, path in self.files().items():
+            try:
+                found[name] = self._read(path)[0]
+            except ConfigError as error:
+                if path.exists():
+                    found[name] = Broken(name, path, error)
+        return found
 
     def load(self, name: str) -> tuple[ContentT, str]:
         """What has this name, or stands in the file of this path; and its text.  Raises ConfigError."""

@@ -56,6 +56,12 @@ class UnknownId(InputError):
     title = "Not found"
 
 
+class ShuttingDown(DeviceStateError):
+    """The daemon takes no work any more."""
+
+    title = "Shutting down"
+
+
 class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
@@ -138,7 +144,7 @@ class Engine:
     def submit(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
 
-        Raises DeviceStateError while the daemon shuts down.
+        Raises ShuttingDown.
         """
         with self._planning:
             job = Job.of(work)
@@ -162,12 +168,13 @@ class Engine:
     def analyse(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
         """Run work that leaves the hardware alone, in the analysis thread, after that before it.
 
-        Raises DeviceStateError while the daemon shuts down.
+        Raises ShuttingDown.
         """
-        job = Job.of(work)
-        self._register(job)
-        self._fits.submit(self._run, job, work)
-        return job
+        with self._planning:
+            job = Job.of(work)
+            self._register(job)
+            self._fits.submit(self._run, job, work)
+            return job
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
@@ -223,23 +230,24 @@ class Engine:
         """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent."""
         if self._closed.is_set():
             return
-        self._closed.set()
+        self._closed.set()  # no lock yet: none may hold up outputs off
         try:
             self.outputs_off()
         finally:
-            try:
+            with self._planning:  # work that was still taken is queued now
                 self._queue.put(None)
+            for job in list(self._jobs.values()):
+                job.request_cancel()
+            try:
                 self._thread.join(timeout=60)
             finally:
                 self.platform.close()
-        for job in list(self._jobs.values()):
-            job.request_cancel()
         for each in (self._online, self._fits):
             each.shutdown(wait=True, cancel_futures=True)
 
     def _register(self, job: AnyJob, *, moving: bool = False) -> None:
         if self._closed.is_set():
-            raise DeviceStateError("the daemon is shutting down", remedy="start it again")
+            raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
         self._journal.save(job)
         job.on_change = self._keep
         if moving:  # known to `outputs_off` before it can begin
@@ -262,7 +270,7 @@ class Engine:
                 self._interlock.recover()
                 self._refresh()
                 continue
-            if item is None:
+            if item is None or self._closed.is_set():
                 return
             with self._hardware:
                 self._run(*item)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from drivers.errors import InputError, SequenceRejected
+from drivers.errors import SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
 from platform_daemon import analysis
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
-from platform_daemon.settings import load_sequence, shipped
+from platform_daemon.settings import load_sequence, refuse_foreign_preset
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
 from sequences.request import SequenceRequest
 
@@ -88,8 +88,6 @@ def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict
     """The keys of a sequence of the catalogue.  Raises InputError for the preset that ships for the other bearing."""
     if preset is None:
         return {}
-    if preset in shipped("sequences") and preset != specimen.variant:
-        why = f"it is the preset of the {preset} bearing, {specimen.name!r} has a {specimen.variant} bearing"
-        remedy = "leave `preset` out, or give the keys that differ as `sequence`"
-        raise InputError("this preset is for another resonator", where="preset", why=why, remedy=remedy)
+    remedy = "leave `preset` out, or give the keys that differ as `sequence`"
+    refuse_foreign_preset(catalogue.sequences.path(preset), specimen, "preset", remedy)
     return catalogue.sequences.named(preset).changes()

@@ -47,6 +47,7 @@ UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
+FileDigest: A file and what identifies its content.
 FileState: What tells that a file has changed.
 FitBatch: The fits of several files, in the order in which they were named.
 FitReport: The fits of one file.
@@ -85,7 +86,6 @@ AdoptedModelReport: An adopted model, and whether it is still in use.
 AdoptedModelSummary: One line of the list of adopted models.
 AdoptedTermRecord: A further torque term of an adopted model.
 AdoptionEvidence: What is kept with an adopted model so that anybody can judge it, or repeat the diagnosis.
-FileDigest: A file and what identifies its content.
 ModelListing: What a fit can use.
 ReceiverEffectRecord: An effect of the receive chain that an adopted model undoes in the samples before a fit.
 Retirement: Who took a version out of use, when and why.
@@ -118,6 +118,7 @@ WindowPrecision: The smallest standard deviations that an evaluation window can 
 ErrorRecord: An error as the record of a job keeps it.
 Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
 ProblemKind: What a kind of problem means.
+UnreadableFile: A file that looks like what is listed but cannot be used.
 CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).
 DmdtSeries: Calibrated dm/dt of one frame for a plot.
 ExcitationInfo: What a shot was excited with.
@@ -128,7 +129,6 @@ RecordingLinks: Where the parts of a recording are.
 RecordingListing: Everything in the folder of recordings, by name.
 RecordingSummary: One line of the list of recordings.
 ShotWindows: The three windows of a shot, one after the other.
-UnreadableRecording: A file that looks like a recording but cannot be used.
 WindowLength: Length of one window of a shot.
 AcquisitionRequest: A series of shots on one resonator.
 ActivationRequest: A calibration to use from the next series on.

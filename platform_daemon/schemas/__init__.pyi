@@ -44,6 +44,7 @@ from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement
 from .fits import ErrorSummary as ErrorSummary
+from .fits import FileDigest as FileDigest
 from .fits import FileError as FileError
 from .fits import FileState as FileState
 from .fits import FitBatch as FitBatch
@@ -83,7 +84,6 @@ from .models import AdoptedModelReport as AdoptedModelReport
 from .models import AdoptedModelSummary as AdoptedModelSummary
 from .models import AdoptedTermRecord as AdoptedTermRecord
 from .models import AdoptionEvidence as AdoptionEvidence
-from .models import FileDigest as FileDigest
 from .models import ModelListing as ModelListing
 from .models import ReceiverEffectRecord as ReceiverEffectRecord
 from .models import Retirement as Retirement
@@ -116,6 +116,7 @@ from .predictions import WindowPrecision as WindowPrecision
 from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
+from .problems import UnreadableFile as UnreadableFile
 from .recordings import CalibrationInfo as CalibrationInfo
 from .recordings import DmdtSeries as DmdtSeries
 from .recordings import ExcitationInfo as ExcitationInfo
@@ -126,7 +127,6 @@ from .recordings import RecordingLinks as RecordingLinks
 from .recordings import RecordingListing as RecordingListing
 from .recordings import RecordingSummary as RecordingSummary
 from .recordings import ShotWindows as ShotWindows
-from .recordings import UnreadableRecording as UnreadableRecording
 from .recordings import WindowLength as WindowLength
 from .requests import AcquisitionRequest as AcquisitionRequest
 from .requests import ActivationRequest as ActivationRequest

@@ -8,7 +8,7 @@ from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
 from .base import Absent, FiniteOrNull, Schema, example
-from .models import FileDigest
+from .fits import FileDigest
 
 DiagnosisVerdict = TypeAliasType(
     "DiagnosisVerdict", Literal["nothing_missing", "explained", "partly_explained", "unexplained"]

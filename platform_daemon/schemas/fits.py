@@ -174,6 +174,17 @@ class FitBatch(Schema):
     """Files that had not ended when the run was interrupted; missing where all have."""
 
 
+class FileDigest(Schema):
+    """A file and what identifies its content."""
+
+    file: str
+    """Name of the file."""
+    size_bytes: int | None
+    """Size, bytes; null: it is not there any more."""
+    sha256: str | None
+    """SHA-256 of its content; null: it is not there any more."""
+
+
 class FileState(Schema):
     """What tells that a file has changed."""
 

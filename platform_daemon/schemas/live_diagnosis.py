@@ -8,7 +8,7 @@ from pydantic import ConfigDict
 
 from .base import FiniteOrNull, Schema, Vector, example
 from .diagnosis import DiagnosisReport, DiagnosisVerdict, EffectStrength
-from .models import FileDigest
+from .fits import FileDigest
 
 
 class EffectSummary(Schema):

@@ -6,7 +6,10 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, Field
 
-from .base import Root, Schema, example
+from .base import Absent, Root, Schema, example
+from .diagnosis import DiagnosisReport
+from .fits import FileDigest
+from .problems import UnreadableFile
 
 
 class AdoptedTermRecord(Schema):
@@ -41,17 +44,6 @@ class ReceiverEffectRecord(Schema):
     """Fundamental of those harmonics, Hz."""
 
 
-class FileDigest(Schema):
-    """A file and what identifies its content."""
-
-    file: str
-    """Name of the file."""
-    size_bytes: int | None
-    """Size, bytes; null: it is not there any more."""
-    sha256: str | None
-    """SHA-256 of its content; null: it is not there any more."""
-
-
 class AdoptionEvidence(Schema):
     """What is kept with an adopted model so that anybody can judge it, or repeat the diagnosis."""
 
@@ -67,8 +59,8 @@ class AdoptionEvidence(Schema):
     """Why it was adopted although the data are not explained; null: they are."""
     recordings: tuple[FileDigest, ...]
     """The data that were diagnosed."""
-    diagnosis: dict[str, Any]
-    """The diagnosis word for word, see DiagnosisReport; of whatever version of this software wrote it."""
+    diagnosis: DiagnosisReport | dict[str, Any] = Field(union_mode="left_to_right")
+    """The diagnosis; of another version of this software: as it stands in its file."""
 
 
 class AdoptedModelRecord(Schema):
@@ -160,3 +152,5 @@ class ModelListing(Schema):
     """Further torque terms by name."""
     adopted: tuple[AdoptedModelSummary, ...]
     """Every version of every adopted model."""
+    broken: Absent[tuple[UnreadableFile, ...]] = None
+    """Adopted models whose files are damaged, each with what is wrong; not there: all can be used."""

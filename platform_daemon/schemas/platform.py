@@ -9,6 +9,7 @@ from typing_extensions import TypeAliasType
 
 from .base import Root, Schema, example
 from .calibrations import CalibrationName
+from .problems import UnreadableFile
 from .requests import SequencePatch, SequencePreset
 
 CardStateName = TypeAliasType("CardStateName", Literal["idle", "programmed", "armed", "running", "closed"])
@@ -229,14 +230,15 @@ class ResonatorInfo(Schema):
     """The preset of its sequence."""
 
 
-class ResonatorListing(Root[dict[str, ResonatorInfo]]):
-    """Resonators by the name to use in an acquisition."""
+class ResonatorListing(Root[dict[str, UnreadableFile | ResonatorInfo]]):
+    """Resonators by the name to use in an acquisition; in the place of one whose file is damaged, what is wrong."""
 
     model_config = ConfigDict(json_schema_extra=example("resonator_listing"))
 
 
-class SequenceListing(Root[dict[str, SequencePatch]]):
-    """Sequences by the name to use as `preset` of an acquisition, with the keys that they set."""
+class SequenceListing(Root[dict[str, UnreadableFile | SequencePatch]]):
+    """Sequences by the name to use as `preset` of an acquisition, with the keys that they set; in the place of one
+    whose file is damaged, what is wrong."""
 
     model_config = ConfigDict(json_schema_extra=example("sequence_listing"))
 

@@ -41,6 +41,17 @@ class ProblemKind(Schema):
     """When it happens."""
 
 
+class UnreadableFile(Schema):
+    """A file that looks like what is listed but cannot be used."""
+
+    identifier: str
+    """What its id or name would be."""
+    path: str
+    """Name of the file."""
+    error: Problem
+    """Why."""
+
+
 class ErrorRecord(Schema):
     """An error as the record of a job keeps it."""
 

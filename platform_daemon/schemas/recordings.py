@@ -8,7 +8,7 @@ from pydantic import ConfigDict
 from typing_extensions import TypeAliasType
 
 from .base import Absent, Interval, Schema, Vector, example
-from .problems import Problem
+from .problems import UnreadableFile
 
 RecordingLayout = TypeAliasType("RecordingLayout", Literal["own", "minimal"])
 Quantity = TypeAliasType("Quantity", Literal["dmdt", "voltage"])
@@ -210,17 +210,6 @@ class RecordingSummary(Schema):
     """Where its parts are."""
 
 
-class UnreadableRecording(Schema):
-    """A file that looks like a recording but cannot be used."""
-
-    identifier: str
-    """What its id would be."""
-    path: str
-    """Name of the file."""
-    error: Problem
-    """Why."""
-
-
 class RecordingListing(Schema):
     """Everything in the folder of recordings, by name."""
 
@@ -228,7 +217,7 @@ class RecordingListing(Schema):
 
     recordings: tuple[RecordingSummary, ...]
     """Recordings that can be used."""
-    broken: tuple[UnreadableRecording, ...]
+    broken: tuple[UnreadableFile, ...]
     """Files that cannot, each with the reason."""
 
 

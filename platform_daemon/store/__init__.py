@@ -21,6 +21,7 @@ UnknownRecording: No recording of that id exists in the folder.
 FitTable: Fit results of a series under one window and model, one row per frame.
 SeriesHeader: What holds for every shot of a series.
 ShotRecord: One shot as it came from the hardware.
+Broken: A file that looks like what is listed but is not usable, and why.
 list_recordings: The recordings in `folder` (not below it).
 resolve: The file of an id.
 open_recording: Open and check a recording of docs/file-format.md.
@@ -47,7 +48,7 @@ from .dmdt_file import dmdt_file
 from .durable import write_file, write_new_file
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
-from .index import list_recordings, resolve
+from .index import Broken, list_recordings, resolve
 from .reader import open_recording, read_calibration
 from .recording import RESONATOR, Excitation, Recording, SequenceInfo
 from .series_writer import SeriesWriter
@@ -56,6 +57,7 @@ from .versioned import Version, VersionedFolder
 __all__ = [
     "RESONATOR",
     "AngleSeries",
+    "Broken",
     "DataFolder",
     "Excitation",
     "FitTable",

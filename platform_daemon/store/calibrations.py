@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -36,16 +37,16 @@ def add_receive_calibration(
     folder: Path,
     name: str,
     made: datetime,
-    calibration: Callable[[str], ReceiveCalibration],
+    calibration: ReceiveCalibration,
     p: NDArray[np.complex128],
 ) -> Path:
     """A new version of a receive calibration, with what was measured: `p`, (channel, 3, k).
 
-    `calibration` makes it from the identifier it gets.  Raises StorageError, RecordingError if it is not usable.
+    Its identifier is that of the version.  Raises StorageError, RecordingError if it is not usable.
     """
 
     def fill(h5: h5py.File, identifier: str) -> None:
-        found = calibration(identifier)
+        found = replace(calibration, identifier=identifier)
         check_calibration(found, None, name)
         write_calibration_group(h5, found)
         put(h5, f"{CALIBRATION}/p", p, units="T/A", long_name="measured P, complex, (channel, axis, frequency)")
@@ -53,11 +54,9 @@ def add_receive_calibration(
     return _add(folder, name, made, fill)
 
 
-def add_transmit_calibration(
-    folder: Path, name: str, made: datetime, table: Callable[[str], TransmitCalibration]
-) -> Path:
+def add_transmit_calibration(folder: Path, name: str, made: datetime, calibration: TransmitCalibration) -> Path:
     """A new version of a transmit calibration; errors as `add_receive_calibration`."""
-    return _add(folder, name, made, lambda h5, identifier: write_transmit_group(h5, table(identifier)))
+    return _add(folder, name, made, lambda h5, label: write_transmit_group(h5, replace(calibration, identifier=label)))
 
 
 def _add(folder: Path, name: str, made: datetime, fill: Callable[[h5py.File, str], None]) -> Path:

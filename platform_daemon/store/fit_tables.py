@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
 
-from .hdf5 import ANOTHER_COPY, Hdf5File, open_hdf5
 from .header import FitTable
-from .layout import FIT, LAYOUT, LAYOUT_ATTRIBUTE
+from .layout import FIT
 from .units import unit_of
 from .writer import group, put, put_texts
 
@@ -43,26 +40,3 @@ def write_fit(h5: h5py.File, fit: FitTable) -> None:
     put_texts(made, "parameter_units", (unit_of(name) for name in fit.parameters))
     for name in ("values", "std"):
         made[name].attrs["coordinates"] = "parameter_units"
-
-
-def read_fits(path: Path | str) -> tuple[FitTable, ...]:
-    """The fit tables of one of our recordings, by name; () if there are none.  Raises RecordingError."""
-    with open_hdf5(path) as source:
-        if source.attribute("/", LAYOUT_ATTRIBUTE) != LAYOUT:
-            return ()
-        return tuple(_read_fit(source, name) for name in source.names(FIT))
-
-
-def _read_fit(source: Hdf5File, name: str) -> FitTable:
-    found: dict[str, Any] = {"name": name}
-    for entry in fields(FitTable):
-        place = f"{FIT}/{name}/{entry.name}"
-        if entry.name in _TEXTS:
-            found[entry.name] = source.texts(place)
-        elif entry.name in _TEXT:
-            found[entry.name] = source.text(place)
-        elif entry.name != "name":
-            found[entry.name] = source.values(place)
-        if found[entry.name] is None:
-            raise source.defect("missing", place, "a complete fit table", ANOTHER_COPY)
-    return FitTable(**found)

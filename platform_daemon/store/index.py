@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from drivers.errors import RecordingError
+from drivers.errors import PlatformError, RecordingError
 
 from .errors import UnknownRecording
 from .reader import open_recording
@@ -30,11 +30,11 @@ class Entry:
 
 @dataclass(frozen=True)
 class Broken:
-    """A file that looks like a recording but is not usable, and why."""
+    """A file that looks like what is listed but is not usable, and why."""
 
     identifier: str
     path: Path
-    error: RecordingError
+    error: PlatformError
 
 
 @dataclass(frozen=True)

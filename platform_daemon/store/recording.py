@@ -120,8 +120,7 @@ class Recording:
     """A checked recording.  Holds no open file: every read opens the file again, so it may cross threads freely.
 
     calibration None: only voltage-domain work is possible; variant None: the caller must name it; provenance None: not
-    one of our own files; fits: names under `/fit`, see `read_fits`;
-    lna_gain: at which it was recorded, V/V, None: not said.
+    one of our own files; fits: names under `/fit`; lna_gain: at which it was recorded, V/V, None: not said.
     """
 
     path: Path

@@ -1,12 +1,21 @@
 import io
+import shutil
+import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
 import pytest
+from starlette.testclient import TestClient
 
+from platform_daemon.api.server import create_api
+from platform_daemon.app import create_context, start_engine
+from platform_daemon.settings import load_platform
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.data import DATA
 from tests.kit.rest import finished, problem
 
 
@@ -32,6 +41,29 @@ def test_a_second_acquisition_waits_in_the_queue_and_can_be_taken_out(client):
     job = finished(client, first.headers["location"])
     assert job["state"] == "cancelled"
     assert 0 <= job["result"].get("shots", 0) < 20
+
+
+def test_others_are_answered_while_the_disk_takes_its_time_over_a_cancelled_job(client):
+    locations = [client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 20}).headers["location"] for _ in "12"]
+    writes, written = threading.Event(), threading.Event()
+
+    def slowly(job):
+        writes.set()
+        written.wait(20)
+
+    engine = client.app.state.context.engine
+    engine.job("acquisition", locations[1].rsplit("/", 1)[1]).on_change = slowly
+    with ThreadPoolExecutor(2) as clients:
+        cancelling = clients.submit(client.delete, locations[1])
+        try:
+            assert writes.wait(20)
+            assert clients.submit(client.get, "/health").result(timeout=10).status_code == 200
+            assert not cancelling.done()
+        finally:
+            written.set()
+        assert cancelling.result(timeout=20).json()["state"] == "cancelled"
+    client.delete(locations[0])
+    assert finished(client, locations[0])["state"] == "cancelled"
 
 
 def test_stop_cancels_everything_and_the_platform_says_outputs_are_off(client):
@@ -269,7 +301,7 @@ def test_every_operation_declares_its_problems_and_binary_answers_as_what_they_a
         assert operation["summary"]
         assert operation["description"]
         for status, response in operation["responses"].items():
-            if int(status) >= 400 and int(status) != 503:
+            if int(status) >= 400 and operation["operationId"] != "get_readiness":
                 assert list(response["content"]) == ["application/problem+json"], operation["operationId"]
     content = {o["operationId"]: o["responses"].get("200", {}).get("content", {}) for o in operations}
     binary = {"schema": {"type": "string", "format": "binary"}}
@@ -277,6 +309,47 @@ def test_every_operation_declares_its_problems_and_binary_answers_as_what_they_a
     assert content["get_dmdt_npy"] == content["get_dmdt_h5"] == {"application/octet-stream": binary}
     assert content["get_dmdt"]["application/octet-stream"] == binary
     assert list(content["get_report"]) == ["text/html"]
+
+
+def test_a_daemon_that_shuts_down_takes_no_work_and_says_so(tmp_path):
+    folder = open_data_folder(tmp_path)
+    shutil.copyfile(DATA / "example_jewel.mmr.h5", folder.recordings / "ours.h5")
+    engine = start_engine(load_platform("simulated"))
+    with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as stopping:
+        engine.close()
+        asked = {
+            "/acquisitions": SHORT_JEWEL,
+            "/calibrations": {"kind": "transmit"},
+            "/fits": {"recording": "ours"},
+            "/diagnoses": {"recordings": ["ours"]},
+        }
+        for path, body in asked.items():
+            told = problem(stopping.post(path, json=body), 503)
+            assert (told["type"], "start it again" in told["remedy"]) == ("/problems/shutting-down", True)
+        schema = stopping.get("/openapi.json").json()
+        for path in asked:
+            assert "application/problem+json" in schema["paths"][path]["post"]["responses"]["503"]["content"]
+        ready = schema["paths"]["/ready"]["get"]["responses"]["503"]["content"]["application/json"]
+        assert ready["schema"]["$ref"].endswith("/Readiness")
+
+
+def test_every_field_of_every_schema_says_what_it_is_and_every_answer_has_an_example(client):
+    schema = client.get("/openapi.json").json()
+    parts = schema["components"]["schemas"]
+    silent = [
+        f"{name}.{key}"
+        for name, part in parts.items()
+        for key, field in part.get("properties", {}).items()
+        if not (field.get("description") or parts[field["$ref"].rsplit("/", 1)[1]].get("description"))
+    ]
+    assert not silent
+    for path, item in schema["paths"].items():
+        for method, operation in item.items():
+            for status, response in operation["responses"].items():
+                content = response.get("content", {}).get("application/json")
+                if content is not None:
+                    told = parts.get(content["schema"].get("$ref", "").rsplit("/", 1)[-1], {})
+                    assert "example" in content or "examples" in told, (method, path, status)
 
 
 def test_no_schema_is_there_twice(client):

@@ -26,7 +26,6 @@ from typing import Any
 import numpy as np
 
 from drivers.red_pitaya.board import AMPLITUDE_STEP_V
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.header import FitTable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import Recording
@@ -34,6 +33,7 @@ from platform_daemon.store.truth import read_truth
 from tests.campaigns.standstill import LATE_S, Standstills, idle_late_s
 from tests.kit.command_line import COMMAND
 from tests.kit.emulator_process import STEADY, emulator
+from tests.kit.fit_tables import read_fits
 
 SETTLED_S = 0.2  # after a shot has begun its truth can be asked for
 AT_START = ("phi_max_rad", "psi_start_rad")

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from concurrent import futures
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import pytest
 
-from drivers.errors import DeviceFault, DeviceStateError, InterlockError, OutputsUnconfirmed
-from platform_daemon.engine.engine import Engine
+from drivers.errors import DeviceFault, InterlockError, OutputsUnconfirmed
+from platform_daemon.engine.engine import Engine, ShuttingDown
+from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import AnyJob, Cancelled
 from platform_daemon.schemas.jobs import JobState
 
@@ -119,5 +122,28 @@ def test_stop_leaves_analyses_alone(engine: Engine) -> None:
 def test_an_engine_that_is_closed_takes_no_work(engine: Engine) -> None:
     engine.close()
     for take in (engine.submit, engine.analyse):
-        with pytest.raises(DeviceStateError, match="shutting down"):
+        with pytest.raises(ShuttingDown, match="shutting down"):
             take(Walk())
+
+
+@pytest.mark.parametrize("take", ["submit", "analyse"])
+def test_work_that_is_taken_while_the_engine_closes_ends_and_moves_nothing(
+    engine: Engine, take: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saves, saved = threading.Event(), threading.Event()
+
+    def slowly(records: JobRecords, job: AnyJob) -> None:
+        saves.set()
+        saved.wait(TIMEOUT_S)
+
+    monkeypatch.setattr(JobRecords, "save", slowly)
+    work = Walk()
+    with ThreadPoolExecutor(2) as callers:
+        taking = callers.submit(getattr(engine, take), work)
+        assert saves.wait(TIMEOUT_S)
+        closing = callers.submit(engine.close)
+        futures.wait([closing], timeout=1.0)
+        saved.set()
+        closing.result(TIMEOUT_S)
+        ended(taking.result(TIMEOUT_S))
+    assert take == "analyse" or not work.begun.is_set()

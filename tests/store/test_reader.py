@@ -14,10 +14,10 @@ import pytest
 from drivers.errors import InputError, RecordingError
 from platform_daemon.schemas.base import to_json
 from platform_daemon.store.describe import describe
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording, read_calibration
 from platform_daemon.store.truth import read_truth
 from tests.kit.data import DATA as EXAMPLES
+from tests.kit.fit_tables import read_fits
 from tests.kit.recording_files import MINIMAL, P, calibration, volts, write_minimal, write_series
 
 DATA = MINIMAL["/data"]

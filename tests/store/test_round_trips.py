@@ -113,7 +113,7 @@ from pathlib import Path
 from drivers.errors import RecordingError
 from platform_daemon.store import describe, open_recording, read_calibration
 from platform_daemon.schemas.base import to_json
-from platform_daemon.store.fit_tables import read_fits
+from tests.kit.fit_tables import read_fits
 from platform_daemon.store.truth import read_truth
 def whole(path):
     r = open_recording(path)

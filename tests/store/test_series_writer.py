@@ -18,12 +18,12 @@ from platform_daemon.schemas.base import to_json
 from platform_daemon.store import durable as durable_module
 from platform_daemon.store.describe import describe
 from platform_daemon.store.errors import StorageError
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import SequenceInfo
 from platform_daemon.store.recovery import recover
 from platform_daemon.store.series_writer import SeriesWriter
 from platform_daemon.store.truth import read_truth
+from tests.kit.fit_tables import read_fits
 from tests.kit.recording_files import EXCITATION, SEQUENCE, P, calibration, fit_table, header, shot, volts, write_series
 
 

@@ -23,12 +23,12 @@ from platform_daemon.app import create_context, start_engine
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.describe import describe
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.header import FitTable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.series_writer import SeriesWriter
 from platform_daemon.store.truth import read_truth
 from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.fit_tables import read_fits
 from tests.kit.recording_files import SEQUENCE, calibration, fit_table, header, shot, volts, write_minimal, write_series
 
 FOUR_ROWS = np.vstack([np.eye(3), np.ones(3)]) * 1e-3

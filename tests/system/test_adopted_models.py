@@ -16,11 +16,11 @@ from platform_daemon.analysis.model_registry.resolve import resolve
 from platform_daemon.estimation.calibration.receiver_correction import correct_receiver_effects
 from platform_daemon.estimation.record import RingDownRecord
 from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import acquire
 from tests.kit.data import DATA
-from tests.kit.diagnosis_json import diagnosis, effect
+from tests.kit.diagnosis_json import diagnosed, effect
+from tests.kit.fit_tables import read_fits
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
 QUIET = ("backends.simulated.effects.temperature.enabled=false", "backends.simulated.effects.wear.enabled=false")
@@ -58,7 +58,7 @@ EFFECTS = [
 @pytest.mark.parametrize(("hidden", "found"), EFFECTS, ids=[e[0]["id"] for e in EFFECTS])
 def test_a_fit_with_the_adopted_model_explains_new_shots(tmp_path, engine_with, hidden, found):
     library = Library(tmp_path / "models")
-    made = library.add(model_from_diagnosis(diagnosis(found), "better", "me", library, recordings=[]))
+    made = library.add(model_from_diagnosis(diagnosed(found), "better", "me", library, recordings=[]))
     job = acquire(engine_with(*world(hidden)), tmp_path / "a.h5", **SHOT, shots=2)
     assert job.error is None
     recording = open_recording(tmp_path / "a.h5")
@@ -71,7 +71,7 @@ def test_a_fit_with_the_adopted_model_explains_new_shots(tmp_path, engine_with, 
 def test_on_line_fits_use_the_adopted_model_and_the_recording_says_so(tmp_path, engine_with):
     library = Library(tmp_path / "models")
     hidden, found = EFFECTS[2]
-    library.add(model_from_diagnosis(diagnosis(found), "better", "me", library, recordings=[]))
+    library.add(model_from_diagnosis(diagnosed(found), "better", "me", library, recordings=[]))
     engine = engine_with(*world(hidden), models=library)
     job = acquire(engine, tmp_path / "a.h5", **SHOT, variant="better")
     assert job.result.fit.variant == "better@1"
@@ -89,7 +89,7 @@ def test_an_unknown_model_is_refused_before_anything_moves(engine_with, tmp_path
 
 def test_a_model_with_receiver_effects_needs_a_sensitivity(tmp_path):
     library = Library(tmp_path)
-    made = library.add(model_from_diagnosis(diagnosis(EFFECTS[2][1]), "better", "me", library, recordings=[]))
+    made = library.add(model_from_diagnosis(diagnosed(EFFECTS[2][1]), "better", "me", library, recordings=[]))
     recording = replace(open_recording(DATA / "example_thread.mmr.h5"), calibration=None)
     with pytest.raises(InputError, match="sensitivity"):
         VoltageMeasurement.of(recording).under(made)

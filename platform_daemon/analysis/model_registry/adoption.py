@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
-
-from pydantic import BaseModel, ConfigDict, Field
 
 from drivers.calibration import ReceiverEffect
-from drivers.errors import ConfigError, InputError
-from drivers.validation import validated
+from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.estimation import CORRECTABLE, TERMS
-from platform_daemon.schemas import AdoptedTermRecord, AdoptionEvidence, FileDigest
+from platform_daemon.schemas import AdoptedTermRecord, AdoptionEvidence, DiagnosisReport, FileDigest, NamedEffect
 
 from .adopted_model import AdoptedModel
 from .evidence import file_digests
@@ -29,7 +25,6 @@ _NOT_A_MODEL = {
     "switch_transient": "lengthen the switch window, or start the fit later",
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
-Number = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class AdoptionRefused(InputError):
@@ -38,44 +33,8 @@ class AdoptionRefused(InputError):
     title = "Adoption refused"
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(extra="allow", frozen=True)
-
-
-class _Strength(_Part):
-    value: Number
-    std: Number | None = None
-    unit: str = ""
-
-
-class _Detail(_Part):
-    axis: str | None = None
-    frequency_hz: Number | None = None
-    source: str | None = Field(default=None, validation_alias="from")
-    target: str | None = Field(default=None, validation_alias="to")
-
-
-class _Effect(_Part):
-    id: str
-    strength: _Strength
-    detail: _Detail = _Detail()
-
-
-class _Value(_Part):
-    value: Number
-
-
-class _Diagnosis(_Part):
-    verdict: str
-    model: str
-    effects: list[_Effect]
-    parameters_after: dict[str, _Value]
-    recordings: tuple[FileDigest, ...] = ()
-    files: tuple[Path, ...] = ()
-
-
 def model_from_diagnosis(
-    diagnosis: Mapping[str, Any],
+    found: DiagnosisReport,
     name: str,
     by: str,
     library: Library,
@@ -84,26 +43,19 @@ def model_from_diagnosis(
     effects: Collection[str] = (),
     free: Collection[str] = (),
     force: str = "",
-    source: str = "diagnosis",
 ) -> AdoptedModel:
-    """The model that a diagnosis in its JSON form carries, to be added to the library.
+    """The model that a diagnosis carries, to be added to the library.
 
     Args:
         recordings: digests of the data that were diagnosed; None: of those that the diagnosis names.
         effects: ids to adopt; empty: all.
         free: ids of torque effects whose strength fits estimate anew.
         force: why a diagnosis is adopted that did not explain its data.
-        source: what the caller calls the diagnosis, for errors.
 
     Raises:
-        AdoptionRefused: with reason and remedy. InputError: it is no diagnosis, or the name is no good.
+        AdoptionRefused: with reason and remedy. InputError: a number is missing in it, or the name is no good.
     """
     check_name(name)
-    try:
-        found = validated(_Diagnosis, dict(diagnosis), "diagnosis")
-    except ConfigError as error:
-        remedy = "name a file of diagnose --json"
-        raise InputError("is no diagnosis", where=source, why=error.what, remedy=remedy) from None
     chosen = _chosen(found, effects, free, force)
     base = resolve(found.model, library)
     before = base if isinstance(base, AdoptedModel) else None
@@ -121,21 +73,21 @@ def model_from_diagnosis(
             started_from=found.model,
             forced=force or None,
             recordings=_data(found) if recordings is None else tuple(recordings),
-            diagnosis=dict(diagnosis),
+            diagnosis=found,
         ),
     )
 
 
-def _data(found: _Diagnosis) -> tuple[FileDigest, ...]:
+def _data(found: DiagnosisReport) -> tuple[FileDigest, ...]:
     """What a diagnosis rests on.  Raises InputError if it does not say."""
-    said = found.recordings or file_digests(found.files)
+    said = found.recordings or file_digests(map(Path, found.files or ()))
     if not said:
         remedy = "name the recordings that were diagnosed (--recording)"
         raise InputError("does not say which data it rests on", where="diagnosis", remedy=remedy)
     return said
 
 
-def _chosen(found: _Diagnosis, wanted: Collection[str], free: Collection[str], force: str) -> list[_Effect]:
+def _chosen(found: DiagnosisReport, wanted: Collection[str], free: Collection[str], force: str) -> list[NamedEffect]:
     """The effects to adopt.  Raises AdoptionRefused."""
     named = [e.id for e in found.effects]
     if not named:
@@ -164,7 +116,7 @@ def _chosen(found: _Diagnosis, wanted: Collection[str], free: Collection[str], f
 _MEASURE_MORE = "measure what the diagnosis proposes next, and diagnose again"
 
 
-def _refuse(effect: _Effect, others: list[str]) -> None:
+def _refuse(effect: NamedEffect, others: list[str]) -> None:
     why = "it adds to the data and belongs to one measurement, not to the resonator or the receiver"
     remedy = _NOT_A_MODEL.get(effect.id, "treat its cause")
     if others:
@@ -172,24 +124,24 @@ def _refuse(effect: _Effect, others: list[str]) -> None:
     raise AdoptionRefused(f"{effect.id} cannot be adopted", where="effects", why=why, remedy=remedy)
 
 
-def _term(effect: _Effect, values: Mapping[str, float], free: Collection[str]) -> AdoptedTermRecord:
+def _term(effect: NamedEffect, values: Mapping[str, float | None], free: Collection[str]) -> AdoptedTermRecord:
     """A torque effect with its strength in the unit of the term's coefficient."""
     first, *hidden = TERMS[effect.id].coefficients
     scale = _scale(effect.id, values)
     std = effect.strength.std
-    strengths = {first.name: effect.strength.value * scale, **{c.name: _number(effect, c.name) for c in hidden}}
+    strengths = {first.name: _strength(effect) * scale, **{c.name: _number(effect, c.name) for c in hidden}}
     errors = {first.name: None if std is None else std * abs(scale), **{c.name: None for c in hidden}}
     return AdoptedTermRecord(term=effect.id, values=strengths, std=errors, free=effect.id in free)
 
 
-def _scale(effect: str, values: Mapping[str, float]) -> float:
+def _scale(effect: str, values: Mapping[str, float | None]) -> float:
     """Coefficient per published strength: a drift is published in Hz/s, Stribeck friction as a share."""
     if effect == "frequency_drift":
         return 1.0 / _parameter(values, "f_nat_hz")
     return _parameter(values, "tf_over_i_rad_per_s2") if effect == "stribeck_friction" else 1.0
 
 
-def _receiver(effect: _Effect, values: Mapping[str, float]) -> ReceiverEffect:
+def _receiver(effect: NamedEffect, values: Mapping[str, float | None]) -> ReceiverEffect:
     detail = effect.detail
     even, fundamental_hz = None, None
     if detail.frequency_hz is not None:
@@ -201,17 +153,23 @@ def _receiver(effect: _Effect, values: Mapping[str, float]) -> ReceiverEffect:
             raise InputError(
                 f"{value!r} is no channel", where=f"diagnosis: {effect.id}: {key}", remedy="give x, y or z"
             )
-    return ReceiverEffect(effect.id, effect.strength.value, even=even, fundamental_hz=fundamental_hz, **places)
+    return ReceiverEffect(effect.id, _strength(effect), even=even, fundamental_hz=fundamental_hz, **places)
 
 
-def _parameter(values: Mapping[str, float], name: str) -> float:
-    if not values.get(name):
-        raise InputError("is missing", where=f"diagnosis: parameters_after: {name}", remedy="diagnose again")
-    return values[name]
+def _parameter(values: Mapping[str, float | None], name: str) -> float:
+    return _there(values.get(name) or None, f"parameters_after: {name}")
 
 
-def _number(effect: _Effect, name: str) -> float:
-    value = (effect.detail.model_extra or {}).get(name)
-    if not isinstance(value, int | float):
-        raise InputError("is missing", where=f"diagnosis: {effect.id}: detail.{name}", remedy="diagnose again")
-    return float(value)
+def _strength(effect: NamedEffect) -> float:
+    return _there(effect.strength.value, f"{effect.id}: strength")
+
+
+def _number(effect: NamedEffect, name: str) -> float:
+    return _there(effect.detail.hidden_scales().get(name), f"{effect.id}: detail.{name}")
+
+
+def _there(value: float | None, where: str) -> float:
+    """A number of the diagnosis.  Raises InputError if it has none there."""
+    if value is None:
+        raise InputError("is missing", where=f"diagnosis: {where}", remedy="diagnose again")
+    return value

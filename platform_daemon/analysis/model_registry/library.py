@@ -12,7 +12,7 @@ from drivers.errors import InputError
 from drivers.validation import Model, validated
 from platform_daemon.estimation import MODELS
 from platform_daemon.schemas import AdoptedModelRecord, Retirement, to_json
-from platform_daemon.store import Version, VersionedFolder, write_new_file
+from platform_daemon.store import Broken, Version, VersionedFolder, write_new_file
 
 from .adopted_model import AdoptedModel, from_record
 
@@ -58,9 +58,15 @@ class Library:
                 return found
         raise self._unknown(text, "all its versions are retired" if versions else "")
 
-    def all(self) -> list[AdoptedModel]:
-        """Every version of every model, by name and version.  Raises InputError for a file that is none of ours."""
-        return [_read(version) for version in self._files.versions()]
+    def all(self) -> tuple[list[AdoptedModel], list[Broken]]:
+        """Every version of every model, by name and version, and the files that hold none of ours."""
+        models, broken = [], []
+        for version in self._files.versions():
+            try:
+                models.append(_read(version))
+            except InputError as error:
+                broken.append(Broken(version.path.stem, version.path, error))
+        return models, broken
 
     def retire(self, text: str, by: str, reason: str) -> AdoptedModel:
         """Take NAME@VERSION out of use: NAME alone no longer means it.  Raises UnknownModel, InputError."""
@@ -76,7 +82,7 @@ class Library:
         return replace(found, retired=said)
 
     def _unknown(self, text: str, why: str) -> UnknownModel:
-        names = ", ".join(m.label for m in self.all()) or "none yet"
+        names = ", ".join(v.path.stem for v in self._files.versions()) or "none yet"
         return UnknownModel(f"no adopted model {text!r}", where="models", why=why, remedy=f"adopted are: {names}")
 
 
@@ -96,7 +102,7 @@ def _read(version: Version) -> AdoptedModel:
             raise ValueError(f"it holds {found.label}")
         retired = version.path.with_suffix(".retired")
         return replace(found, retired=_parsed(Retirement, retired) if retired.is_file() else None)
-    except (OSError, ValueError, KeyError, InputError) as error:
+    except (OSError, ValueError, KeyError, RecursionError, InputError) as error:
         why = error.what if isinstance(error, InputError) else str(error)
         remedy = "restore the file from a copy, or adopt the model again"
         raise InputError("is no adopted model", where=str(version.path), why=why, remedy=remedy) from None

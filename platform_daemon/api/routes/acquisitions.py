@@ -30,7 +30,7 @@ ACQUISITIONS = JobKind(
 )
 
 
-@router.post("", summary="Measure a series", status_code=202, responses=problems(409, 415, 422, 507))
+@router.post("", summary="Measure a series", status_code=202, responses=problems(409, 415, 422, 503, 507))
 def start_acquisition(body: AcquisitionRequest, response: Response, context: Shared) -> AcquisitionJob:
     """Queue an acquisition.
 

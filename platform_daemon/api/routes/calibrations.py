@@ -37,7 +37,10 @@ CALIBRATIONS = JobKind(
 
 
 @router.post(
-    "", summary="Calibrate the receive or the transmit side", status_code=202, responses=problems(409, 415, 422, 507)
+    "",
+    summary="Calibrate the receive or the transmit side",
+    status_code=202,
+    responses=problems(409, 415, 422, 503, 507),
 )
 def start_calibration(body: CalibrationRequest, response: Response, context: Shared) -> CalibrationJob:
     """Queue a calibration.

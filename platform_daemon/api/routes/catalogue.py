@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from fastapi import APIRouter, Body, Path, Query, Response
 from pydantic import BaseModel
@@ -16,11 +16,13 @@ from platform_daemon.schemas import (
     SequenceListing,
     SequencePatch,
     SequencePreset,
+    UnreadableFile,
 )
 from platform_daemon.settings import load_sequence, load_specimen
+from platform_daemon.store import Broken
 
 from ..context import Shared
-from ..problems import problems
+from ..problems import problems, unreadable
 
 router = APIRouter(tags=["catalogue"])
 ContentT = TypeVar("ContentT", bound=BaseModel)
@@ -33,21 +35,31 @@ NewName = Annotated[
     ),
 ]
 Name = Annotated[str, Path(description="NAME, or NAME@VERSION of what was added", examples=["thread"])]
-NewResonator = Annotated[Specimen, Body(examples=[load_specimen("thread")[0].model_dump(exclude_none=True)])]
-NewSequence = Annotated[SequencePatch, Body(examples=[{"field_t": 4.0e-4, "rx_s": 2.0}])]
+GENTLE = {"field_t": 4.0e-4, "rx_s": 2.0}
+THREAD = load_specimen("thread")[0]
+NewResonator = Annotated[Specimen, Body(examples=[THREAD.model_dump(exclude_none=True)])]
+NewSequence = Annotated[SequencePatch, Body(examples=[GENTLE])]
+
+
+def _example(content: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
+    """An answer of a route whose schema has no example of its own."""
+    return {200: {"content": {"application/json": {"example": content}}}}
 
 
 @router.get("/resonators", summary="Resonators that can be measured")
 def list_resonators(context: Shared) -> ResonatorListing:
     """Resonators by the name to use in an acquisition, with variant and the presets of their sequence.
 
-    What was added is there by NAME, its newest version, and by NAME@VERSION.
+    What was added is there by NAME, its newest version, and by NAME@VERSION; what cannot be read with the reason.
     """
-    found = context.engine.catalogue.resonators.all()
-    presets = {v: SequencePreset(**load_sequence(v).model_dump()) for v in {s.variant for s in found.values()}}
-    return ResonatorListing(
-        {n: ResonatorInfo(name=s.name, variant=s.variant, sequence=presets[s.variant]) for n, s in found.items()}
-    )
+    presets = {v: SequencePreset.model_validate(load_sequence(v).model_dump()) for v in ("thread", "jewel")}
+
+    def shown(found: Specimen | Broken) -> ResonatorInfo | UnreadableFile:
+        if isinstance(found, Broken):
+            return unreadable(found)
+        return ResonatorInfo(name=found.name, variant=found.variant, sequence=presets[found.variant])
+
+    return ResonatorListing({n: shown(each) for n, each in context.engine.catalogue.resonators.all().items()})
 
 
 @router.post("/resonators", summary="Add a resonator", status_code=201, responses=problems(415, 422, 507))
@@ -56,7 +68,11 @@ def add_resonator(name: NewName, body: NewResonator, response: Response, context
     return _added(context.engine.catalogue.resonators, name, body, response)
 
 
-@router.get("/resonators/{name}", summary="A resonator", responses=problems(404))
+@router.get(
+    "/resonators/{name}",
+    summary="A resonator",
+    responses={**_example(THREAD.model_dump(mode="json")), **problems(404, 422)},
+)
 def get_resonator(name: Name, context: Shared) -> Specimen:
     """What its file holds; keys that it leaves out are null."""
     return _found(context.engine.catalogue.resonators, name)
@@ -64,8 +80,10 @@ def get_resonator(name: Name, context: Shared) -> Specimen:
 
 @router.get("/sequences", summary="Sequences that have a name")
 def list_sequences(context: Shared) -> SequenceListing:
-    """Sequences by the name to use as `preset` of an acquisition, with the keys that they set."""
-    return SequenceListing(context.engine.catalogue.sequences.all())
+    """Sequences by the name to use as `preset` of an acquisition, with the keys that they set; what cannot be read
+    with the reason."""
+    found = context.engine.catalogue.sequences.all()
+    return SequenceListing({n: unreadable(each) if isinstance(each, Broken) else each for n, each in found.items()})
 
 
 @router.post("/sequences", summary="Add a sequence", status_code=201, responses=problems(415, 422, 507))
@@ -74,7 +92,7 @@ def add_sequence(name: NewName, body: NewSequence, response: Response, context: 
     return _added(context.engine.catalogue.sequences, name, body, response)
 
 
-@router.get("/sequences/{name}", summary="A sequence", responses=problems(404))
+@router.get("/sequences/{name}", summary="A sequence", responses={**_example(GENTLE), **problems(404, 422)})
 def get_sequence(name: Name, context: Shared) -> SequencePatch:
     """The keys that it sets."""
     return _found(context.engine.catalogue.sequences, name)

@@ -2,25 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
 from drivers.errors import InputError
-from platform_daemon.analysis import (
-    ModelChoice,
-    check_diagnosis_input,
-    diagnose_input,
-    file_digests,
-    load_diagnosis_input,
-    model_from_diagnosis,
-    resolve,
-)
-from platform_daemon.diagnosis import compare_residuals, diagnosis_report
-from platform_daemon.engine import AnyJob, Cancelled, UnknownId
+from platform_daemon.analysis import ModelChoice, check_diagnosis_input, model_from_diagnosis, resolve
+from platform_daemon.engine import AnyJob, DiagnosisWork, UnknownId
 from platform_daemon.reports import diagnosis_html
 from platform_daemon.schemas import (
     AdoptedModelRecord,
@@ -29,11 +18,8 @@ from platform_daemon.schemas import (
     DiagnosisJobs,
     DiagnosisReport,
     DiagnosisRequest,
-    NoResult,
-    to_json,
 )
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store import write_file
 
 from ..context import Context, JobId, Shared
 from ..job_routes import JobKind
@@ -58,44 +44,13 @@ DIAGNOSES = JobKind(
 )
 
 
-@dataclass(frozen=True)
-class DiagnosisWork:
-    """Says what the declared model lacks in these frames of files; report and page are kept on disk."""
-
-    request: DiagnosisRequest
-    files: Mapping[Path, Sequence[int] | None]
-    model: ModelChoice | None
-    context: Context
-    kind, unit, total, no_result = "diagnosis", "share", 1.0, NoResult()
-
-    def __call__(self, job: AnyJob) -> None:
-        """Raises Cancelled between steps, NothingToDiagnoseError, StorageError."""
-
-        def tell(what: str, share: float) -> None:
-            job.at(share, what)
-            if job.cancel_requested.is_set():
-                raise Cancelled
-
-        tell("reading", 0.0)
-        specimen = load_diagnosis_input(list(self.files), self.model, self.request.observable, frames=self.files)
-        found = diagnose_input(specimen, tell)
-        known = {"files": tuple(f.name for f in self.files), "recordings": file_digests(self.files)}
-        report = diagnosis_report(found).model_copy(update=known)
-        tell("page", 0.95)
-        page = diagnosis_html(report, compare_residuals(found))
-        job.at(1.0, "write")
-        write_file(_page(job.identifier, self.context), page)
-        write_file(self.context.diagnoses / f"{job.identifier}.json", to_json(report, indent=1).encode())
-        job.result = report
-
-
-@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 409, 415, 422, 507))
+@router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 415, 422, 503, 507))
 def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
     check_diagnosis_input(list(files), model, body.observable, frames=files)
-    job = context.engine.analyse(DiagnosisWork(body, files, model, context))
+    job = context.engine.analyse(DiagnosisWork(body, files, model, context.diagnoses, diagnosis_html))
     return DIAGNOSES.accepted(job, response)
 
 
@@ -129,9 +84,9 @@ def get_report(identifier: JobId, context: Shared) -> FileResponse:
 )
 def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
-    said = _result(identifier, context).model_dump()
+    found = _result(identifier, context)
     model = model_from_diagnosis(
-        said, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
+        found, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
     )
     made = context.models.add(model)
     response.headers["Location"] = f"/models/{made.label}"

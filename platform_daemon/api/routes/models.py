@@ -8,16 +8,22 @@ from platform_daemon.estimation import MODELS, TERMS
 from platform_daemon.schemas import AdoptedModelReport, AdoptedModelSummary, ModelListing, RetirementRequest
 
 from ..context import ModelLabel, Shared
-from ..problems import problems
+from ..problems import problems, unreadable
 
 router = APIRouter(prefix="/models", tags=["models"])
 
 
 @router.get("", summary="Models that a fit can use")
 def list_models(context: Shared) -> ModelListing:
-    """Declared models and further torque terms by name; every version of every adopted model."""
-    adopted = tuple(m.summary() for m in context.models.all())
-    return ModelListing(declared=tuple(MODELS), terms=tuple(TERMS), adopted=adopted)
+    """Declared models and further torque terms by name; every version of every adopted model, and every file that
+    holds none with the reason."""
+    adopted, broken = context.models.all()
+    return ModelListing(
+        declared=tuple(MODELS),
+        terms=tuple(TERMS),
+        adopted=tuple(m.summary() for m in adopted),
+        broken=tuple(map(unreadable, broken)) or None,
+    )
 
 
 @router.get("/{name}", summary="An adopted model with its evidence", responses=problems(404, 422))

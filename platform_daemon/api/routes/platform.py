@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated
 
-import anyio
 from fastapi import APIRouter, Path, Response
 
 from platform_daemon import __version__
@@ -20,7 +19,7 @@ from platform_daemon.schemas import (
     StopReport,
 )
 
-from ..context import Shared
+from ..context import Shared, at_once
 from ..problems import problem_kinds, problems
 
 router = APIRouter(tags=["platform"])
@@ -69,8 +68,7 @@ def list_devices(context: Shared) -> DeviceListing:
 @router.post("/stop", summary="All outputs off, now", responses=problems(502, 504))
 async def stop(context: Shared) -> StopReport:
     """Amplifier off, card stopped, receiver disconnected, all acquisitions cancelled.  Shots already on disk stay."""
-    # Threads of its own: downloads and other long requests must not make it wait.
-    await anyio.to_thread.run_sync(context.engine.outputs_off, limiter=anyio.CapacityLimiter(1))
+    await at_once(context.engine.outputs_off)
     return StopReport(status="outputs are off, acquisitions are cancelled")
 
 

@@ -21,13 +21,12 @@ from platform_daemon.schemas import (
     RecordingLinks,
     RecordingListing,
     RecordingSummary,
-    UnreadableRecording,
 )
 from platform_daemon.store import Recording, describe, dmdt_file, open_recording, resolve
 from platform_daemon.store import list_recordings as recordings_in
 
 from ..context import Frame, RecordingId, Shared
-from ..problems import problem, problems
+from ..problems import problems, unreadable
 
 router = APIRouter(prefix="/recordings", tags=["recordings"])
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
@@ -50,9 +49,7 @@ def list_recordings(context: Shared) -> RecordingListing:
         recordings=tuple(
             RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
         ),
-        broken=tuple(
-            UnreadableRecording(identifier=b.identifier, path=b.path.name, error=problem(b.error)) for b in found.broken
-        ),
+        broken=tuple(map(unreadable, found.broken)),
     )
 
 

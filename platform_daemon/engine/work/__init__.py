@@ -1,9 +1,11 @@
-"""What a job does with the hardware; each keeps the protocol `Work` of engine/jobs.py.
+"""What a job does, with the hardware or with files; each keeps the protocol `Work` of engine/jobs.py.
 
 calibration: Calibrations as jobs: a known dipole for the receive side, a field probe for the transmit side.
 calibration_bench: What the calibrations share: the bench that their shots are made on.
 receive_calibration: Calibration of the receive side as a job: a known dipole in the resonator's place gives P by
     frequency.
+diagnosis: A diagnosis of stored recordings as a job; report and page are kept on disk.
+fit: A fit of a stored recording as a job; the report is kept on disk.
 reset_fault: After a trip: the amplifier's latched fault is cleared by a command of its own, never by the way.
 self_test: The self-test before a series: a low tone per coil, heard through the leakage of the open receive
     contacts.

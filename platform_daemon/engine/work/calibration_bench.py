@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
+import structlog
 from numpy.typing import NDArray
 
-from drivers.errors import DeviceFault, InputError
+from drivers.errors import ConfigError, DeviceFault, InputError
 from drivers.platform import Platform
 from platform_daemon.schemas import CalibrationReport, CalibrationRequest, ComplexTable, NoResult
 from platform_daemon.store import check_calibration_name
@@ -19,6 +21,8 @@ from sequences.tones import ToneShot, played_hz
 from ..jobs import Cancelled, Job, Work
 from ..shot import RawShot, run_shot
 
+log = structlog.get_logger()
+PartT = TypeVar("PartT")
 TRIES = 3  # per shot, if it is refused
 NO_PRODUCT = 2.0  # chi2 per degree of freedom from which on a model of the chain is doubted
 QUESTION_STEP_S = 0.1
@@ -87,6 +91,20 @@ class CalibrationBench:
             return None, None
         span = self.request.temperature_span_c
         return float(np.mean(self._celsius)), (min(self._celsius) - span, max(self._celsius) + span)
+
+
+def ended(job: CalibrationJob, found: CalibrationReport) -> None:
+    """The calibration is in its file."""
+    job.result = found
+    log.info("calibration_written", file=found.root.file)
+
+
+def needed(part: PartT | None, what: str) -> PartT:
+    """A part of the platform that not every one has.  Raises ConfigError."""
+    if part is None:
+        remedy = "describe it in the platform file, see docs/calibration.md"
+        raise ConfigError(f"the platform has no {what}", where=what.replace(" ", "_"), remedy=remedy)
+    return part
 
 
 def complex_table(value: NDArray[np.complex128], std: NDArray[np.float64]) -> ComplexTable:

@@ -5,24 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import structlog
 from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
-from drivers.errors import ConfigError, DeviceFault, InputError
-from drivers.platform import Platform
-from drivers.reference import ReferenceDipole
+from drivers.errors import DeviceFault, InputError
 from platform_daemon import estimation
 from platform_daemon.schemas import CalibrationReport, NoResult, ReceiveCalibrationReport
 from platform_daemon.store import add_receive_calibration
 from sequences.tones import ToneShot, dipole_shot
 
-from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table
+from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table, ended, needed
 
 if TYPE_CHECKING:
     from platform_daemon.estimation import Phasors, ReceiveResult
 
-log = structlog.get_logger()
 AXES = ("x", "y", "z")
 OUTPUT_SHARE, INPUT_SHARE = 0.9, 0.4  # of full scale: on the dipole's output, and expected at the ADC
 
@@ -34,7 +30,7 @@ class ReceiveCalibrationWork:
 
     def __init__(self, bench: CalibrationBench) -> None:
         """Raises ConfigError, InputError."""
-        self._bench, self._dipole = bench, _reference(bench.platform)
+        self._bench, self._dipole = bench, needed(bench.platform.reference, "reference dipole")
         self.request, self.total = bench.request, bench.shots(len(AXES))
         for f in self._bench.frequencies_hz:
             self._check_length(self._shot(f), f)
@@ -89,23 +85,19 @@ class ReceiveCalibrationWork:
     def _keep(self, job: CalibrationJob, found: ReceiveResult) -> None:
         made = self._bench.platform.clock.utc()
         celsius, valid_c = self._bench.temperatures_c()
-
-        def calibration(identifier: str) -> ReceiveCalibration:
-            return ReceiveCalibration(
-                sensitivity=found.sensitivity,
-                identifier=identifier,
-                date=made.isoformat(),
-                lna_gain=self._bench.platform.lna.gain(),
-                frequency_hz=found.frequency_hz,
-                frequency_response=found.response,
-                sensitivity_std=found.sensitivity_std,
-                p_std=found.std,
-                relative_std=found.relative_std,
-                valid_hz=self._bench.extent_hz,
-                valid_c=valid_c,
-                temperature_c=celsius,
-            )
-
+        calibration = ReceiveCalibration(
+            sensitivity=found.sensitivity,
+            date=made.isoformat(),
+            lna_gain=self._bench.platform.lna.gain(),
+            frequency_hz=found.frequency_hz,
+            frequency_response=found.response,
+            sensitivity_std=found.sensitivity_std,
+            p_std=found.std,
+            relative_std=found.relative_std,
+            valid_hz=self._bench.extent_hz,
+            valid_c=valid_c,
+            temperature_c=celsius,
+        )
         path = add_receive_calibration(self._bench.folder, self._bench.request.file_name, made, calibration, found.p)
         job.warnings += estimation.unlike_declared(found.sensitivity, self._bench.platform.calibration.sensitivity)
         if found.chi2_per_dof > NO_PRODUCT:
@@ -130,15 +122,4 @@ class ReceiveCalibrationWork:
             valid_hz=self._bench.extent_hz,
             valid_c=valid_c,
         )
-        job.result = CalibrationReport(report)
-        log.info("calibration_written", file=path.name)
-
-
-def _reference(platform: Platform) -> ReferenceDipole:
-    if platform.reference is None:
-        raise ConfigError(
-            "the platform has no reference dipole",
-            where="reference_dipole",
-            remedy="describe it in the platform file, see docs/calibration.md",
-        )
-    return platform.reference
+        ended(job, CalibrationReport(report))

@@ -5,25 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import structlog
 from numpy.typing import NDArray
 
 from drivers.calibration import TransmitCalibration
-from drivers.errors import ConfigError, DeviceFault, InputError
-from drivers.platform import Platform
-from drivers.reference import FieldProbe
+from drivers.errors import DeviceFault, InputError
 from platform_daemon import estimation
 from platform_daemon.schemas import CalibrationReport, NoResult, TransmitCalibrationReport
 from platform_daemon.store import add_transmit_calibration
 from sequences.tones import ToneShot, coil_drive, coil_tones
 
-from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table
+from .calibration_bench import NO_PRODUCT, CalibrationBench, CalibrationJob, complex_table, ended, needed
 from .self_test import SelfTest
 
 if TYPE_CHECKING:
     from platform_daemon.estimation import TransmitResult
 
-log = structlog.get_logger()
 COIL_TONE_S, COIL_SEGMENTS = 0.1, 8
 LOOP_TIMES = 12  # L/R: the current of a coil is in its steady state after so many
 
@@ -36,7 +32,7 @@ class TransmitCalibrationWork:
 
     def __init__(self, bench: CalibrationBench, self_test: SelfTest) -> None:
         """Raises ConfigError, InputError."""
-        self._bench, self._probe, self._self_test = bench, _field_probe(bench.platform), self_test
+        self._bench, self._probe, self._self_test = bench, needed(bench.platform.probe, "field probe"), self_test
         self.request, self.total = bench.request, bench.shots(len(bench.side.channels))
         for f in self._bench.frequencies_hz:
             for k in range(len(self._bench.side.channels)):
@@ -95,23 +91,20 @@ class TransmitCalibrationWork:
         made = self._bench.platform.clock.utc()
         celsius, valid_c = self._bench.temperatures_c()
         axes = tuple(c.axis for c in self._bench.side.channels)
-
-        def table(identifier: str) -> TransmitCalibration:
-            return TransmitCalibration(
-                axes=axes,
-                identifier=identifier,
-                date=made.isoformat(),
-                frequency_hz=found.frequency_hz,
-                field_per_volt=found.field_per_volt,
-                field_per_volt_std=found.std,
-                field_per_ampere_t=found.field_per_ampere_t,
-                inductance_h=found.inductance_h,
-                valid_hz=self._bench.extent_hz,
-                valid_c=valid_c,
-                temperature_c=celsius,
-            )
-
-        path = add_transmit_calibration(self._bench.folder, self._bench.request.file_name, made, table)
+        calibration = TransmitCalibration(
+            axes=axes,
+            identifier="",  # that of its version
+            date=made.isoformat(),
+            frequency_hz=found.frequency_hz,
+            field_per_volt=found.field_per_volt,
+            field_per_volt_std=found.std,
+            field_per_ampere_t=found.field_per_ampere_t,
+            inductance_h=found.inductance_h,
+            valid_hz=self._bench.extent_hz,
+            valid_c=valid_c,
+            temperature_c=celsius,
+        )
+        path = add_transmit_calibration(self._bench.folder, self._bench.request.file_name, made, calibration)
         for axis, chi2 in zip(axes, found.chi2_per_dof, strict=True):
             if chi2 > NO_PRODUCT:
                 job.warnings.append(
@@ -135,15 +128,4 @@ class TransmitCalibrationWork:
             valid_hz=self._bench.extent_hz,
             valid_c=valid_c,
         )
-        job.result = CalibrationReport(report)
-        log.info("calibration_written", file=path.name)
-
-
-def _field_probe(platform: Platform) -> FieldProbe:
-    if platform.probe is None:
-        raise ConfigError(
-            "the platform has no field probe",
-            where="field_probe",
-            remedy="describe it in the platform file, see docs/calibration.md",
-        )
-    return platform.probe
+        ended(job, CalibrationReport(report))

@@ -7,8 +7,9 @@ from platform_daemon.analysis.model_registry.adoption import AdoptionRefused, mo
 from platform_daemon.analysis.model_registry.evidence import file_digests
 from platform_daemon.analysis.model_registry.library import Library, UnknownModel
 from platform_daemon.analysis.model_registry.resolve import label_of, model_of, resolve
-from platform_daemon.schemas.models import FileDigest
-from tests.kit.diagnosis_json import diagnosis, effect
+from platform_daemon.schemas.base import to_json
+from platform_daemon.schemas.fits import FileDigest
+from tests.kit.diagnosis_json import diagnosed, effect
 
 
 @pytest.fixture
@@ -17,7 +18,7 @@ def library(tmp_path):
 
 
 def adopted(library, said=None, name="quiet", **options):
-    said = diagnosis(effect("coulomb_friction", 30.0)) if said is None else said
+    said = diagnosed(effect("coulomb_friction", 30.0)) if said is None else said
     return library.add(
         model_from_diagnosis(
             said, name, "me", library, recordings=[FileDigest(file="a.h5", size_bytes=1, sha256="0")], **options
@@ -28,12 +29,12 @@ def adopted(library, said=None, name="quiet", **options):
 def test_a_model_gets_the_next_version_and_old_versions_stay_as_they_were(library):
     first = adopted(library)
     before = (library.folder / "quiet@1.json").read_bytes()
-    second = adopted(library, diagnosis(effect("coulomb_friction", 35.0)))
+    second = adopted(library, diagnosed(effect("coulomb_friction", 35.0)))
     assert (first.label, second.label) == ("quiet@1", "quiet@2")
     assert (library.folder / "quiet@1.json").read_bytes() == before
     assert library.get("quiet") == second
     assert library.get("quiet@1") == first
-    assert [m.label for m in library.all()] == ["quiet@1", "quiet@2"]
+    assert [m.label for m in library.all()[0]] == ["quiet@1", "quiet@2"]
     assert not list(library.folder.glob(".*"))
 
 
@@ -72,6 +73,21 @@ def test_a_file_changed_by_hand_is_not_used(library):
         library.get("quiet")
 
 
+@pytest.mark.parametrize("text", ["{", pytest.param("[" * 100_000, id="deep"), "[]", '{"format": 1}', "\udcff"])
+def test_a_damaged_file_is_told_beside_the_models_that_can_be_used(library, text):
+    good = adopted(library)
+    path = library.folder / "loud@1.json"
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    models, broken = library.all()
+    assert ([m.label for m in models], [b.identifier for b in broken]) == ([good.label], ["loud@1"])
+    assert "loud@1.json" in str(broken[0].error)
+    assert resolve("quiet", library).label == good.label
+    with pytest.raises(InputError, match="loud@1"):
+        library.get("loud")
+    with pytest.raises(UnknownModel, match="quiet@1"):
+        library.get("nobody")
+
+
 @pytest.mark.parametrize("name", ["Quiet", "thread", "a@1", "../a", "", "a" * 65])
 def test_a_name_that_is_no_good_is_refused(library, name):
     with pytest.raises(InputError):
@@ -95,7 +111,7 @@ def test_names_of_declared_models_stay_what_they_are(library):
 
 def test_a_second_diagnosis_adds_to_the_model_it_started_from(library):
     adopted(library)
-    further = diagnosis(effect("bias_torque", 800.0), effect("crosstalk", 0.01, start="x", end="y"), model="quiet@1")
+    further = diagnosed(effect("bias_torque", 800.0), effect("crosstalk", 0.01, start="x", end="y"), model="quiet@1")
     made = adopted(library, further, name="quieter")
     assert made.base == "thread"
     assert [t.term for t in made.terms] == ["coulomb_friction", "bias_torque"]
@@ -104,24 +120,24 @@ def test_a_second_diagnosis_adds_to_the_model_it_started_from(library):
 
 
 def test_published_strengths_become_coefficients_of_the_terms(library):
-    drift = adopted(library, diagnosis(effect("frequency_drift", 0.5, "Hz/s"), f_nat_hz=250.0))
+    drift = adopted(library, diagnosed(effect("frequency_drift", 0.5, "Hz/s"), f_nat_hz=250.0))
     assert drift.terms[0].values == {"frequency_drift_per_s": 0.5 / 250.0}
     slow = effect("stribeck_friction", 0.3, stribeck_speed_rad_per_s=20.0)
-    stribeck = adopted(library, diagnosis(slow, model="jewel", tf_over_i_rad_per_s2=40.0))
+    stribeck = adopted(library, diagnosed(slow, model="jewel", tf_over_i_rad_per_s2=40.0))
     assert stribeck.terms[0].values == {"stribeck_rad_per_s2": 0.3 * 40.0, "stribeck_speed_rad_per_s": 20.0}
 
 
 @pytest.mark.parametrize(
     ("said", "options", "why"),
     [
-        (diagnosis(verdict="nothing_missing"), {}, "nothing to adopt"),
-        (diagnosis(verdict="unexplained"), {"force": "I want it"}, "nothing to adopt"),
-        (diagnosis(effect("coulomb_friction", 30.0), verdict="unexplained"), {}, "does not explain"),
-        (diagnosis(effect("mains_interference", 1e-3)), {}, "belongs to one measurement.*Remedy"),
-        (diagnosis(effect("switch_transient", 1e-3), effect("bias_torque", 1.0)), {}, "by name: bias_torque"),
-        (diagnosis(effect("clock_gap", 3.0)), {}, "cannot be adopted"),
-        (diagnosis(effect("bias_torque", 1.0)), {"effects": ["crosstalk"]}, "does not name crosstalk"),
-        (diagnosis(effect("channel_gain", 0.1, axis="x")), {"free": ["channel_gain"]}, "cannot be free"),
+        (diagnosed(verdict="nothing_missing"), {}, "nothing to adopt"),
+        (diagnosed(verdict="unexplained"), {"force": "I want it"}, "nothing to adopt"),
+        (diagnosed(effect("coulomb_friction", 30.0), verdict="unexplained"), {}, "does not explain"),
+        (diagnosed(effect("mains_interference", 1e-3)), {}, "belongs to one measurement.*Remedy"),
+        (diagnosed(effect("switch_transient", 1e-3), effect("bias_torque", 1.0)), {}, "by name: bias_torque"),
+        (diagnosed(effect("clock_gap", 3.0)), {}, "cannot be adopted"),
+        (diagnosed(effect("bias_torque", 1.0)), {"effects": ["crosstalk"]}, "does not name crosstalk"),
+        (diagnosed(effect("channel_gain", 0.1, axis="x")), {"free": ["channel_gain"]}, "cannot be free"),
     ],
 )
 def test_what_cannot_be_adopted_is_refused_with_a_remedy(library, said, options, why):
@@ -132,24 +148,39 @@ def test_what_cannot_be_adopted_is_refused_with_a_remedy(library, said, options,
 
 
 def test_a_forced_adoption_keeps_the_reason(library):
-    said = diagnosis(effect("coulomb_friction", 30.0), verdict="unexplained")
+    said = diagnosed(effect("coulomb_friction", 30.0), verdict="unexplained")
     made = adopted(library, said, force="bearing known to be dirty")
     assert library.get(made.label).evidence.forced == "bearing known to be dirty"
 
 
 @pytest.mark.parametrize(
     "said",
-    [{}, {"verdict": "explained"}, {**diagnosis(), "effects": "many"}, diagnosis(effect("bias_torque", float("nan")))],
+    [
+        diagnosed(effect("bias_torque", float("nan"))),
+        diagnosed(effect("frequency_drift", 1.0), f_nat_hz=None),
+        diagnosed(effect("stribeck_friction", 0.3), model="jewel", tf_over_i_rad_per_s2=40.0),
+    ],
 )
-def test_what_is_no_diagnosis_is_refused(library, said):
-    with pytest.raises(InputError):
+def test_a_number_that_is_missing_is_named(library, said):
+    with pytest.raises(InputError, match=r"diagnosis: .*missing.*diagnose again"):
         adopted(library, said)
+
+
+def test_evidence_of_another_version_of_this_software_stays_as_it_is(library):
+    adopted(library)
+    path = library.folder / "quiet@1.json"
+    record = json.loads(path.read_text())
+    record["evidence"]["diagnosis"] = {"verdict": "explained", "later": [1, 2]}
+    path.write_text(json.dumps(record))
+    kept = library.get("quiet")
+    assert kept.summary().adopted_by == "me"
+    assert json.loads(to_json(kept.record())) == record
 
 
 def test_the_evidence_holds_the_diagnosis_and_the_digests_of_its_data(library, tmp_path):
     data = tmp_path / "a.h5"
     data.write_bytes(b"abc")
-    said = diagnosis(effect("bias_torque", 1.0))
+    said = diagnosed(effect("bias_torque", 1.0))
     made = library.add(
         model_from_diagnosis(said, "quiet", "me", library, recordings=file_digests([data, tmp_path / "gone.h5"]))
     )

@@ -74,6 +74,59 @@ def test_names_that_do_not_exist_are_problems(client):
     assert "another resonator" in problem(client.post("/acquisitions/dry-run", json=foreign), 422)["detail"]
 
 
+@pytest.mark.parametrize(
+    "content", ["name = ", pytest.param("a = " + "[" * 100_000, id="deep"), 'colour = "red"', "\udcff"]
+)
+def test_a_damaged_file_is_listed_with_its_problem_and_leaves_the_others_in_use(client, content, specimen):
+    folder = client.folder
+    bad = [folder.resonators / "bad@1.toml", folder.sequences / "bad@1.toml"]
+    for path in bad:
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content.encode(errors="surrogateescape"))
+    try:
+        for kind, kept in (("resonators", {"name": "good"}), ("sequences", {"name": "good"})):
+            body = specimen if kind == "resonators" else {"rx_s": 0.6}
+            assert client.post(f"/{kind}", params=kept, json=body).status_code == 201
+            answer = client.get(f"/{kind}")
+            listed = answer.json()
+            assert answer.status_code == 200
+            assert listed["good"] == client.get(f"/{kind}").json()["good"]
+            assert set(listed["jewel"]).isdisjoint({"error", "path"})
+            assert (listed["bad"]["identifier"], listed["bad@1"]["path"]) == ("bad", "bad@1.toml")
+            assert listed["bad"]["error"]["remedy"]
+            assert problem(client.get(f"/{kind}/bad"), 422)["detail"] == listed["bad"]["error"]["detail"]
+        body = {"resonator": "good", "preset": "good"}
+        job = finished(client, client.post("/acquisitions", json=body).headers["location"])
+        assert job["state"] == "done", job["error"]
+        problem(client.post("/acquisitions", json={"resonator": "bad"}), 422)
+    finally:
+        for path in bad:
+            path.unlink()
+
+
+def test_a_damaged_model_is_listed_with_its_problem_beside_the_others(client):
+    assert "broken" not in client.get("/models").json()
+    path = client.folder.models / "loud@1.json"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("{")
+    try:
+        (told,) = client.get("/models").json()["broken"]
+        assert (told["identifier"], told["path"], told["error"]["status"]) == ("loud@1", "loud@1.json", 422)
+        problem(client.get("/models/loud"), 422)
+    finally:
+        path.unlink()
+
+
+def test_what_is_deleted_while_it_is_listed_is_left_out(tmp_path, specimen):
+    shelf = open_catalogue(tmp_path / "r", tmp_path / "s").resonators
+    shelf.add("gone", load_specimen("thread")[0])
+    paths = shelf.files()
+    paths["gone"].unlink()
+    stale = type("Stale", (type(shelf),), {"files": lambda self: paths})(shelf.kind, shelf.model)
+    assert "gone" not in stale.all()
+    assert "thread" in stale.all()
+
+
 def test_the_files_are_those_of_the_command_line(tmp_path, specimen):
     catalogue = open_catalogue(tmp_path / "r", tmp_path / "s")
     kept = catalogue.resonators.add("odd", load_specimen("thread")[0].model_copy(update={"name": 'a "b" \\ \x7f ü \n'}))

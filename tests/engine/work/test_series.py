@@ -12,10 +12,10 @@ from platform_daemon.analysis.fit_request import FitRequest
 from platform_daemon.analysis.measurement import open_measurement
 from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.store.fit_tables import read_fits
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.truth import read_truth
 from tests.kit.acquisitions import SHORT_JEWEL, acquire
+from tests.kit.fit_tables import read_fits
 
 
 def assert_everything_off(engine):

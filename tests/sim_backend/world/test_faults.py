@@ -27,7 +27,7 @@ def test_a_flag_marks_exactly_one_chunk_of_the_chosen_shot(kind):
 
 def test_dropped_samples_show_as_a_jump_of_the_cards_own_count():
     bench = Bench("thread")
-    bench.backend.inject_fault("dropped_samples")
+    bench.backend.world.faults.inject("dropped_samples", 1)
     parts = chunks(bench)
     gaps = [b.first_sample - a.first_sample - a.volts.shape[1] for a, b in pairwise(parts)]
     assert sorted(gaps)[-2:] == [0, DROPPED]
@@ -97,11 +97,11 @@ def test_faults_are_named_in_the_truth_of_their_shot_only():
 
 def test_an_unknown_fault_is_refused_with_the_list_of_known_ones():
     with pytest.raises(ConfigError, match=KINDS[0]):
-        Bench("thread").backend.inject_fault("gremlins")
+        Bench("thread").backend.world.faults.inject("gremlins", 1)
 
 
 def test_repair_forgets_faults_to_come():
     bench = Bench("thread")
-    bench.backend.inject_fault("corrupted", 1)
+    bench.backend.world.faults.inject("corrupted", 1)
     bench.backend.repair()
     assert all(not c.flags.names() for c in chunks(bench))
