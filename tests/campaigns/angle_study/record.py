@@ -108,14 +108,17 @@ def _strong_enough(draw: Draw) -> tuple[dict[str, float], float]:
 
 def visibility(draw: Draw, motion: dict[str, float]) -> float:
     """Root of the fall of chi^2 from the best fit without the effect to the truth; the least, where there are two."""
+    return min(misfit(draw, motion, kept, kept) for kept in draw.case.kept)
+
+
+def misfit(draw: Draw, motion: dict[str, float], free: tuple[str, ...], kept: tuple[str, ...]) -> float:
+    """Root of the fall of chi^2 from the best fit with these effects to the truth.  kept: fitted from the truth on."""
     step = max(1, int(draw.rate_hz / (_DENSE * draw.motion["f_hz"])))
     times = np.arange(0, draw.samples, step) / draw.rate_hz
-    true, found = reading(times, vector(motion)), []
-    for kept in draw.case.kept:
-        begin = vector({n: q for n, q in motion.items() if n not in draw.largest or n in kept} | _without_shape(draw))
-        best = fitted(times, true, begin, (*DECLARED, *kept), draw.sd)
-        found.append(rms(reading(times, best) - true) / draw.sd * math.sqrt(times.size * step))
-    return min(found)
+    true = reading(times, vector(motion))
+    begin = vector({n: q for n, q in motion.items() if n not in draw.largest or n in kept} | _without_shape(draw))
+    best = fitted(times, true, begin, (*DECLARED, *free), draw.sd)
+    return rms(reading(times, best) - true) / draw.sd * math.sqrt(times.size * step)
 
 
 def _without_shape(draw: Draw) -> dict[str, float]:
@@ -169,6 +172,26 @@ def write_angle(path: Path, time_s: Array, angle: Array, units: str = "rad") -> 
         file.attrs["units"] = units
         file.attrs["source"] = "synthetic, scipy"
     return path
+
+
+def speaks_against(record: Record, names: tuple[str, ...]) -> float | None:
+    """Visibility of what the best fit with these effects leaves; None if a name has no counterpart here."""
+    draw = record.draw
+    if draw.gaps or draw.case.stuck or not set(names) <= set(_PARAMETERS):
+        return None
+    free = tuple(dict.fromkeys(_PARAMETERS[name] for name in names))
+    return misfit(draw, record.motion, free, kept=())
+
+
+_PARAMETERS = {
+    "coulomb_friction": "coulomb",
+    "quadratic_drag": "quadratic",
+    "angle_dependent_damping": "angle_damping",
+    "restoring_anharmonicity": "cubic",
+    "torsion_stiffness": "cubic",
+    "bias_torque": "bias",
+    "frequency_drift": "drift",
+}
 
 
 def least_error(record: Record, split: float) -> float:

@@ -10,12 +10,12 @@ from typing import Any
 
 from .cases import ALSO_CALLED, CASES
 from .command import TOO_LONG, TRACEBACK, Command
-from .record import Record, least_error, written
+from .record import Record, least_error, speaks_against, written
 
 SPLIT = 0.7  # of a record: what is after is held out
 RATIO = 1.3  # of the held-out errors, ours to that of the true model
 VISIBLE = 15.0
-_GAP, _CLIPPED = "clock_gap", ("saturat", "clipp")
+_GAP, _CLIPPED = "clock_gap", "saturat"
 _LOSSES = ("lambda_per_s", "coulomb_friction", "hertz_friction", "quadratic_drag")
 _SURE = 2.0  # standard deviations
 
@@ -24,7 +24,9 @@ _SURE = 2.0  # standard deviations
 class Score:
     """One record of the study, as its journal has it.
 
-    result: exact, inside (the set of look-alikes), missed, wrong (a name that is not there), refused, traceback, slow.
+    result: exact, inside (the set of look-alikes), extra (besides, a name that is not there), missed, wrong (such a
+        name without the right ones), refused, traceback, slow.
+    against: visibility of what is wrong with the names that were said, where scipy can fit them.
     gaps: (sample, samples lost, visibility in the whole record, near it). ratio: of the held-out errors.
     """
 
@@ -49,11 +51,12 @@ class Score:
     seconds: float
     memory_mb: float
     said: str
+    against: float | None
 
     @property
     def right(self) -> bool:
         """Named rightly, or inside the declared set, and no gap that is not there."""
-        return self.result in ("exact", "inside")
+        return self.result in ("exact", "inside") and not self.false_gaps
 
     @property
     def ratio(self) -> float | None:
@@ -84,20 +87,23 @@ def scored(record: Record, command: Command, folder: Path) -> Score:
     gaps = [(*gap, *seen) for gap, seen in zip(record.gaps, record.gap_sigmas, strict=True)]
     gaps_told = _gaps_told(effects)
     matched = [_matches(gap, gaps_told, record) for gap in gaps]
-    text = answer.errors + " ".join(d["where"] for d in report.get("integrity", []) if d["id"] != _GAP)
+    text = answer.errors + " ".join(d["id"] for d in report.get("integrity", []))
     draw = record.draw
     result = _result(record, str(report.get("verdict", "")), sets, names)
     if not report:
         result = {TRACEBACK: "traceback", TOO_LONG: "slow"}.get(answer.code, "refused" if answer.code else "traceback")
+    if result in ("exact", "inside") and not all(m or gap[2] < VISIBLE for m, gap in zip(matched, gaps, strict=True)):
+        result = "missed"
     return Score(
         seed=draw.seed, index=draw.index, case=draw.case.name, sigma=record.sigma, seen_sigma=record.seen_sigma,
         what=_what(record), result=result, verdict=str(report.get("verdict", "")), names=names,
         alike=tuple(i for e in effects for i in e["indistinguishable_from"]), gaps=tuple(gaps), gaps_told=gaps_told,
         false_gaps=len(gaps_told) - sum(matched),
         missed_gaps=sum(not m for m, gap in zip(matched, gaps, strict=True) if gap[2] >= VISIBLE) if report else 0,
-        clipping=any(word in text.lower() for word in _CLIPPED), negative=_negative(report),
+        clipping=_CLIPPED in text.lower(), negative=_negative(report),
         error_after=report.get("held_out", {}).get("nrmse_after"), error_true=least_error(record, SPLIT),
         seconds=answer.seconds, memory_mb=answer.memory_mb, said=_last(answer.errors),
+        against=speaks_against(record, names) if report and result not in ("exact", "inside") else None,
     )  # fmt: skip
 
 
@@ -117,9 +123,10 @@ def _result(record: Record, verdict: str, sets: list[set[str]], names: tuple[str
     if not case.effects:
         return "wrong" if names else "exact" if verdict == "nothing_missing" else "missed"
     known = set().union(*true, *({n} for n in case.optional), *({n} for n in case.effects))
+    all_said = all(any(found & t for found in sets) for t in true)
     if any(not found & known for found in sets):
-        return "wrong"
-    if not all(any(found & t for found in sets) for t in true):
+        return "extra" if all_said else "wrong"
+    if not all_said:
         return "missed"
     return "exact" if all(n in known for n in names) and all(set(names) & t for t in true) else "inside"
 
