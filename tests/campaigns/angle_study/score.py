@@ -102,7 +102,7 @@ def scored(record: Record, command: Command, folder: Path) -> Score:
         missed_gaps=sum(not m for m, gap in zip(matched, gaps, strict=True) if gap[2] >= VISIBLE) if report else 0,
         clipping=_CLIPPED in text.lower(), negative=_negative(report),
         error_after=report.get("held_out", {}).get("nrmse_after"), error_true=least_error(record, SPLIT),
-        seconds=answer.seconds, memory_mb=answer.memory_mb, said=_last(answer.errors),
+        seconds=answer.seconds, memory_mb=answer.memory_mb, said=_last(answer.errors.replace(f"{folder}/", "")),
         against=speaks_against(record, names) if report and result not in ("exact", "inside") else None,
     )  # fmt: skip
 
