@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install kernels demo demo-emulated test check bench campaign attack-api fault-campaign emulated-series accuracy diagnose-study clean
+.PHONY: install kernels demo demo-emulated test check bench campaign attack-api fault-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -52,6 +52,10 @@ bench: install
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install
 	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
+
+# Angle records made by scipy; `make angle-study ANGLES='--records 32'` is a short one.
+angle-study: install
+	$(BIN)/python -m tests.campaigns.angle_study --page docs/angle-study.md --journal angle-study.jsonl $(ANGLES)
 
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install
