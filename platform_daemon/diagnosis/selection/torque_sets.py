@@ -52,7 +52,7 @@ def best_torques(
     leaders: list[JointFit] = [base]
     for size in range(1, _LARGEST_SET + 1):
         tell(f"refits of sets of {size} torques", 0.25 + 0.15 * size)
-        if _complete(best.fitted):
+        if size > 2 and _complete(best.fitted):
             break
         grown = leaders if size > 2 else list(known.values())
         allowed = _allowed(_sets(grown, candidates, known, size), pool)

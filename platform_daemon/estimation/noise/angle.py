@@ -43,7 +43,7 @@ def angle_noise_sd(record: RingDownRecord, frequency_hz: float) -> float | None:
         if levels and level > _RISE * max(levels[-1], _step(y) / math.sqrt(12.0)):
             break
         levels.append(level)
-        block *= 2
+        block, fewest = 2 * block, _MEANS_PER_PERIOD
     return max(*levels, _step(y) / math.sqrt(12.0)) if levels else None
 
 
