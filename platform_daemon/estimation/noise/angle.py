@@ -34,11 +34,8 @@ def angle_noise_sd(record: RingDownRecord, frequency_hz: float) -> float | None:
     """
     y, rate = record.valid[0], record.sampling_rate_hz
     levels: list[float] = []
-    block = 1
-    while (
-        rate / (block * frequency_hz) >= (_PER_PERIOD if block == 1 else _MEANS_PER_PERIOD)
-        and y.size // block >= _FEWEST + _ORDER
-    ):
+    block, fewest = 1, _PER_PERIOD
+    while rate / (block * frequency_hz) >= fewest and y.size // block >= _FEWEST + _ORDER:
         level = _level(y, block, rate / (block * frequency_hz))
         if levels and level > _RISE * max(levels[-1], _step(y) / math.sqrt(12.0)):
             break
