@@ -13,7 +13,7 @@ import numpy as np
 from platform_daemon.estimation import RingDownModel
 from platform_daemon.schemas import DiagnosisVerdict
 
-from .effects.additive import zero_drift
+from .effects.additive import zero_drifts
 from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
 from .effects.torque import drift_candidate, pendulum_candidates, stribeck_candidates, torque_candidates
@@ -26,6 +26,7 @@ from .findings.verdict import assess_diagnosis
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
+from .regression.prediction import unpredicted
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.confounders import gain_of
 from .selection.data_integrity import DataDefect, data_defects, without_gaps
@@ -38,6 +39,7 @@ from .shots.thread_pool import shot_pool
 from .validation.cross_validation import CrossValidation
 from .validation.validated_effects import validate_effects
 
+_SURELY_LESS = 30.0  # fall of chi^2
 _HERTZ_LAW_RAD = 0.5 * math.pi
 
 
@@ -154,18 +156,30 @@ def _diagnose(
 def _selected(
     started: list[PreparedShot], model: RingDownModel, tell: ProgressCallback, pool: Executor
 ) -> tuple[Selection, list[DataDefect]]:
-    """What is found, and losses of samples that show only where nothing else is left to be explained."""
-    started, gaps = without_gaps(started, model, pool)
+    """What is found, and losses of samples that only a model of the motion shows.
+
+    What a model lacks looks like such losses, and they look like physics: both are tried, and what leaves less stays.
+    """
     found = _effects(started, model, tell, pool)
+    mended, gaps = without_gaps(started, model, pool)
+    if gaps:
+        beside = _effects(mended, model, tell, pool)
+        return (beside, gaps) if _leaves_less(beside, found) else (found, [])
     best = found.best
     if not best.hypothesis.torques:
-        return found, gaps
-    beside = [replace(s, state=best.full_state(k)) for k, s in enumerate(best.started)]
-    mended, late = without_gaps(beside, best.hypothesis.augmented, pool)
-    if not late:
-        return found, gaps
-    again = [replace(s, state=started[k].state) for k, s in enumerate(mended)]
-    return _effects(again, model, tell, pool), [*gaps, *late]
+        return found, []
+    known = [replace(s, state=best.full_state(k)) for k, s in enumerate(best.started)]
+    mended, gaps = without_gaps(known, best.hypothesis.augmented, pool)
+    if not gaps:
+        return found, []
+    beside = _effects([replace(m, state=s.state) for m, s in zip(mended, started, strict=True)], model, tell, pool)
+    return (beside, gaps) if _leaves_less(beside, found) else (found, [])
+
+
+def _leaves_less(one: Selection, other: Selection) -> bool:
+    """Surely less, in units of the first one's noise."""
+    left = [sum(float(np.sum(unpredicted(s.best, k) ** 2)) for k in range(len(s.best.linear))) for s in (one, other)]
+    return left[0] * (1.0 + _SURELY_LESS / one.best.dof) < left[1]
 
 
 def _effects(
@@ -195,7 +209,7 @@ def candidates_for(base: JointFit) -> list[Candidate]:
     if record.quantity == "angle":
         fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
         longest_s = max(float(s.time_s[-1]) for s in base.started)
-        return [*pendulum_candidates(model, fastest, longest_s), zero_drift()]
+        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s)]
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)

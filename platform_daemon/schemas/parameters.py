@@ -71,6 +71,9 @@ _TABLE = (
        "speed at which that has fallen to 1/e"),
     _P("cubic_restoring_per_rad2", "k_3", "$k_3$", "1/rad^2", "rad⁻²", 1.0, "restoring torque -k_3 ω² φ³ beside it"),
     _P("frequency_drift_per_s", "d", "$d$", "1/s", "s⁻¹", 1.0, "relative change of f_nat per second"),
+    _P("frequency_settling_per_s", "d_0", "$d_0$", "1/s", "s⁻¹", 1.0,
+       "relative change of f_nat per second at the first sample, that dies away"),
+    _P("frequency_settling_rate_per_s", "r", "$r$", "1/s", "s⁻¹", 1.0, "rate at which that dies away"),
 )  # fmt: skip
 PARAMETERS: dict[str, ParameterDefinition] = {p.name: p for p in _TABLE}
 """By name, in the order in which they are told."""

@@ -33,6 +33,7 @@ ZERO_DRIFT = Effect(
     "zero_drift", "rad/s", 0, ("longer_window",), "the middle between two turning points moves with time",
     "a support or a camera that moves, an encoder's zero",
 )  # fmt: skip
+_SETTLING = (0.05, 0.2, 0.6)  # time constants of a zero that settles, of the window
 MAINS_TOLERANCE = 0.004
 
 
@@ -91,9 +92,22 @@ def transient(tau_s: float, channel: int | None, channels: int, *, trials: float
     return Candidate(TRANSIENT, detail, columns=columns, size=count, parts=parts, near=near, trials=trials)
 
 
-def zero_drift() -> Candidate:
-    """An angle's zero that moves at a steady rate."""
-    return Candidate(ZERO_DRIFT, columns=lambda look: np.asarray(look.time_s[None, None]), size=1)
+def zero_drifts(seconds: float) -> list[Candidate]:
+    """An angle's zero that moves at a steady rate through a window of this length, or that settles in it."""
+    steady = Candidate(ZERO_DRIFT, columns=lambda look: np.asarray(look.time_s[None, None]), size=1)
+    return [steady, *(_settling_zero(share * seconds) for share in _SETTLING)]
+
+
+def _settling_zero(tau_s: float) -> Candidate:
+    """Its rate at the first sample, with the time constant of its end."""
+
+    def near(share: float) -> list[Candidate]:
+        return [_settling_zero(tau_s * 1.4 ** (share * step)) for step in (-2, -1, 0, 1, 2)]
+
+    def columns(look: Linearisation) -> Array:
+        return np.asarray(-tau_s * np.expm1(-look.time_s / tau_s)[None, None])
+
+    return Candidate(ZERO_DRIFT, Detail(tau_s=tau_s), columns=columns, size=1, near=near)
 
 
 def _axis(channel: int | None, channels: int) -> str | None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from platform_daemon.estimation import TERMS, RingDownModel, TorqueTerm
 
-from .effect import Candidate, Effect
+from .effect import Candidate, Detail, Effect
 
 _LONGER, _AMPLITUDE, _TURN, _BIAS = "longer_window", "second_amplitude", "turn_90_deg", "bias_field"
 _KANJ = "Kanj et al. 2022, losses of magneto-mechanical resonators"
@@ -60,6 +60,7 @@ _STRIBECK_SPEEDS = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)  # rad/s
 _SLOWEST, _FASTEST = 0.05, 2.0  # velocity scales of a pendulum's friction, of its peak speed
 _OFTEN = 0.3  # of it: where the search begins
 _LARGEST = {"restoring_anharmonicity": 1.0, "torsion_stiffness": 1.0, "cubic_restoring": 0.5}
+_OFTEN_SETTLED, _SLOW_SETTLING, _FAST_SETTLING = 4.0, 1.0, 40.0  # time constants in a window
 _DRIFT = 0.2  # of f_nat over the window: beyond that it is no drift
 
 
@@ -80,6 +81,7 @@ def pendulum_candidates(model: RingDownModel, fastest_rad_per_s: float, seconds:
     plain = [*torque_candidates(model, jewel_law=False), Candidate(CUBIC, term=TERMS["cubic_restoring"])]
     plain = [replace(c, largest=_LARGEST.get(c.effect.id, c.largest)) for c in plain if c.term not in model.terms]
     found = [*plain, replace(drift_candidate(), largest=_DRIFT / seconds)]
+    found.append(settling_candidate(seconds))
     if TERMS["stribeck_coulomb_friction"] not in model.terms:
         bounds = _SLOWEST * fastest_rad_per_s, _FASTEST * fastest_rad_per_s
         found.append(_of_pendulum(_OFTEN * fastest_rad_per_s, *bounds))
@@ -104,6 +106,23 @@ def drift_candidate() -> Candidate:
         term=TERMS["frequency_drift"],
         public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat),
     )
+
+
+def settling_candidate(seconds: float) -> Candidate:
+    """f_nat that moves at first and comes to rest within a window of this length; its rate at the first sample."""
+    return _settling(_OFTEN_SETTLED / seconds, _SLOW_SETTLING / seconds, _FAST_SETTLING / seconds)
+
+
+def _settling(rate: float, slowest: float, fastest: float) -> Candidate:
+    """At one rate in 1/s between two limits."""
+
+    def at_scale(other: float) -> Candidate:
+        return _settling(other, slowest, fastest)
+
+    return Candidate(
+        DRIFT, Detail(tau_s=1.0 / rate), term=TERMS["frequency_settling"], hidden=(rate,),
+        public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat), scale_limits=(slowest, fastest), at_scale=at_scale,
+    )  # fmt: skip
 
 
 def stribeck_candidates(model: RingDownModel) -> list[Candidate]:

@@ -23,7 +23,9 @@ _ALIKE = 0.005  # frequencies for which one set of waves serves
 _SURE = -30.0  # logarithm of the chance of a step anywhere in a record without one
 _EXPLAINED = 0.7  # share of the misfit of its window that a step must explain
 _WHOLE = 0.1  # of a sample, by which its size may miss a whole number
+_SEEN = 6.0  # standard deviations of the size of a loss
 _SCALES = (1.0, 0.5)  # of a window
+_MARGIN = 0.3  # periods on either side that must be seen
 _MOST_MOVES = 4  # of the place of a step
 _LOOKED_AT = 6  # windows of either kind
 _FOLLOWED = 1.5  # chi^2 per value of waves that follow the swing
@@ -156,7 +158,8 @@ def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
     for _ in range(_MOST_MOVES):
         wide, begin = window(stretch, at, stretch.periods)
         seen, first = window(stretch, at, _SCALES[-1] * stretch.periods)
-        if not (4 < at - begin < wide.time.size - 4 and 4 < at - first < seen.time.size - 4):
+        margin = _MARGIN / seen.frequency
+        if not margin < at - first < seen.time.size - margin:
             return None
         size = wide.split(at - begin).sizes()[0]
         there = first + seen.place(at - first, size)
@@ -178,7 +181,7 @@ def _judged(parts: Blocks, size: float, place: float, scale: Array, at: int) -> 
     curve = parts.chi2(size + 0.5) + parts.chi2(size - 0.5) - 2.0 * parts.chi2(size)
     sd = 0.5 * math.sqrt(2.0 * noise / max(curve, 1e-300))
     left = max(best - parts.y.size, 0.0)
-    sure = whole >= 1 and abs(size - whole) < max(_WHOLE, 5.0 * sd) and sd < 0.5
+    sure = whole >= 1 and abs(size - whole) < max(_WHOLE, 5.0 * sd) and sd < min(0.5, size / _SEEN)
     if not sure or none - best < _EXPLAINED * (none - best + left) or parts.kicked() - best < _KICK * noise:
         return None
     rows, _ = waves(place + np.arange(whole, dtype=np.float64), parts.frequency, parts.half)

@@ -90,7 +90,8 @@ def select_effects(
     if base.started[0].shot.record.quantity != "angle":
         return _Search(base, list(candidates), pool, tell).run(base)
     every = _Search(base, list(candidates), pool, tell)
-    begun = best_torques(base, [c for c in candidates if c.term is not None], float(len(candidates)), pool, tell)
+    motions = [c for c in candidates if c.change is None]
+    begun = best_torques(base, motions, float(len(candidates)), pool, tell)
     # Linear scores are right for torques too where little is left to be explained.
     rest = [c for c in candidates if c.term is None or begun.chi2_per_dof < _LITTLE_LEFT]
     beside = _Search(base, rest, pool, tell).run(begun)

@@ -16,7 +16,7 @@ from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
 from ..shots.thread_pool import InThisThread
 from ..validation.cross_validation import CrossValidation, cross_validate
-from .refits import allowed_refit
+from .refits import allowed_refit, refined
 from .scales import at_best_scales
 from .sign_constraints import signs_allowed
 from .significance import LEVEL, log_chance
@@ -56,7 +56,7 @@ def best_torques(
             break
         grown = leaders if size > 2 else list(known.values())
         allowed = _allowed(_sets(grown, candidates, known, size), pool)
-        known |= {_keys(f): f for f in allowed}
+        known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
         leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_LEADERS]
     return best.fitted
@@ -76,13 +76,15 @@ def _sets(
     grown: Sequence[JointFit], candidates: Sequence[Candidate], known: dict[frozenset[object], JointFit], size: int
 ) -> list[tuple[Candidate, JointFit]]:
     """Additions to sets that are one smaller, each new set once, begun at the best of what it contains."""
-    best: dict[frozenset[object], tuple[Candidate, JointFit]] = {}
+    best: dict[object, tuple[Candidate, JointFit]] = {}
     for at, c in itertools.product(grown, candidates):
         keys = _keys(at) | {c.effect}
         if len(keys) != size or len(_keys(at)) != size - 1 or keys in known:
             continue
-        if keys not in best or at.chi2 < best[keys][1].chi2:
-            best[keys] = c, at
+        # Of an effect with several forms each is tried.
+        forms = frozenset((c.effect.id, c.detail) for c in (*at.hypothesis.effects, c))
+        if forms not in best or at.chi2 < best[forms][1].chi2:
+            best[forms] = c, at
     return list(best.values())
 
 
@@ -96,7 +98,7 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
     found = [f for f in every(lambda s: allowed_refit(s[1].hypothesis.plus(s[0]), s[1], inner), sets) if f is not None]
     fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
     front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2]
-    sharp = list(every(lambda f: at_best_scales(f, inner), front))
+    sharp = list(every(lambda f: refined(at_best_scales(f, inner), inner), front))
     return sorted((f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f)), key=lambda f: f.chi2)
 
 

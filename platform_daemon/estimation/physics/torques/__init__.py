@@ -9,6 +9,8 @@ cubic_restoring: A restoring torque that grows with the cube of the deflection, 
 dispatch: The one place where the kernel meets the terms: a number in, the term's acceleration and derivatives out.
 frequency_drift: A natural frequency that changes while the resonator rings: f_nat(t) = f_nat (1 + d t), t = 0 at
     the first sample.
+frequency_settling: A natural frequency that settles while the resonator rings: f_nat(t) = f_nat [1 + d tau (1 -
+    exp(-t / tau))].
 hertz_friction: Dry friction of the Hertz contact, -sgn(phi') (T_f/I) cos^(4/3)(phi): eq:Jewel_ODE_norm.
 linear_restoring: The restoring torque of the small-angle regime, -phi in place of -sin(phi): after equ:ODE_norm.
 magnetic_restoring: The restoring torque of the stator magnet, -sin(phi): eq:T_m, eq:omega_nat.
@@ -31,6 +33,7 @@ from .coulomb_friction import COULOMB_FRICTION
 from .cubic_restoring import CUBIC_RESTORING
 from .dispatch import TIMED_FROM
 from .frequency_drift import FREQUENCY_DRIFT
+from .frequency_settling import FREQUENCY_SETTLING
 from .hertz_friction import HERTZ_FRICTION
 from .linear_restoring import LINEAR_RESTORING
 from .magnetic_restoring import MAGNETIC_RESTORING
@@ -57,7 +60,7 @@ AUTONOMOUS = (
     STRIBECK_COULOMB_FRICTION,
     CUBIC_RESTORING,
 )
-TIMED = (FREQUENCY_DRIFT,)
+TIMED = (FREQUENCY_DRIFT, FREQUENCY_SETTLING)
 TERMS: dict[str, TorqueTerm] = {t.name: t for t in (*AUTONOMOUS, *TIMED)}
 # Coefficients that phi -> -phi gives the other sign.
 OF_OTHER_SIGN_IN_MIRROR = frozenset(t.coefficients[0].name for t in TERMS.values() if not t.symmetric)
@@ -75,6 +78,7 @@ __all__ = [
     "COULOMB_FRICTION",
     "CUBIC_RESTORING",
     "FREQUENCY_DRIFT",
+    "FREQUENCY_SETTLING",
     "HERTZ_FRICTION",
     "LINEAR_RESTORING",
     "MAGNETIC_RESTORING",

@@ -14,6 +14,7 @@ from .bias_torque import bias_torque
 from .coulomb_friction import coulomb_friction
 from .cubic_restoring import cubic_restoring
 from .frequency_drift import frequency_drift
+from .frequency_settling import frequency_settling
 from .hertz_friction import hertz_friction
 from .linear_restoring import linear_restoring
 from .magnetic_restoring import magnetic_restoring
@@ -89,6 +90,8 @@ def timed_acceleration(phi, v, u, codes, widths, c, grad):  # type: ignore[no-un
             f = f_phi = f_v = f_u = 0.0
             if codes[k] == TIMED_FROM:
                 f, f_phi, f_v, f_u = frequency_drift(phi, sin_phi, cos_phi, v, u, c, j, grad)
+            elif codes[k] == TIMED_FROM + 1:
+                f, f_phi, f_v, f_u = frequency_settling(phi, sin_phi, cos_phi, v, u, c, j, grad)
             total += f
             total_phi += f_phi
             total_v += f_v

@@ -42,6 +42,9 @@ class MotionParameters:
         return _chain(self.w, self.values, model.powers)
 
 
+_MOST_HALF_CYCLES = 400_000  # a quarter of an hour at 212 Hz; a trial step may ask for more than there is memory
+
+
 @lru_cache(8)
 def _chain(w: float, values: tuple[float, ...], powers: tuple[int, ...]) -> Array:
     """The chain of a state is asked for again and again."""
@@ -77,6 +80,8 @@ class Trajectory:
         if not (np.isfinite(s_end) and np.isfinite(dynamics.amplitude) and dynamics.theta >= EARLIEST):
             raise LostTrajectoryError("the trajectory must begin no later than half a cycle after t = 0")
         rows = int(max(s_end, 0.0) / 2.0) + 9
+        if rows > _MOST_HALF_CYCLES:
+            raise LostTrajectoryError("far more half cycles than any record holds")
         self._heads = np.empty((rows, HEAD))
         self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
         self._count, status = trace_half_cycles(
