@@ -30,8 +30,6 @@ def one_thread() -> None:
 def peers(
     only: Annotated[str, typer.Option(help="Datasets, with commas; default: all.")] = "",
     chosen: Annotated[str, typer.Option("--routes", help="Rows, with commas; default: all.")] = "",
-    neural_s: Annotated[float, typer.Option(help="Time box of the UDE on an angle.")] = 120.0,
-    neural_shot_s: Annotated[float, typer.Option(help="Time box of the UDE on a simulated shot.")] = 30.0,
     shots: Annotated[int, typer.Option(min=0, help="Simulated shots.")] = 20,
     journal: Annotated[Path, typer.Option(help="Finished rows, which are not run again.")] = Path("peers.jsonl"),
     page: Annotated[Path, typer.Option(help="The page that is written.")] = ROOT / "docs" / "peers.md",
@@ -40,7 +38,7 @@ def peers(
     one_thread()
     from .datasets import Task, measured
     from .page import document
-    from .routes import Row, measure, routes
+    from .routes import SHOT_BOXES, Boxes, Row, measure, routes
     from .simulated import simulated
 
     def row(line: str) -> Row:
@@ -52,7 +50,7 @@ def peers(
     names = [n for n in (*angles, *(f"s{k:02d}" for k in range(shots))) if not only or n in only.split(",")]
     for name in names:
         task: Task | None = angles.get(name)
-        for route in routes(neural_s if task is not None and name in angles else neural_shot_s):
+        for route in routes(Boxes() if name in angles else SHOT_BOXES):
             if (chosen and route.name not in chosen.split(",")) or any(
                 (r.route, r.dataset) == (route.name, name) for r in done
             ):
@@ -64,7 +62,7 @@ def peers(
             error = done[-1].held_out
             text = "-" if error is None else "diverges" if math.isinf(error) else f"{error:.4f}"
             print(f"{name} {route.name}: {text}, {', '.join(done[-1].named)} ({done[-1].seconds:.1f} s)", flush=True)
-    page.write_text(document(done, neural_s, neural_shot_s), encoding="utf-8")
+    page.write_text(document(done), encoding="utf-8")
 
 
 if __name__ == "__main__":

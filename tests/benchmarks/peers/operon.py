@@ -16,17 +16,17 @@ from .datasets import Task
 from .sindy import columns, physical, scaled_states
 from .viscous import fit_declared
 
-SECONDS, LENGTH, SEED, POINTS = 30, 25, 1, 4000
+LENGTH, SEED, POINTS = 25, 1, 4000
 SETTINGS = (
     f"SymbolicRegressor(allowed_symbols='add,sub,mul,div,constant,variable,abs,tanh', max_length={LENGTH}, "
-    f"max_time={SECONDS} s, random_state={SEED}, n_threads=1, else as it comes) on {POINTS} samples of "
+    f"random_state={SEED}, n_threads=1, else as it comes) on {POINTS} samples of "
     "(phi'' + w^2 sin phi)/w^2 against phi and phi'/w, w from the floor; named: the fewest of the physical columns, "
-    "three at most, that make up 99 % of the formula's variance along the training part"
+    "three at most, that make up 99 % of the formula's variance along the training part; ends at the time box"
 )
 _SHARE = 0.99
 
 
-def residual_formula(task: Task) -> tuple[Model, str]:
+def residual_formula(task: Task, box_s: float) -> tuple[Model, str]:
     """The sine of the floor and a formula for the rest; its terms are those of the best few columns."""
     floor = fit_declared(task)
     w = math.sqrt(floor.terms["sine"])
@@ -37,7 +37,7 @@ def residual_formula(task: Task) -> tuple[Model, str]:
     operon: Any = importlib.import_module("pyoperon.sklearn")
     fit = operon.SymbolicRegressor(
         allowed_symbols="add,sub,mul,div,constant,variable,abs,tanh", max_length=LENGTH, random_state=SEED,
-        max_time=SECONDS, n_threads=1, generations=10**6, max_evaluations=10**9,
+        max_time=round(box_s), n_threads=1, generations=10**6, max_evaluations=10**9,
     )  # fmt: skip
     fit.fit(x[chosen], y[chosen])
     formula = str(fit.get_model_string(fit.model_, 8))

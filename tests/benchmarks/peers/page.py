@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import platform
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from statistics import median
@@ -11,7 +12,7 @@ from statistics import median
 from . import simulated
 from .columns import LIBRARY
 from .datasets import R4_UNTIL_S, START, TRAIN, measured
-from .routes import Row, routes
+from .routes import SHOT_BOXES, Boxes, Row, routes
 
 PACKAGES = ("pysindy", "pyoperon", "sysidentpy", "jax", "optax", "scikit-learn", "scipy", "numpy")
 _RECORDS = {
@@ -23,10 +24,10 @@ _RECORDS = {
 }
 
 
-def document(rows: Sequence[Row], neural_s: float, neural_shot_s: float) -> str:
+def document(rows: Sequence[Row]) -> str:
     """The page."""
     by = {(r.route, r.dataset): r for r in rows}
-    names = [r.name for r in routes(neural_s)]
+    names = [r.name for r in routes(Boxes())]
     parts = [_INTRODUCTION]
     for dataset, what in _RECORDS.items():
         found = [by[n, dataset] for n in names if (n, dataset) in by]
@@ -35,7 +36,7 @@ def document(rows: Sequence[Row], neural_s: float, neural_shot_s: float) -> str:
     shots = sorted({r.dataset for r in rows if r.dataset not in _RECORDS})
     if shots:
         parts.append(_simulated(names, by, shots))
-    parts.append(_settings(neural_s, neural_shot_s))
+    parts.append(_settings())
     return "\n\n".join(parts) + "\n"
 
 
@@ -80,7 +81,7 @@ def _measured(rows: Sequence[Row]) -> str:
     head = ("row", "start's part", "held out", "names beyond the declared", "unphysical", "seconds", "remark")
     return _table(head, [
         (r.route, error(r.train), error(r.held_out), _named(r), names(r.unphysical), f"{r.seconds:.1f}",
-         r.remark.replace("|", "\\|") or "-")
+         textwrap.shorten(r.remark.replace("|", "\\|"), 100, placeholder=" ...") or "-")
         for r in rows
     ])  # fmt: skip
 
@@ -146,10 +147,11 @@ none); missed: not even among the look-alikes that the row itself declares; fals
 look-alike excepted; rows without names miss every effect."""
 
 
-def _settings(neural_s: float, neural_shot_s: float) -> str:
-    lines = [f"* **{r.name}**: {r.settings}" for r in routes(neural_s)]
+def _settings() -> str:
+    lines = [f"* **{r.name}**: {r.settings}" for r in routes(Boxes())]
     lines.append(
-        f"* Time box of the UDE: {neural_s:g} s on an angle, {neural_shot_s:g} s on a shot, compilation included."
+        f"* Time boxes: UDE {Boxes().network:g} s on an angle and {SHOT_BOXES.network:g} s on a shot, compilation "
+        f"included; pyoperon {Boxes().formula:g} and {SHOT_BOXES.formula:g} s of the wall clock."
     )
     lines.append(
         f"* The ten columns: {', '.join(LIBRARY)}. "

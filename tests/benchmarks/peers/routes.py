@@ -68,15 +68,26 @@ def processor_s() -> float:
     return t.user + t.system + t.children_user + t.children_system
 
 
-def routes(neural_s: float) -> tuple[Route, ...]:
-    """neural_s: time box of the network."""
+@dataclass(frozen=True)
+class Boxes:
+    """Time boxes of the rows that end by the clock, s."""
+
+    network: float = 120.0
+    formula: float = 30.0
+
+
+SHOT_BOXES = Boxes(15.0, 10.0)
+
+
+def routes(boxes: Boxes) -> tuple[Route, ...]:
+    """In the order of the tables."""
 
     def network(task: Task) -> Found:
-        model, steps = neural.neural_rest(task, neural_s)
+        model, steps = neural.neural_rest(task, boxes.network)
         return Found(model, names=False, remark=f"{steps} steps")
 
     def formula(task: Task) -> Found:
-        model, text = operon.residual_formula(task)
+        model, text = operon.residual_formula(task, boxes.formula)
         return Found(model, remark=text)
 
     def diagnosis(task: Task) -> Found:
@@ -88,9 +99,9 @@ def routes(neural_s: float) -> tuple[Route, ...]:
 
     return (
         Route(FLOOR, of(viscous.fit_declared), viscous.SETTINGS),
-        Route("PySINDy, as shipped", of(sindy.as_shipped), sindy.SHIPPED, "pysindy"),
-        Route("PySINDy, unit rms", of(sindy.unit_rms), sindy.UNIT_RMS, "pysindy"),
-        Route("PySINDy, unit rms, physical", of(sindy.unit_rms_physical), sindy.UNIT_RMS_PHYSICAL, "pysindy"),
+        Route("PySINDy as shipped", of(sindy.as_shipped), sindy.SHIPPED, "pysindy"),
+        Route("PySINDy unit rms", of(sindy.unit_rms), sindy.UNIT_RMS, "pysindy"),
+        Route("PySINDy physical columns", of(sindy.unit_rms_physical), sindy.UNIT_RMS_PHYSICAL, "pysindy"),
         Route("weak form", of(weak_form.energy_balance), weak_form.SETTINGS, "pysindy"),
         Route("pyoperon", formula, operon.SETTINGS, "pyoperon.sklearn"),
         Route(

@@ -101,22 +101,26 @@ def residual(record: Record, model: Model, state: Array, samples: int) -> Array:
     return np.asarray((signal - made).ravel() / unit)
 
 
+def shares(record: Record, w: float) -> list[float]:
+    """Of a record: 4 periods, four times as many and so on, at last all, so that no fit slips by a whole turn."""
+    periods = w * float(record.time_s[-1] - record.time_s[0]) / (2.0 * math.pi)
+    count = max(0, math.ceil(math.log(max(periods, 4.0) / 4.0, 4.0)))
+    return [*(4.0 ** (k + 1) / periods for k in range(count)), 1.0]
+
+
 def fitted_start(record: Record, model: Model, samples: int) -> tuple[float, float]:
     """Angle and velocity at the first sample, from so many samples; first from their beginning alone."""
-    phi, v = first_state(record.first(samples))
+    known = record.first(samples)
     scale = np.array([1.0, model.speed])
-    best, lowest = np.array([phi, v]), math.inf
+    best = np.array(first_state(known)) / scale
 
     def misfit(x: Array, span: int) -> Array:
         return residual(record, model, x * scale, span)
 
-    for span in (samples // 4, samples):
-        if span < 16:
-            continue
-        found = least_squares(misfit, best / scale, x_scale="jac", diff_step=[STEP] * 2, max_nfev=60, args=(span,))
-        if span == samples or np.isfinite(found.cost):
-            best, lowest = found.x * scale, min(lowest, float(found.cost))
-    return float(best[0]), float(best[1])
+    for share in shares(known, states_of(known).w):
+        at = (max(16, int(share * samples)),)
+        best = least_squares(misfit, best, x_scale="jac", diff_step=[STEP] * 2, max_nfev=60, args=at).x
+    return float(best[0] * scale[0]), float(best[1] * scale[1])
 
 
 def score(model: Model, task: Task) -> Score:

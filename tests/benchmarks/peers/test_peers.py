@@ -99,7 +99,7 @@ def test_names_and_signs_are_counted():
 
 def test_the_page_has_every_row_and_setting():
     rows = [Row("ours", "r1", 0.01, 0.02), Row("ours", "s00", None, None, remark="exit 3: refused")]
-    page = document([*rows, Row("viscous floor", "s00", 0.1, math.inf)], 120.0, 30.0)
+    page = document([*rows, Row("viscous floor", "s00", 0.1, math.inf)])
     assert "| ours | 0.01 | 0.02 |" in page
     assert "diverges" in page
     assert "exit 3: refused" in page

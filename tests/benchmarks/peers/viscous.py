@@ -9,14 +9,14 @@ from platform_daemon.estimation.numerics.arrays import Array
 
 from .columns import Model, model_of
 from .datasets import Record, Task
-from .score import STEP, first_state, residual
+from .score import STEP, first_state, residual, shares
 from .states import states_of
 
 SETTINGS = (
     "scipy.optimize.least_squares (trust region, relative steps 1e-5) of frequency, viscous damping (and the jewel's "
-    "friction) and each record's start and zero offset, to the first eighth, then half, then all of the training part"
+    "friction) and each record's start and zero offset, to the first 4 periods, then four times as many, at last all of "
+    "the training part"
 )
-_SPANS = (0.125, 0.5, 1.0)
 _LOSS = 1e-3  # where the losses begin, in units of w
 
 
@@ -40,6 +40,6 @@ def fit_declared(task: Task) -> Model:
         pairs: list[tuple[Record, Array]] = list(zip(records, states, strict=True))
         return np.concatenate([residual(r, at, s, int(share * r.time_s.size)) for r, s in pairs])
 
-    for share in _SPANS:
+    for share in shares(records[0], w):
         x = least_squares(cost, x, args=(share,), x_scale="jac", diff_step=[STEP] * x.size, max_nfev=200).x
     return model(x)
