@@ -14,8 +14,8 @@ from .states import states_of
 
 SETTINGS = (
     "scipy.optimize.least_squares (trust region, relative steps 1e-5) of frequency, viscous damping (and the jewel's "
-    "friction) and each record's start and zero offset, to the first 4 periods, then four times as many, at last all of "
-    "the training part"
+    "friction) and each record's start and zero offset, to the first 4 periods, then four times as many, at last all "
+    "of the training part"
 )
 _LOSS = 1e-3  # where the losses begin, in units of w
 
