@@ -32,8 +32,9 @@ def bench(
 ) -> None:
     """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method.
 
-    Then the same fit by diffrax and by CasADi, if they are installed, the campaign of 400 fits, the first fit of a fresh process with and without compiled kernels, the memory of a
-    fit over its record's size, and its time at one, two and four times the samples of TD30.
+    Then the same fit by diffrax and by CasADi, if they are installed, the campaign of 400 fits, the first fit of a
+    fresh process with and without compiled kernels, the memory of a fit over its record's size, and its time at one,
+    two and four times the samples of TD30.
     """
     must_not_exist(json_file, force)
     report = run_bench(repeats=repeats, paper_seconds=paper_s)

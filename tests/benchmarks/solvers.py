@@ -3,8 +3,8 @@
 The fit of TN50 (three channels of dm/dt, thread, 0.24 s) written as anybody would with them: start state, frequency,
 damping, moment and orientation, 8 numbers; Gauss-Newton with their own forward derivatives to a relative step of 1e-8.
 Both begin at the same start near the truth, 1e-4 beside it in frequency and 1 % in everything else; our fit cannot be
-told a start and finds its own in the time it is given. What is compiled is compiled before the clock starts, and its time
-is told apart.
+told a start and finds its own within its time. What is compiled is compiled before the clock starts, and its time is
+told apart.
 """
 
 from __future__ import annotations

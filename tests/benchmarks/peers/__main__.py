@@ -38,7 +38,7 @@ def peers(
     one_thread()
     from .datasets import Task, measured
     from .page import document
-    from .routes import SHOT_BOXES, Boxes, Row, measure, routes
+    from .routes import SHOT_BOXES, TRUE, Boxes, Row, measure, routes
     from .simulated import simulated
 
     def row(line: str) -> Row:
@@ -51,8 +51,10 @@ def peers(
     for name in names:
         task: Task | None = angles.get(name)
         for route in routes(Boxes() if name in angles else SHOT_BOXES):
-            if (chosen and route.name not in chosen.split(",")) or any(
-                (r.route, r.dataset) == (route.name, name) for r in done
+            if (
+                (name in angles and route.name == TRUE)
+                or (chosen and route.name not in chosen.split(","))
+                or any((r.route, r.dataset) == (route.name, name) for r in done)
             ):
                 continue
             task = simulated(int(name[1:])) if task is None else task

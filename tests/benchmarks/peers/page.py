@@ -45,16 +45,16 @@ _INTRODUCTION = f"""# Peers
 What other tools make of the same recordings, by the same score. Written by `make peers`
 (`tests/benchmarks/peers`); do not edit.
 
-Held-out error: coefficients from the first {TRAIN:.0%} of a record, start state and zero offset (of dm/dt the
-gains of the channels) fitted to the same {TRAIN:.0%} with the coefficients held, then **one uninterrupted
-simulation** by scipy to the end; rms error over the standard deviation of the signal, both over the last {
-    1 - TRAIN:.0%}. r2: coefficients from runs 1 and 3, start from the first {START:.0%} of run 2, the rest is scored.
-One code (`score.py`) does so for every row; a NAR model runs free by itself. 1 or more is no better than a
-constant. `diverges`: the simulation leaves every bound.
+Held-out error: coefficients from the first {100 * TRAIN:.0f} % of a record, start state and zero offset (of dm/dt
+the gains of the channels) fitted to the same {100 * TRAIN:.0f} % with the coefficients held, then **one
+uninterrupted simulation** by scipy to the end; rms error over the standard deviation of the signal, both
+over the last {1 - TRAIN:.0%}. r2: coefficients from runs 1 and 3, start from the first {100 * START:.0f} % of
+run 2, the rest is scored. One code (`score.py`) does so for every row; a NAR model runs free by itself. 1
+or more is no better than a constant. `diverges`: the simulation leaves every bound.
 
-Unphysical: a loss (viscous, quadratic, cubic, dry) that feeds the motion. Seconds: of the processor, one core,
-without imports and without the scoring. What is missing in the measured records nobody knows for sure, so that
-nothing is counted as missed or false there."""
+Unphysical: a loss (viscous, quadratic, cubic, dry) that feeds the motion. Seconds: of the processor, one
+core, without imports and without the scoring. What is missing in the measured records nobody knows for
+sure, so that nothing is counted as missed or false there."""
 
 
 def error(value: float | None) -> str:
@@ -137,12 +137,12 @@ def _summary(rows: Sequence[Row], truth: Mapping[str, Sequence[str]]) -> tuple[s
     )  # fmt: skip
 
 
-_HIDDEN = f"""Made by `sim_backend`, thread (2 s) and jewel (1.6 s) in turn, noise of the paper; effect and strength
-drawn with seed {simulated.SEED} (`simulated.py`): {simulated.SIGMA[0]:g} to {simulated.SIGMA[1]:g} times
-the standard deviation with which one shot shows the effect. The peers are told R and m_r as
+_HIDDEN = f"""Made by `sim_backend`, thread (2 s) and jewel (1 s) in turn, noise of the paper; effect and strength drawn
+with seed {simulated.SEED} (`simulated.py`): {simulated.SIGMA[0]:g} to {simulated.SIGMA[1]:g} times the
+standard deviation with which one shot of 2 and 1.6 s shows the effect. The peers are told R and m_r as
 `platform-daemon fit` finds them, and get phi by trapezoidal integration, a 40 Hz high-pass and a 2.5 kHz
 low-pass, both without phase. Every second sample of the thread's shots is scored; the error cannot fall
-below the noise of the samples. Named exactly: the hidden effect and nothing else (nothing where there is
+below that of the true model, which is noise. Named exactly: the hidden effect and nothing else (nothing where there is
 none); missed: not even among the look-alikes that the row itself declares; false: not there, a declared
 look-alike excepted; rows without names miss every effect."""
 

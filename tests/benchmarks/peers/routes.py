@@ -14,7 +14,10 @@ from .columns import Model, effects_named
 from .datasets import Task
 from .score import Score, score
 
-FLOOR, OURS = "viscous floor", "ours"
+FLOOR, TRUE, OURS = "viscous floor", "true model", "ours"
+
+REFITTED = ("PySINDy physical columns refitted", "weak form refitted")
+_REFITTED = "its terms beside the declared ones, all coefficients anew as the floor finds its own: two tools in a row"
 
 
 @dataclass(frozen=True)
@@ -97,12 +100,22 @@ def routes(boxes: Boxes) -> tuple[Route, ...]:
     def of(fit: Callable[[Task], Model]) -> Callable[[Task], Found]:
         return lambda task: Found(fit(task))
 
+    def refitted(fit: Callable[[Task], Model]) -> Callable[[Task], Found]:
+        def run(task: Task) -> Found:
+            named = [n for n, c in fit(task).terms.items() if c != 0.0 and n not in ("sine", *task.declared)]
+            return Found(viscous.fit_declared(task, named))
+
+        return run
+
     return (
         Route(FLOOR, of(viscous.fit_declared), viscous.SETTINGS),
+        Route(TRUE, of(viscous.fit_true), "the same with the hidden torque, known: the noise of the shot is left over"),
         Route("PySINDy as shipped", of(sindy.as_shipped), sindy.SHIPPED, "pysindy"),
         Route("PySINDy unit rms", of(sindy.unit_rms), sindy.UNIT_RMS, "pysindy"),
         Route("PySINDy physical columns", of(sindy.unit_rms_physical), sindy.UNIT_RMS_PHYSICAL, "pysindy"),
         Route("weak form", of(weak_form.energy_balance), weak_form.SETTINGS, "pysindy"),
+        Route(REFITTED[0], refitted(sindy.unit_rms_physical), _REFITTED, "pysindy"),
+        Route(REFITTED[1], refitted(weak_form.energy_balance), _REFITTED, "pysindy"),
         Route("pyoperon", formula, operon.SETTINGS, "pyoperon.sklearn"),
         Route(
             "sysidentpy NAR",

@@ -17,7 +17,8 @@ from tests.kit.undeclared_shots import shots_with
 
 from .datasets import TRAIN, Record, Task, split_in_time, write_dmdt
 
-SEED, SHOTS = 2026, 20
+SEED = 2026
+SECONDS = {"thread": 2.0, "jewel": 1.0}  # a jewel rests after little more
 SIGMA = (15.0, 1000.0)  # strengths: evenly drawn in their logarithm between these multiples of the numbers below
 NOTHING = "nothing"
 # Standard deviation with which one shot (thread 2 s, jewel 1.6 s) shows the effect beside the declared parameters, as
@@ -49,7 +50,7 @@ def simulated(k: int) -> Task:
     """Shot k with its split; its orientation and moment, for the peers, by the product's fit of the training part."""
     variant, name, strength = drawn(k)
     effects = [] if name == NOTHING else [{"id": name, "strength": strength}]
-    (shot,), _ = shots_with(variant, effects, count=1, seed=SEED + k)
+    (shot,), _ = shots_with(variant, effects, count=1, seed=SEED + k, rx_s=SECONDS[variant])
     record = shot.record
     samples = record.samples[:, record.valid_from : record.valid_to]
     time_s = np.arange(samples.shape[1]) / record.sampling_rate_hz

@@ -5,21 +5,23 @@ import math
 import numpy as np
 import pytest
 
-from tests.benchmarks.peers.columns import effects_named, model_of
+from tests.benchmarks.peers import simulated, weak_form
+from tests.benchmarks.peers.columns import LIBRARY, effects_named, model_of
 from tests.benchmarks.peers.datasets import Record, angle_record, measured, split_in_time, write_angles
 from tests.benchmarks.peers.ours import said
 from tests.benchmarks.peers.page import document, false, missed
 from tests.benchmarks.peers.routes import Row
 from tests.benchmarks.peers.score import score, simulate
+from tests.benchmarks.peers.sindy import scaled_states
 from tests.benchmarks.peers.viscous import fit_declared
 
 W = 8.0
 
 
-def pendulum(seconds: float, **losses: float) -> Record:
+def pendulum(seconds: float, zero: float = 0.02, **losses: float) -> Record:
     time_s = np.arange(0.0, seconds, 2e-3)
     motion = simulate(model_of({"sine": W**2, **losses}, 8.0), 1.0, 0.0, time_s)
-    return Record("made", time_s, motion.phi[None] + 0.02)
+    return Record("made", time_s, motion.phi[None] + zero)
 
 
 def test_the_floor_of_r1_is_that_of_others():
@@ -111,3 +113,19 @@ def test_training_parts_are_written_as_the_product_reads_them(tmp_path):
     back = angle_record(write_angles(made, tmp_path / "made.h5"))
     assert np.array_equal(back.signal, made.signal)
     assert back.rate_hz == pytest.approx(500.0)
+
+
+def test_hidden_effects_are_drawn_by_seed_and_every_kind_occurs():
+    found = [simulated.drawn(k) for k in range(20)]
+    assert found == [simulated.drawn(k) for k in range(20)]
+    assert {name for _, name, _ in found} == {*simulated.VISIBLE["thread"], simulated.NOTHING}
+    assert all((strength == 0.0) == (name == simulated.NOTHING) for _, name, strength in found)
+
+
+def test_the_weak_form_balances_the_energy_of_a_clean_record():
+    task = split_in_time("made", pendulum(30.0, 0.0, viscous_damping=0.02, coulomb_friction=0.15))
+    states = [np.concatenate(part) for part in zip(*scaled_states(task, W), strict=True)]
+    (_, _), (columns, work) = weak_form.rows(*states)
+    # In units of 1/w: sine 1, damping 0.02/w, friction 0.15/w^2.
+    expected = dict.fromkeys(LIBRARY, 0.0) | {"sine": 1.0, "viscous_damping": 0.02 / W, "coulomb_friction": 0.15 / W**2}
+    assert columns @ np.array(list(expected.values())) == pytest.approx(work, abs=2e-3 * np.abs(work).max())

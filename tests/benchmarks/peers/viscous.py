@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.optimize import least_squares
 
 from platform_daemon.estimation.numerics.arrays import Array
 
-from .columns import Model, model_of
+from .columns import COLUMNS, Model, model_of
 from .datasets import Record, Task
 from .score import STEP, first_state, residual, shares
 from .states import states_of
@@ -20,20 +22,25 @@ SETTINGS = (
 _LOSS = 1e-3  # where the losses begin, in units of w
 
 
-def fit_declared(task: Task) -> Model:
-    """Sine, viscous damping and what else is declared."""
+def fit_true(task: Task) -> Model:
+    """With the hidden effect, known: what nobody can be better than."""
+    return fit_declared(task, task.truth or ())
+
+
+def fit_declared(task: Task, further: Sequence[str] = ()) -> Model:
+    """Sine, viscous damping and what else is declared, and further torques."""
     records = task.train
     states = [states_of(r) for r in records]
     w, speed = float(np.mean([s.w for s in states])), float(max(np.abs(s.v).max() for s in states))
-    names = ("sine", *task.declared)
+    names = ("sine", *task.declared, *further)
     starts = np.array([first_state(r) for r in records]) / [1.0, speed]
-    x = np.concatenate([[1.0], np.full(len(names) - 1, _LOSS), starts.ravel()])
+    begin = [_LOSS] * len(task.declared) + [0.1 * _LOSS] * len(further)
+    x = np.concatenate([[1.0], begin, starts.ravel()])
     # Large swings are slow: the sine's own frequency lies above the line.
     x[0] = (1.0 + float(max(np.abs(s.phi).max() for s in states)) ** 2 / 32.0) ** 2
 
     def model(x: Array) -> Model:
-        powers = {"sine": 2, "viscous_damping": 1}
-        return model_of({n: float(c) * w ** powers.get(n, 2) for n, c in zip(names, x, strict=False)}, speed)
+        return model_of({n: float(c) * w ** COLUMNS[n].power for n, c in zip(names, x, strict=False)}, speed)
 
     def cost(x: Array, share: float) -> Array:
         at, states = model(x), x[len(names) :].reshape(-1, 2) * [1.0, speed]

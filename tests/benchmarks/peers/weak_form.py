@@ -29,9 +29,9 @@ SETTINGS = (
 def energy_balance(task: Task) -> Model:
     """Both steps."""
     w, speed = overview(task)
-    rows = [_rows(*s) for s in scaled_states(task, w)]
+    both = [rows(*s) for s in scaled_states(task, w)]
     by_phi, by_v = (
-        tuple(np.concatenate(parts) for parts in zip(*kind, strict=True)) for kind in zip(*rows, strict=True)
+        tuple(np.concatenate(parts) for parts in zip(*kind, strict=True)) for kind in zip(*both, strict=True)
     )
     held = _solve(by_phi[0], by_phi[1], CONSERVATIVE)
     conservative = [LIBRARY.index(n) for n in CONSERVATIVE]
@@ -47,7 +47,7 @@ def _solve(theta: Array, target: Array, names: tuple[str, ...]) -> Array:
     return np.array(sparse(picked, target, THRESHOLD * float(np.sqrt(np.mean(target**2)))))
 
 
-def _rows(time: Array, phi: Array, v: Array, _: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+def rows(time: Array, phi: Array, v: Array, _: Array) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Columns and left sides by the two weights, one row per bump; time in units of 1/w."""
     dt = float(time[1] - time[0])
     half = int(0.5 * PERIODS * 2.0 * math.pi / dt)
