@@ -106,6 +106,7 @@ def test_the_page_has_every_row_and_setting():
     assert "diverges" in page
     assert "exit 3: refused" in page
     assert "threshold=0.001" in page
+    assert "Not complete" in page
 
 
 def test_training_parts_are_written_as_the_product_reads_them(tmp_path):
