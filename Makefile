@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install kernels demo demo-emulated test check bench campaign attack-api fault-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: install kernels demo demo-emulated test check bench peers campaign attack-api fault-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -48,6 +48,16 @@ attack-api: install
 
 bench: install
 	$(BIN)/python -m tests.benchmarks
+
+# The tools of others go into .venv as well, half a GB; nothing else needs them. sysidentpy asks for a numpy older than
+# ours and runs with ours, so it comes without its dependencies. `make peers PEERS='--only r1'` is a short one.
+peers: install .venv/.peers
+	$(BIN)/python -m tests.benchmarks.peers $(PEERS)
+
+.venv/.peers: $(STAMP) constraints-peers.txt
+	$(BIN)/pip install --disable-pip-version-check --constraint constraints.txt --constraint constraints-peers.txt --editable '.[dev,peers]'
+	$(BIN)/pip install --disable-pip-version-check --constraint constraints-peers.txt --no-deps sysidentpy
+	touch $@
 
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install

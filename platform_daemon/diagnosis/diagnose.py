@@ -39,6 +39,7 @@ from .shots.thread_pool import shot_pool
 from .validation.cross_validation import CrossValidation
 from .validation.validated_effects import validate_effects
 
+_NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
 _SURELY_LESS = 30.0  # fall of chi^2
 _HERTZ_LAW_RAD = 0.5 * math.pi
 
@@ -177,7 +178,9 @@ def _selected(
 
 
 def _leaves_less(one: Selection, other: Selection) -> bool:
-    """Surely less, in units of the first one's noise."""
+    """Nothing but noise, and surely less, in units of this noise."""
+    if one.best.chi2_per_dof > _NOISE:
+        return False
     left = [sum(float(np.sum(unpredicted(s.best, k) ** 2)) for k in range(len(s.best.linear))) for s in (one, other)]
     return left[0] * (1.0 + _SURELY_LESS / one.best.dof) < left[1]
 

@@ -14,6 +14,7 @@ from platform_daemon.store.durable import write_file
 from tests.benchmarks.campaign import campaign_text, run_campaign
 from tests.benchmarks.fits import run_bench, table
 from tests.benchmarks.process import processes_text, run_processes
+from tests.benchmarks.solvers import run_solvers, solvers_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -31,12 +32,15 @@ def bench(
 ) -> None:
     """Time the fit of the paper's four datasets, beside a demodulation floor and the paper's method.
 
-    Then the campaign of 400 fits, the first fit of a fresh process with and without compiled kernels, the memory of a
-    fit over its record's size, and its time at one, two and four times the samples of TD30.
+    Then the same fit by diffrax and by CasADi, if they are installed, the campaign of 400 fits, the first fit of a
+    fresh process with and without compiled kernels, the memory of a fit over its record's size, and its time at one,
+    two and four times the samples of TD30.
     """
     must_not_exist(json_file, force)
     report = run_bench(repeats=repeats, paper_seconds=paper_s)
     print(table(report))
+    report["solvers"] = run_solvers()
+    print(solvers_text(report["solvers"], report["datasets"]["TN50"]["fit_ms"]))
     if shots > 0:
         report["campaign"] = run_campaign(shots, min(2, cores()))
         print(campaign_text(report["campaign"]))

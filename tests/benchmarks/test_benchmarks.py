@@ -6,6 +6,7 @@ import numpy as np
 
 from platform_daemon.estimation.compilation import synthetic_record
 from platform_daemon.estimation.fit import fit_ring_down
+from tests.benchmarks import solvers
 from tests.benchmarks.campaign import campaign_text, run_campaign
 from tests.benchmarks.fits import DATASETS, RATE_HZ, demodulate, make_record, run_bench, table
 from tests.benchmarks.process import _FIRST_FIT, linearity, peak_memory, processes_text
@@ -78,3 +79,20 @@ def test_the_first_fits_of_fresh_processes_are_reported():
 def test_the_record_of_the_first_fit_can_be_fitted():
     record, noise = synthetic_record()
     assert fit_ring_down(record, "thread", noise=noise).verdict == "good"
+
+
+def test_solvers_of_others_are_left_out_where_they_are_not_installed(monkeypatch):
+    monkeypatch.setattr(solvers, "find_spec", lambda name: None)
+    assert "not installed" in solvers.solvers_text(solvers.run_solvers(), 1.0)
+
+
+def test_solvers_begin_near_the_truth_and_newton_s_steps_lead_there():
+    scale, start = solvers.near_truth()
+    assert np.abs(start - 1.0).max() < 0.011
+    assert scale[2] == DATASETS[2].dynamics.w
+    slope = np.diag([1.0, 2.0, 3.0])
+    found, steps = solvers.gauss_newton(lambda x: (slope @ (x - 1.0), slope), np.zeros(3))
+    assert np.allclose(found, 1.0)
+    assert steps == 2
+    told = {"diffrax": {"fit_ms": 100.0, "steps": 5, "compile_s": 4.0}}
+    assert "50 times our fit" in solvers.solvers_text(told, 2.0)

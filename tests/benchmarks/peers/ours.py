@@ -1,0 +1,118 @@
+"""The product's `diagnose`, run by its command with default settings, and the model that its JSON says."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .columns import COLUMNS, Model, model_of, smooth_sign
+from .datasets import Task, write_angles, write_dmdt
+from .sindy import overview
+
+SETTINGS = (
+    "`platform-daemon diagnose FILES --json FILE` on the training part written as files, no other option, in a "
+    "process of its own (its start and the loading of compiled kernels are in the seconds)"
+)
+_DATA_ONLY = {"clock_gap"}
+_TIME_BOX_S = 900.0
+
+
+@dataclass(frozen=True)
+class Said:
+    """What the diagnosis says: its model, its names with their look-alikes, and what of it is not simulated here."""
+
+    model: Model | None
+    verdict: str
+    named: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()
+    remark: str = ""
+
+
+def diagnosed(task: Task) -> Said:
+    """Of the training part."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = [
+            write_angles(r, Path(folder, f"{r.name}.h5"))
+            if r.quantity == "angle"
+            else write_dmdt(r, Path(folder, f"{r.name}.mmr.h5"), str(task.variant))
+            for r in task.train
+        ]
+        json_file = Path(folder, "diagnosis.json")
+        command = [sys.executable, "-m", "platform_daemon", "diagnose", *map(str, files), "--json", str(json_file)]
+        try:
+            done = subprocess.run(
+                command, capture_output=True, text=True, timeout=_TIME_BOX_S, env=dict(os.environ), check=False
+            )
+        except subprocess.TimeoutExpired:
+            return Said(None, "none", remark=f"not done after {_TIME_BOX_S:.0f} s")
+        if done.returncode != 0 or not json_file.exists():
+            last = (done.stderr.strip().splitlines() or ["nothing said"])[-1].replace(folder, ".")
+            return Said(None, "none", remark=f"exit {done.returncode}: {last[:160]}")
+        report = json.loads(json_file.read_text(encoding="utf-8"))
+    return said(report, task)
+
+
+def said(report: Mapping[str, Any], task: Task) -> Said:
+    """The model of a report. Without a named effect it is that of `before`."""
+    named = report["effects"]
+    stage = report["parameters_after"] if any(e["id"] not in _DATA_ONLY for e in named) else report["parameters_before"]
+    parameters = {n: p["value"] for n, p in stage.items()}
+    _, speed = overview(task)
+    w = 2.0 * math.pi * parameters["f_nat_hz"]
+    terms = {"sine": w**2, "viscous_damping": parameters.get("lambda_per_s", 0.0)}
+    if "tf_over_i_rad_per_s2" in parameters:
+        terms["hertz_friction"] = parameters["tf_over_i_rad_per_s2"]
+    model, left_out = _with_effects(model_of(terms, speed), named, w, task)
+    remark = f"not simulated: {', '.join(left_out)}" if left_out else ""
+    return Said(
+        model,
+        report["verdict"],
+        tuple(dict.fromkeys(e["id"] for e in named)),
+        tuple(dict.fromkeys(i for e in named for i in e["indistinguishable_from"])),
+        remark,
+    )
+
+
+def _with_effects(base: Model, named: list[Any], w: float, task: Task) -> tuple[Model, list[str]]:
+    """The declared model with what was named; and names that a trajectory does not show."""
+    terms, gaps, left_out, further = dict(base.terms), [], [], []
+    for e in named:
+        name, strength, detail = e["id"], e["strength"]["value"], e["detail"]
+        if name in COLUMNS:
+            scale = w**2 if name in ("torsion_stiffness", "restoring_anharmonicity") else 1.0
+            terms[name] = terms.get(name, 0.0) + strength * scale
+        elif name == "clock_gap" and len(task.train) == 1:
+            time_s = task.train[0].time_s
+            gaps.append((float(time_s[detail["sample"]]), strength * float(time_s[1] - time_s[0])))
+        elif name in ("stribeck_friction", "frequency_drift"):
+            further.append((name, strength, detail))
+        else:
+            left_out.append(name)
+    plain = model_of(terms, base.speed)
+    sign, at_once = smooth_sign(base.speed), plain.torque
+
+    def torque(phi: float, v: float, t: float) -> float:
+        total = at_once(phi, v, t)
+        for name, strength, detail in further:
+            if name == "frequency_drift":
+                d = strength / (w / (2.0 * math.pi)) * (t - start_s)
+                total -= w**2 * math.sin(phi) * d * (2.0 + d)
+            else:
+                dry = terms.get("hertz_friction", 0.0) * max(math.cos(phi), 0.0) ** (4.0 / 3.0)
+                speed = detail.get("stribeck_speed_rad_per_s") or math.inf
+                total -= sign(v) * strength * dry * math.exp(-abs(v) / speed)
+        return total
+
+    start_s = float(np.min(task.scored.time_s))
+    every = dict(terms) | {name: strength for name, strength, _ in further}
+    return replace(plain, torque=torque if further else plain.torque, terms=every, gaps=tuple(gaps)), left_out
