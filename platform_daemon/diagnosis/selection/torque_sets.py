@@ -25,6 +25,8 @@ _LARGEST_SET = 3
 _LEADERS = 2  # sets of a size that grow
 _RIVALS = 6  # sets of a size whose predictions are compared
 _WORTH_A_SCALE = 3.0  # times the least chi^2: a set that a better scale may bring to the front
+_FRONT = 5  # sets whose scales are sought
+_BESIDE_TIMED = 3  # sets that a torque which depends on time is added to
 _CLOSE = 0.2  # of chi^2: sets so near the best are its rivals
 _HELPS = 0.9  # of the held-out error: another effect must predict better by more than chance
 _NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
@@ -54,7 +56,7 @@ def best_torques(
         tell(f"refits of sets of {size} torques", 0.25 + 0.15 * size)
         if size > 2 and _complete(best.fitted):
             break
-        grown = leaders if size > 2 else list(known.values())
+        grown = leaders if size > 2 else sorted(known.values(), key=lambda f: f.chi2)
         allowed = _allowed(_sets(grown, candidates, known, size), pool)
         known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
@@ -81,11 +83,18 @@ def _sets(
         keys = _keys(at) | {c.effect}
         if len(keys) != size or len(_keys(at)) != size - 1 or keys in known:
             continue
+        if size > 1 and _timed(c) and at not in grown[:_BESIDE_TIMED]:
+            continue
         # Of an effect with several forms each is tried.
         forms = frozenset((c.effect.id, c.detail) for c in (*at.hypothesis.effects, c))
         if forms not in best or at.chi2 < best[forms][1].chi2:
             best[forms] = c, at
     return list(best.values())
+
+
+def _timed(c: Candidate) -> bool:
+    """Torques that depend on time are traced through every half cycle, which takes as long as ten others."""
+    return c.term is not None and c.term.timed
 
 
 def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list[JointFit]:
@@ -97,7 +106,7 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
     inner, every = (InThisThread(), pool.map) if alone else (pool, map)
     found = [f for f in every(lambda s: allowed_refit(s[1].hypothesis.plus(s[0]), s[1], inner), sets) if f is not None]
     fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
-    front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2]
+    front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2][:_FRONT]
     sharp = list(every(lambda f: refined(at_best_scales(f, inner), inner), front))
     return sorted((f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f)), key=lambda f: f.chi2)
 
