@@ -15,6 +15,7 @@ from platform_daemon.schemas import (
     MeanParameter,
     NamedEffect,
     NextMeasurement,
+    TentativeEffect,
     TriedEffect,
     definition_of,
 )
@@ -79,6 +80,13 @@ def effect_line(effect: NamedEffect) -> str:
     return text + (f"; these data cannot tell it from {', '.join(alike)}" if alike else "")
 
 
+def tentative_line(tentative: TentativeEffect) -> str:
+    """One effect that gains but was not accepted, and why not."""
+    effect = tentative.effect
+    place = place_text(effect.detail)
+    return f"{effect.id}{f' ({place})' if place else ''}: {strength_text(effect)}; {tentative.why_not}"
+
+
 def held_out_line(report: DiagnosisReport) -> str:
     """Error of the prediction before and after."""
     h = report.held_out
@@ -111,7 +119,10 @@ def summary_text(report: DiagnosisReport) -> str:
 
 def _lines(report: DiagnosisReport) -> list[str]:
     lines = [f"  {effect_line(e)}" for e in report.effects]
+    lines += [f"  not accepted: {tentative_line(t)}" for t in report.tentative or ()]
     lines.append(held_out_line(report))
+    if report.model_after is not None:
+        lines.append(f"after: {report.model_after}")
     if not report.effects and report.verdict != "nothing_missing":
         ranked = ", ".join(f"{t.id} (gain {plain(t.gain, '-')})" for t in report.ranking[:_LIKELY])
         lines.append(f"closest names beside the declared model: {ranked}")

@@ -42,6 +42,7 @@ MeanParameter: Mean of a parameter over the shots, in the SI unit that its name 
 MissingTorqueMap: The torque that is missing, smooth in angle and velocity, without what declared parameters absorb.
 NamedEffect: An accepted effect with its evidence.
 NextMeasurement: A measurement that tells more.
+TentativeEffect: An effect that gains, and was not accepted.
 TriedEffect: A candidate by itself beside the declared model.
 UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.

@@ -40,6 +40,7 @@ from .diagnosis import MeanParameter as MeanParameter
 from .diagnosis import MissingTorqueMap as MissingTorqueMap
 from .diagnosis import NamedEffect as NamedEffect
 from .diagnosis import NextMeasurement as NextMeasurement
+from .diagnosis import TentativeEffect as TentativeEffect
 from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement
