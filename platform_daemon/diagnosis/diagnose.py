@@ -16,7 +16,13 @@ from platform_daemon.schemas import DiagnosisVerdict
 from .effects.additive import zero_drifts
 from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
-from .effects.torque import drift_candidate, pendulum_candidates, stribeck_candidates, torque_candidates
+from .effects.torque import (
+    drift_candidate,
+    pendulum_candidates,
+    settling_candidate,
+    stribeck_candidates,
+    torque_candidates,
+)
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, passed_over
 from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
@@ -238,5 +244,8 @@ def candidates_for(base: JointFit) -> list[Candidate]:
         return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s)]
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
+    if base.chi2_per_dof > _NOISE:
+        # Whether a weak drift comes to rest cannot be told.
+        found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.started)))
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]

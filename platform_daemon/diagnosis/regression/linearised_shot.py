@@ -128,7 +128,7 @@ def linearise_shot(started: PreparedShot, hypothesis: Hypothesis, state: FitStat
     own = _orthonormal(hypothesis.own_columns(seen).T)
     if own.shape[1]:
         base, columns, residual = (x - own @ (own.T @ x) for x in (base, columns, residual))
-    return LinearisedShot(seen, own, *_factors(base), free, columns, residual)
+    return LinearisedShot(seen.without_jacobian(), own, *_factors(base), free, columns, residual)
 
 
 def _factors(base: Array) -> tuple[Array, Array, Array]:

@@ -20,6 +20,7 @@ from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
 from ..regression.joint_fit import JointFit, fit_jointly
 from ..regression.linearised_shot import LinearisedShot, common_information
+from ..shots.linearisation import linearise_signal
 from .sign_constraints import without_gain_of_energy
 
 _MOST_STEPS = 8
@@ -41,7 +42,7 @@ def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
     for _ in range(_MOST_STEPS):
         c = next(t for t in at.hypothesis.torques if t.effect.id == effect)
         assert c.scale_limits is not None
-        step, common = _step(at, c)
+        step, common = _step(at, c, pool)
         low, high = (math.log(limit / c.hidden[0]) for limit in c.scale_limits)
         for fraction in (1.0, 0.3, 0.1):
             moved = min(max(fraction * step, low, -_FURTHEST), high, _FURTHEST)
@@ -59,17 +60,18 @@ def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
     return at
 
 
-def _step(at: JointFit, c: Candidate) -> tuple[float, Array]:
+def _step(at: JointFit, c: Candidate, pool: Executor) -> tuple[float, Array]:
     """(of the logarithm of the scale, of the common strengths (q,)), to first order."""
     place = at.hypothesis.strength_places()[at.hypothesis.torques.index(c)] + 1
-    wide = [_beside_scale(a, place, c.hidden[0]) for a in at.linear]
+    wide = list(pool.map(lambda k: _beside_scale(at, k, place, c.hidden[0]), range(len(at.linear))))
     step = solved(*common_information(wide, at.hypothesis.size + 1))
     return float(step[-1]), step[:-1]
 
 
-def _beside_scale(a: LinearisedShot, place: int, scale: float) -> LinearisedShot:
-    """A shot with the scale's logarithm as a further common strength."""
-    column = scale * a.seen.base[place]
+def _beside_scale(at: JointFit, k: int, place: int, scale: float) -> LinearisedShot:
+    """Shot k with the scale's logarithm as a further common strength."""
+    a, model = at.linear[k], at.hypothesis.augmented
+    column = scale * linearise_signal(at.started[k], model, at.full_state(k)).base[place]
     column = column - a.own @ (a.own.T @ column)
     return replace(a, columns=np.column_stack([a.columns, column]))
 

@@ -66,6 +66,13 @@ class Linearisation:
         slopes = np.stack([self._derived(part) for part in (odd, even)])
         return replace(self, odd=self.odd + odd, even=self.even + even, slopes=self.slopes + slopes)
 
+    def without_jacobian(self) -> Linearisation:
+        """The same for keeping: derivatives take ten times the room of everything else."""
+        nothing = np.zeros((0, *self.odd.shape))
+        kept = replace(self, jacobian=nothing, even_jacobian=nothing)
+        kept.__dict__["whitened"] = self.whitened
+        return kept
+
     @property
     def time_s(self) -> Array:
         """(m,)."""
