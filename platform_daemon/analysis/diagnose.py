@@ -29,6 +29,12 @@ FramesByFile = Mapping[Path, Sequence[int] | None]
 """Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
 
+ABSORBED = (
+    "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up the "
+    "gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
+)
+"""What volts cannot tell."""
+
 
 class NothingToDiagnoseError(InputError):
     """The files can be read, but none of their shots can be diagnosed."""
@@ -127,14 +133,19 @@ def _opened(
     """Files that can be diagnosed together, each once, as the model of all of them wants them.  Raises InputError."""
     opened = [open_measurement(path, calibration) for path in dict.fromkeys(map(Path, files))]
     angles = isinstance(opened[0], AngleMeasurement) if observable is None else observable == "angle"
+    volts = observable is None and opened[0].calibration is None
     for measurement in opened:
-        _check(measurement, angle=angles)
+        _check(measurement, angle=angles, volts=volts)
+    _check_channels(opened)
     chosen = _one_variant(opened, wanted)
     return [measurement.under(chosen)[0] for measurement in opened], chosen
 
 
-def _check(measurement: Measurement, *, angle: bool) -> None:
-    """Raises RecordingError for an angle where there should be none, for volts, and for a file without an angle."""
+def _check(measurement: Measurement, *, angle: bool, volts: bool) -> None:
+    """Raises RecordingError for an angle where there should be none, for a file without one, and for volts beside dm/dt.
+
+    volts: the first file has no calibration, and none was asked for.
+    """
     where = str(measurement.path)
     if angle and not isinstance(measurement, AngleMeasurement):
         remedy = "leave the observable out, or name a file with /time and /signal"
@@ -145,13 +156,26 @@ def _check(measurement: Measurement, *, angle: bool) -> None:
                 "diagnose it as an angle (--observable, or `observable` of a request), alone or with others like it"
             )
             raise RecordingError("holds an angle (/time, /signal), not coil voltages", where=where, remedy=remedy)
-    elif measurement.calibration is None:
+    elif measurement.calibration is None and not volts:
         raise RecordingError(
             "has no sensitivity",
             where=f"{where}: /calibration/sensitivity",
-            why="the diagnosis needs dm/dt, and volts alone do not tell it",
-            remedy="give a calibration (--calibration), or record with one",
+            why="dm/dt was asked for, or the first file is calibrated, and volts alone do not tell dm/dt",
+            remedy="give a calibration (--calibration), or diagnose volts by themselves, without --observable",
         )
+    elif measurement.calibration is not None and volts:
+        raise RecordingError(
+            "is calibrated, and the first file is not", where=where, remedy="diagnose volts and dm/dt by themselves"
+        )
+
+
+def _check_channels(measurements: Sequence[Measurement]) -> None:
+    """Raises RecordingError for files with different numbers of channels."""
+    counts = {m.recording.channels: m.path for m in measurements if isinstance(m, VoltageMeasurement)}
+    if len(counts) > 1:
+        what = "; ".join(f"{path.name} has {count}" for count, path in counts.items())
+        remedy = "diagnose files of the same coils together"
+        raise RecordingError("the files have different numbers of channels", where="FILE...", why=what, remedy=remedy)
 
 
 def diagnose_input(specimen: DiagnosisInput, tell: ProgressCallback) -> Diagnosis:
@@ -193,10 +217,13 @@ def _doubts(measurements: Sequence[Measurement]) -> list[str]:
 
 def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequence[int]) -> None:
     """Good frames of a recording with its noise; blank ones only tell the noise."""
-    assert measurement.calibration is not None
-    noise = measurement.noise()
-    sensitivity = np.asarray(measurement.calibration.sensitivity, dtype=np.float64)
-    square = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
+    noise, sensitivity = measurement.noise(), None
+    if measurement.calibration is not None:
+        sensitivity = np.asarray(measurement.calibration.sensitivity, dtype=np.float64)
+        sensitivity = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
+    elif ABSORBED not in loaded.notes:
+        loaded.notes.append(ABSORBED)
+    unit = "counts" if measurement.recording.counts else ""
     for k in frames:
         info = measurement.recording.frame_info[k]
         name = f"{measurement.path.name} frame {k}"
@@ -220,7 +247,8 @@ def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequen
             loaded.leave_out(name, "its noise cannot be measured")
             continue
         loaded.notes += [f"{name}: {note}" for note in (*signal.notes, of_shot.note) if note]
-        loaded.shots.append(DiagnosisShot(name, signal.record, of_shot.model, square, measurement.path.name))
+        group = measurement.path.name
+        loaded.shots.append(DiagnosisShot(name, signal.record, of_shot.model, sensitivity, group, unit))
 
 
 def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loaded) -> None:

@@ -29,6 +29,8 @@ NormalEquations: Quadratic model of chi^2 around a state.
 coefficient_jacobian: Derivatives of the channels' coefficients in the kernel's basis by all parameters, (size,
     channels, b).
 DipoleObservation: dm/dt through m_r and R, seen by channels that mix the world axes.
+FreeGainObservation: Channels with free gains: u_c = Sv_c phi' cos(phi) + Su_c (-phi' sin(phi)); no calibration is
+    needed.
 PublicParameters: The published parameters of a fit with their covariance.
 by_convention: Resolve phi -> -phi so that the observation obeys its sign convention.
 propagate_to_public: Public values and covariance of a fitted state (already by convention).

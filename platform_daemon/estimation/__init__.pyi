@@ -24,6 +24,7 @@ from .least_squares.gauss_newton import FitState as FitState
 from .least_squares.gauss_newton import NormalEquations as NormalEquations
 from .least_squares.gauss_newton import coefficient_jacobian as coefficient_jacobian
 from .least_squares.observation_model import DipoleObservation as DipoleObservation
+from .least_squares.observation_model import FreeGainObservation as FreeGainObservation
 from .least_squares.public_parameters import PublicParameters as PublicParameters
 from .least_squares.public_parameters import by_convention as by_convention
 from .least_squares.public_parameters import propagate_to_public as propagate_to_public
