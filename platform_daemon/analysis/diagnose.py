@@ -30,8 +30,8 @@ FramesByFile = Mapping[Path, Sequence[int] | None]
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
 
 ABSORBED = (
-    "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up the "
-    "gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
+    "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up "
+    "the gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
 )
 """What volts cannot tell."""
 
@@ -142,7 +142,7 @@ def _opened(
 
 
 def _check(measurement: Measurement, *, angle: bool, volts: bool) -> None:
-    """Raises RecordingError for an angle where there should be none, for a file without one, and for volts beside dm/dt.
+    """Raises RecordingError for an angle where there should be none, for a file without one, for volts beside dm/dt.
 
     volts: the first file has no calibration, and none was asked for.
     """

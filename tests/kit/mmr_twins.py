@@ -40,7 +40,7 @@ class Resonator:
 
 
 LARGE = Resonator(f_hz=111.0, loss_per_s=0.9, decimation=12_500, seconds=1.6)
-SMALL = Resonator(f_hz=811.0, loss_per_s=9.0, decimation=2_500, seconds=0.2)
+SMALL = Resonator(f_hz=811.0, loss_per_s=9.0, decimation=2_500, seconds=0.3)
 
 
 def swung(rotor: Resonator, phi_max: float, phase: float) -> Any:
@@ -75,7 +75,7 @@ def counted(rotor: Resonator, frames: int, channels: int, seed: int, phi_max: fl
 def write_twin(
     target: Path, rotor: Resonator, dtype: str = "<i2", *, frames: int = 3, channels: int = 3, seed: int = 1
 ) -> Path:
-    """A file as the public ones are; floats are volts of a converter of +-1 V, unsigned counts have their zero aside."""
+    """A file as the public ones are; floats are volts of a converter of +-1 V, unsigned counts have an offset."""
     counts, kind = counted(rotor, frames, channels, seed), np.dtype(dtype)
     rounded = np.round(counts)
     data = rounded / _FULL if kind.kind == "f" else rounded + (_FULL if kind.kind == "u" else 0)

@@ -11,6 +11,7 @@ from platform_daemon.app import create_context, start_engine
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
+from tests.kit.mmr_twins import SMALL, write_twin
 from tests.kit.rest import finished
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
@@ -144,7 +145,7 @@ def test_bad_requests_are_answered_at_once_with_problem_details(client, recordin
         ({"recordings": [recording], "observable": "colour"}, 422, "observable"),
         ({"recordings": [recording], "observable": "angle"}, 422, "/time"),
         ({"recordings": [{"recording": recording, "frames": [99]}]}, 422, "frame 99"),
-        ({"recordings": [flat]}, 422, "sensitivity"),
+        ({"recordings": [flat], "observable": "dmdt"}, 422, "sensitivity"),
         ({"recordings": [recording, other]}, 422, "different resonators"),
     ]
     for body, status, says in cases:
@@ -153,6 +154,16 @@ def test_bad_requests_are_answered_at_once_with_problem_details(client, recordin
         assert answer.headers["content-type"] == "application/problem+json"
         assert says in answer.json()["detail"] + answer.json().get("where", ""), answer.json()
         assert answer.json()["remedy"]
+
+
+def test_volts_of_coils_without_a_calibration_are_diagnosed(client):
+    write_twin(client.folder.recordings / "twin.h5", SMALL, frames=2, channels=2)
+    answer = client.post("/diagnoses", json={"recordings": ["twin"], "variant": "thread"})
+    job = finished(client, answer.headers["location"])
+    assert job["state"] == "done", job["error"]
+    assert job["result"]["verdict"] == "nothing_missing"
+    assert any("two free sensitivities" in note for note in job["result"]["notes"])
+    assert client.get(job["links"]["report"]).status_code == 200
 
 
 @pytest.mark.parametrize("damage", ["noise", "nan"])
