@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -18,7 +18,14 @@ from platform_daemon.diagnosis import (
     ProgressCallback,
     diagnose_shots,
 )
-from platform_daemon.estimation import LostTrajectoryError, RingDownModel, SeriesNoise
+from platform_daemon.estimation import (
+    LostTrajectoryError,
+    Refusal,
+    RefusedError,
+    RingDownModel,
+    SeriesNoise,
+    screen_free_swing,
+)
 
 from .frames import chosen_frames
 from .measurement import PENDULUM, AngleMeasurement, Calibration, Measurement, VoltageMeasurement, open_measurement
@@ -29,6 +36,7 @@ FramesByFile = Mapping[Path, Sequence[int] | None]
 """Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
 
+_NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
 ABSORBED = (
     "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up "
     "the gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
@@ -63,17 +71,19 @@ class DiagnosisInput:
 
 @dataclass
 class _Loaded:
-    """What has been read so far."""
+    """What has been read so far; remedies: for what was left out, where there is a better one than another record."""
 
     shots: list[DiagnosisShot]
     flaws: list[DataDefect]
     notes: list[str]
-    refusals: int = 0
+    refusals: list[str] = field(default_factory=list)
+    remedies: list[str] = field(default_factory=list)
 
-    def leave_out(self, name: str, why: str) -> None:
+    def leave_out(self, name: str, why: str, remedy: str = "") -> None:
         """A frame that is no good."""
-        self.notes.append(f"{name} was left out: {why}")
-        self.refusals += 1
+        self.refusals.append(f"{name} was left out: {why}")
+        self.notes.append(self.refusals[-1])
+        self.remedies += [remedy] if remedy else []
 
 
 def load_diagnosis_input(
@@ -240,7 +250,7 @@ def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequen
         clipped = signal.clipping()
         if clipped is not None:
             loaded.flaws.append(DataDefect("saturation", f"{name}: {clipped}", -1))
-            loaded.leave_out(name, f"saturated: {clipped}")
+            loaded.leave_out(name, f"saturated: {clipped}", "record excited shots without clipping")
             continue
         of_shot = noise.for_shot(signal.record)
         if of_shot.model is None:
@@ -257,11 +267,17 @@ def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loade
     loaded.flaws += [DataDefect("clock_gap", f"{name}: {text}", -1) for text in signal.notes]
     if not measurement.series.finite:
         loaded.flaws.append(DataDefect("not_finite", f"{name}: samples are not finite numbers", -1))
-        loaded.leave_out(name, "samples are not finite numbers")
-        return
+    try:
+        screen_free_swing(signal.record)
+    except RefusedError as refused:
+        # What else is wrong is told by the fits, or beside them.
+        if refused.code in _NO_FREE_SWING:
+            code, advice = refused.code.name.lower(), refused.advice or refused.code.value.rpartition("; ")[2]
+            loaded.leave_out(name, f"{code}: {refused.seen}", advice)
+            return
     model = noise.for_shot(signal.record).model
     if model is None:
-        loaded.leave_out(name, "its noise cannot be measured: too few samples")
+        loaded.leave_out(name, "its noise cannot be measured: too few samples", "record for longer, or faster")
         return
     loaded.shots.append(DiagnosisShot(name, signal.record, model, None, name))
 
@@ -269,8 +285,8 @@ def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loade
 def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> DiagnosisInput:
     """Raises NothingToDiagnoseError if nothing is left."""
     if not loaded.shots:
-        why = "; ".join(loaded.notes[-4:]) or "all frames are blank"
-        remedy = "record excited shots without clipping"
+        why = "; ".join(loaded.refusals[-4:]) or "all frames are blank"
+        remedy = "; ".join(dict.fromkeys(loaded.remedies[-4:])) or "record excited shots without clipping"
         raise NothingToDiagnoseError("no shot can be used", where=_named(files), why=why, remedy=remedy)
     return DiagnosisInput(tuple(loaded.shots), model, tuple(loaded.flaws), _short(loaded.notes), files)
 

@@ -74,6 +74,7 @@ model_signal: The fitted model at the sample times of a record.
 Clipping: Samples of a channel that pile up at its top or bottom.
 find_half_cycles: Half cycles of an angle; None if there are fewer than two.
 find_oscillation: The strongest line of a record; None if there is none.
+screen_free_swing: Check an angle for what a free swing must have beside what every record must.
 find_clipping: The largest pile of clipped samples, None if there is none.
 saturation: Why these samples are too clipped for a fit, None if they are not.
 MAINS_HZ: Frequencies of mains.

@@ -68,6 +68,7 @@ from .screening.clipping import Clipping as Clipping
 from .screening.clipping import find_clipping as find_clipping
 from .screening.clipping import saturation as saturation
 from .screening.oscillation import find_oscillation as find_oscillation
+from .screening.screening import screen_free_swing as screen_free_swing
 from .screening.spectral_lines import MAINS_HZ as MAINS_HZ
 from .screening.spectral_lines import Zones as Zones
 from .screening.spectral_lines import is_mains as is_mains
