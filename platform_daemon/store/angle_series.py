@@ -97,7 +97,7 @@ def _refuse_turns(source: Hdf5File, angle_rad: NDArray[np.float64]) -> None:
     seen = angle_rad[np.isfinite(angle_rad)]
     lowest, highest = np.quantile(seen, _MOST_SAMPLES).tolist() if seen.size else (0.0, 0.0)
     if highest - lowest > 2.0 * np.pi:
-        what = f"swings from {lowest:.4g} to {highest:.4g} rad, beyond pi to either side"
+        what = f"goes from {seen.min():.4g} to {seen.max():.4g} rad, beyond pi to either side"
         expected = "less: at pi a pendulum is upside down, so these may be degrees"
         remedy = 'convert degrees to radians, or set the attribute units of /signal to "deg"; cut off what turns over'
         raise source.defect(what, _SIGNAL, expected, remedy)

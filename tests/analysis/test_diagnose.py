@@ -96,5 +96,5 @@ def test_uneven_clocks_become_flaws(tmp_path):
 def test_files_without_a_usable_shot_say_why(tmp_path):
     t, angle = swing()
     angle[7] = np.inf
-    with pytest.raises(NothingToDiagnoseError, match="not finite"):
+    with pytest.raises(NothingToDiagnoseError, match="not_finite: 1 samples, the first is 7 "):
         load_diagnosis_input([pendulum(tmp_path, t, angle)])

@@ -81,7 +81,7 @@ def test_bad_input_is_one_line_and_no_ranking(tmp_path):
 def test_shots_that_cannot_be_fitted_end_with_3(tmp_path):
     t, _ = swing()
     noise = pendulum(tmp_path, t, np.random.default_rng(2).normal(0.0, 0.01, t.size))
-    assert_one_line_error(here("diagnose", noise), 3, "nothing could be diagnosed", "no_signal")
+    assert_one_line_error(here("diagnose", noise), 3, "no shot can be used", "no_signal")
 
 
 def test_files_that_exist_are_kept_unless_forced(tmp_path):
