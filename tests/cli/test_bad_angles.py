@@ -86,7 +86,7 @@ def test_two_channels_are_no_angle(tmp_path):
 
 
 def constant():
-    return swing()[0], np.full(4800, 0.3)
+    return swing()[0], np.full(4800, 0.02)
 
 
 def rest():
@@ -107,7 +107,7 @@ def with_nan():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (constant, ("no_signal: every sample is 0.3 rad: nothing moves", "from its release on")),
+        (constant, ("no_signal: every sample is 0.02 rad: nothing moves", "from its release on")),
         (rest, ("no_signal: the angle stays between 0.0", "nothing in it swings", "from its release on")),
         (one_period, ("too_short: 2 passages through the middle in 0.5 s", "at least 5 periods")),
         (with_nan, ("not_finite: 10 samples, the first is 3000", "longest stretch of finite samples")),

@@ -38,7 +38,8 @@ def screen(record: RingDownRecord) -> SpectralPeak:
         raise RefusedError(Refusal.NOT_FINITE, seen, _GOOD_STRETCH if record.quantity == "angle" else "")
     for channel, extreme in enumerate(found):
         _refuse_clipped(record, channel, *extreme)
-    line = find_oscillation(record)
+    still = record.quantity == "angle" and found[0][0] == found[0][1]
+    line = None if still else find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
         if record.quantity == "angle":
             raise still_angle(y[0])
