@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -18,7 +18,14 @@ from platform_daemon.diagnosis import (
     ProgressCallback,
     diagnose_shots,
 )
-from platform_daemon.estimation import LostTrajectoryError, RingDownModel, SeriesNoise
+from platform_daemon.estimation import (
+    LostTrajectoryError,
+    Refusal,
+    RefusedError,
+    RingDownModel,
+    SeriesNoise,
+    screen_free_swing,
+)
 
 from .frames import chosen_frames
 from .measurement import PENDULUM, AngleMeasurement, Calibration, Measurement, VoltageMeasurement, open_measurement
@@ -28,6 +35,13 @@ Observable = Literal["dmdt", "angle"]
 FramesByFile = Mapping[Path, Sequence[int] | None]
 """Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
+
+_NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
+ABSORBED = (
+    "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up "
+    "the gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
+)
+"""What volts cannot tell."""
 
 
 class NothingToDiagnoseError(InputError):
@@ -57,17 +71,19 @@ class DiagnosisInput:
 
 @dataclass
 class _Loaded:
-    """What has been read so far."""
+    """What has been read so far; remedies: for what was left out, where there is a better one than another record."""
 
     shots: list[DiagnosisShot]
     flaws: list[DataDefect]
     notes: list[str]
-    refusals: int = 0
+    refusals: list[str] = field(default_factory=list)
+    remedies: list[str] = field(default_factory=list)
 
-    def leave_out(self, name: str, why: str) -> None:
+    def leave_out(self, name: str, why: str, remedy: str = "") -> None:
         """A frame that is no good."""
-        self.notes.append(f"{name} was left out: {why}")
-        self.refusals += 1
+        self.refusals.append(f"{name} was left out: {why}")
+        self.notes.append(self.refusals[-1])
+        self.remedies += [remedy] if remedy else []
 
 
 def load_diagnosis_input(
@@ -127,14 +143,19 @@ def _opened(
     """Files that can be diagnosed together, each once, as the model of all of them wants them.  Raises InputError."""
     opened = [open_measurement(path, calibration) for path in dict.fromkeys(map(Path, files))]
     angles = isinstance(opened[0], AngleMeasurement) if observable is None else observable == "angle"
+    volts = observable is None and opened[0].calibration is None
     for measurement in opened:
-        _check(measurement, angle=angles)
+        _check(measurement, angle=angles, volts=volts)
+    _check_channels(opened)
     chosen = _one_variant(opened, wanted)
     return [measurement.under(chosen)[0] for measurement in opened], chosen
 
 
-def _check(measurement: Measurement, *, angle: bool) -> None:
-    """Raises RecordingError for an angle where there should be none, for volts, and for a file without an angle."""
+def _check(measurement: Measurement, *, angle: bool, volts: bool) -> None:
+    """Raises RecordingError for an angle where there should be none, for a file without one, for volts beside dm/dt.
+
+    volts: the first file has no calibration, and none was asked for.
+    """
     where = str(measurement.path)
     if angle and not isinstance(measurement, AngleMeasurement):
         remedy = "leave the observable out, or name a file with /time and /signal"
@@ -145,13 +166,26 @@ def _check(measurement: Measurement, *, angle: bool) -> None:
                 "diagnose it as an angle (--observable, or `observable` of a request), alone or with others like it"
             )
             raise RecordingError("holds an angle (/time, /signal), not coil voltages", where=where, remedy=remedy)
-    elif measurement.calibration is None:
+    elif measurement.calibration is None and not volts:
         raise RecordingError(
             "has no sensitivity",
             where=f"{where}: /calibration/sensitivity",
-            why="the diagnosis needs dm/dt, and volts alone do not tell it",
-            remedy="give a calibration (--calibration), or record with one",
+            why="dm/dt was asked for, or the first file is calibrated, and volts alone do not tell dm/dt",
+            remedy="give a calibration (--calibration), or diagnose volts by themselves, without --observable",
         )
+    elif measurement.calibration is not None and volts:
+        raise RecordingError(
+            "is calibrated, and the first file is not", where=where, remedy="diagnose volts and dm/dt by themselves"
+        )
+
+
+def _check_channels(measurements: Sequence[Measurement]) -> None:
+    """Raises RecordingError for files with different numbers of channels."""
+    counts = {m.recording.channels: m.path for m in measurements if isinstance(m, VoltageMeasurement)}
+    if len(counts) > 1:
+        what = "; ".join(f"{path.name} has {count}" for count, path in counts.items())
+        remedy = "diagnose files of the same coils together"
+        raise RecordingError("the files have different numbers of channels", where="FILE...", why=what, remedy=remedy)
 
 
 def diagnose_input(specimen: DiagnosisInput, tell: ProgressCallback) -> Diagnosis:
@@ -193,10 +227,13 @@ def _doubts(measurements: Sequence[Measurement]) -> list[str]:
 
 def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequence[int]) -> None:
     """Good frames of a recording with its noise; blank ones only tell the noise."""
-    assert measurement.calibration is not None
-    noise = measurement.noise()
-    sensitivity = np.asarray(measurement.calibration.sensitivity, dtype=np.float64)
-    square = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
+    noise, sensitivity = measurement.noise(), None
+    if measurement.calibration is not None:
+        sensitivity = np.asarray(measurement.calibration.sensitivity, dtype=np.float64)
+        sensitivity = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
+    elif ABSORBED not in loaded.notes:
+        loaded.notes.append(ABSORBED)
+    unit = "counts" if measurement.recording.counts else ""
     for k in frames:
         info = measurement.recording.frame_info[k]
         name = f"{measurement.path.name} frame {k}"
@@ -213,14 +250,15 @@ def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequen
         clipped = signal.clipping()
         if clipped is not None:
             loaded.flaws.append(DataDefect("saturation", f"{name}: {clipped}", -1))
-            loaded.leave_out(name, f"saturated: {clipped}")
+            loaded.leave_out(name, f"saturated: {clipped}", "record excited shots without clipping")
             continue
         of_shot = noise.for_shot(signal.record)
         if of_shot.model is None:
             loaded.leave_out(name, "its noise cannot be measured")
             continue
         loaded.notes += [f"{name}: {note}" for note in (*signal.notes, of_shot.note) if note]
-        loaded.shots.append(DiagnosisShot(name, signal.record, of_shot.model, square, measurement.path.name))
+        group = measurement.path.name
+        loaded.shots.append(DiagnosisShot(name, signal.record, of_shot.model, sensitivity, group, unit))
 
 
 def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loaded) -> None:
@@ -229,11 +267,17 @@ def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loade
     loaded.flaws += [DataDefect("clock_gap", f"{name}: {text}", -1) for text in signal.notes]
     if not measurement.series.finite:
         loaded.flaws.append(DataDefect("not_finite", f"{name}: samples are not finite numbers", -1))
-        loaded.leave_out(name, "samples are not finite numbers")
-        return
+    try:
+        screen_free_swing(signal.record)
+    except RefusedError as refused:
+        # What else is wrong is told by the fits, or beside them.
+        if refused.code in _NO_FREE_SWING:
+            code, advice = refused.code.name.lower(), refused.advice or refused.code.value.rpartition("; ")[2]
+            loaded.leave_out(name, f"{code}: {refused.seen}", advice)
+            return
     model = noise.for_shot(signal.record).model
     if model is None:
-        loaded.leave_out(name, "its noise cannot be measured: too few samples")
+        loaded.leave_out(name, "its noise cannot be measured: too few samples", "record for longer, or faster")
         return
     loaded.shots.append(DiagnosisShot(name, signal.record, model, None, name))
 
@@ -241,8 +285,8 @@ def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loade
 def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> DiagnosisInput:
     """Raises NothingToDiagnoseError if nothing is left."""
     if not loaded.shots:
-        why = "; ".join(loaded.notes[-4:]) or "all frames are blank"
-        remedy = "record excited shots without clipping"
+        why = "; ".join(loaded.refusals[-4:]) or "all frames are blank"
+        remedy = "; ".join(dict.fromkeys(loaded.remedies[-4:])) or "record excited shots without clipping"
         raise NothingToDiagnoseError("no shot can be used", where=_named(files), why=why, remedy=remedy)
     return DiagnosisInput(tuple(loaded.shots), model, tuple(loaded.flaws), _short(loaded.notes), files)
 

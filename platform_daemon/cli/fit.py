@@ -34,6 +34,7 @@ from .progress import progress
 if TYPE_CHECKING:
     from platform_daemon.analysis import FitSettings, Ledger, WorkerPool
 
+_TOLD = 2  # files whose refusals are told at the end
 _FEW_FRAMES = 16  # are fitted before other processes have started
 
 
@@ -150,6 +151,17 @@ class _Results:
         """Is there a good frame?"""
         return any(r.good_frames for r in self._ended.values() if not isinstance(r, PlatformError))
 
+    @property
+    def why_refused(self) -> str:
+        """What was wrong with the first frame of the first files, in one line."""
+        reports = [(path, r) for path, r in self._ended.items() if isinstance(r, FitReport) and r.frames]
+        told = [
+            f"{path}: frame {r.frames[0].frame}: {r.frames[0].reason}" if len(self.files) > 1
+            else f"frame {r.frames[0].frame}: {r.frames[0].reason}"
+            for path, r in reports[:_TOLD]
+        ]  # fmt: skip
+        return "; ".join(told)
+
     def add(self, path: Path, outcome: FitReport | PlatformError, left: str) -> None:
         """A file has ended: keep it, tell it."""
         self._ended[path] = outcome
@@ -217,5 +229,5 @@ def _end(results: _Results, json_file: Path | None) -> None:
     if errors:
         raise typer.Exit(2 if all(isinstance(e, InputError) for e in errors) else 1)
     if not results.any_good:
-        print("every frame was refused", file=sys.stderr)
+        print(f"every frame was refused: {results.why_refused}", file=sys.stderr)
         raise typer.Exit(3)

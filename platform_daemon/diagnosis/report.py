@@ -27,8 +27,8 @@ from .findings.missing_torque import MissingTorque
 from .regression.parameters import Mean
 from .selection.significance import chance
 from .selection.stepwise import CandidateTest
+from .shots.shot import DiagnosisShot
 
-_ANGLE_UNITS = {"A m^2/s": "rad"}  # of what stands beside the signal
 _RANKED = 40
 
 
@@ -36,7 +36,7 @@ def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
     """The fixed report, without the files, which the diagnosis does not know."""
     return DiagnosisReport(
         verdict=found.verdict,
-        effects=tuple(_effect(n, found.shots[0].record.quantity) for n in found.named),
+        effects=tuple(_effect(n, found.shots[0]) for n in found.named),
         held_out=_held_out(found),
         parameters_before=_means(found.parameters_before),
         parameters_after=_means(found.parameters_after),
@@ -93,9 +93,11 @@ def _means(means: dict[str, Mean]) -> dict[str, MeanParameter]:
     return {n: MeanParameter(value=m.value, std=m.std) for n, m in means.items()}
 
 
-def _effect(named: AcceptedEffect, quantity: str) -> NamedEffect:
+def _effect(named: AcceptedEffect, shot: DiagnosisShot) -> NamedEffect:
     c = named.candidate
-    unit = _ANGLE_UNITS.get(c.effect.unit, c.effect.unit) if quantity == "angle" else c.effect.unit
+    # What stands beside the signal is in the record's unit, what depends on the size of volts in the digitiser's.
+    in_units = {"A m^2/s": shot.unit, "1/V^2": f"1/{shot.volts}^2"}
+    unit = in_units.get(c.effect.unit, c.effect.unit)
     others = dict.fromkeys(r.candidate.effect.id for r in named.confounders)
     return NamedEffect(
         id=c.effect.id,

@@ -76,7 +76,7 @@ def compare_residuals(found: Diagnosis) -> ResidualComparison:
         slides = pool.map(lambda at: sliding_windows(at, typical), (before, after))
         courses = scatter(before, pool), scatter(after, pool)
     return ResidualComparison(
-        unit="rad" if found.shots[0].record.quantity == "angle" else "A m^2/s",
+        unit=found.shots[0].unit,
         f_nat_hz=float(np.mean([s.dynamics.w for s in before.states])) / (2.0 * math.pi),
         shots=pairs,
         sliding=_sliding(before.started[typical].shot.name, *slides),

@@ -29,6 +29,8 @@ NormalEquations: Quadratic model of chi^2 around a state.
 coefficient_jacobian: Derivatives of the channels' coefficients in the kernel's basis by all parameters, (size,
     channels, b).
 DipoleObservation: dm/dt through m_r and R, seen by channels that mix the world axes.
+FreeGainObservation: Channels with free gains: u_c = Sv_c phi' cos(phi) + Su_c (-phi' sin(phi)); no calibration is
+    needed.
 PublicParameters: The published parameters of a fit with their covariance.
 by_convention: Resolve phi -> -phi so that the observation obeys its sign convention.
 propagate_to_public: Public values and covariance of a fitted state (already by convention).
@@ -72,6 +74,7 @@ model_signal: The fitted model at the sample times of a record.
 Clipping: Samples of a channel that pile up at its top or bottom.
 find_half_cycles: Half cycles of an angle; None if there are fewer than two.
 find_oscillation: The strongest line of a record; None if there is none.
+screen_free_swing: Check an angle for what a free swing must have beside what every record must.
 find_clipping: The largest pile of clipped samples, None if there is none.
 saturation: Why these samples are too clipped for a fit, None if they are not.
 MAINS_HZ: Frequencies of mains.

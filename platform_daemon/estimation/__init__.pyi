@@ -24,6 +24,7 @@ from .least_squares.gauss_newton import FitState as FitState
 from .least_squares.gauss_newton import NormalEquations as NormalEquations
 from .least_squares.gauss_newton import coefficient_jacobian as coefficient_jacobian
 from .least_squares.observation_model import DipoleObservation as DipoleObservation
+from .least_squares.observation_model import FreeGainObservation as FreeGainObservation
 from .least_squares.public_parameters import PublicParameters as PublicParameters
 from .least_squares.public_parameters import by_convention as by_convention
 from .least_squares.public_parameters import propagate_to_public as propagate_to_public
@@ -67,6 +68,7 @@ from .screening.clipping import Clipping as Clipping
 from .screening.clipping import find_clipping as find_clipping
 from .screening.clipping import saturation as saturation
 from .screening.oscillation import find_oscillation as find_oscillation
+from .screening.screening import screen_free_swing as screen_free_swing
 from .screening.spectral_lines import MAINS_HZ as MAINS_HZ
 from .screening.spectral_lines import Zones as Zones
 from .screening.spectral_lines import is_mains as is_mains

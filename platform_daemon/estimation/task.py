@@ -14,7 +14,7 @@ from .noise.model import NoiseModel, estimate_noise
 from .record import RingDownRecord
 from .refusal import Refusal, RefusedError
 from .screening.periods import FEW_PERIODS, counted_periods
-from .screening.screening import FEWEST_PERIODS, refuse_few_periods, screen
+from .screening.screening import FEWEST_PERIODS, refuse_few_periods, refuse_few_swings, screen
 from .screening.two_resonators import refuse_two_lines
 from .screening.windows import SampleRange, Window, select_window
 
@@ -67,6 +67,8 @@ def task_of(record: RingDownRecord, window: Window, noise: NoiseModel | None, fi
     noise = estimate_noise(record) if noise is None else noise
     noise_seconds = time.perf_counter() - began
     sd = _usable_sd(noise, record)
+    if record.quantity == "angle":
+        refuse_few_swings(record, line.frequency_hz)
     chosen = select_window(record, window, line.frequency_hz, sd)
     if chosen.last <= chosen.first:
         raise RefusedError(Refusal.TOO_SHORT, "the window ends before the valid samples begin")

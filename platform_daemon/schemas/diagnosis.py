@@ -35,7 +35,7 @@ class EffectDetail(Schema):
     __pydantic_extra__: dict[str, FiniteOrNull] = Field(init=False)
 
     axis: str | None
-    """The one channel it acts on: x, y or z."""
+    """The one channel it acts on: x, y or z; without a calibration its number, as in "channel 0"."""
     frequency_hz: FiniteOrNull
     """Frequency, Hz."""
     tau_s: FiniteOrNull

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .hdf5 import Hdf5File, open_hdf5
+from .time_column import even_stretch, fault_of
 
 _TIME, _SIGNAL = "/time", "/signal"
-_UNEVEN = 0.25  # of a step: a step that differs more is a gap
+_MOST_SAMPLES = (0.01, 0.99)  # a spike is no swing
 _FEWEST = 64  # samples in the longest even stretch
-_LISTED = 4  # gaps told one by one
 _DEGREES = ("deg", "degree", "degrees", "°")
 _RADIANS = ("", "rad", "radian", "radians", "1")
 
@@ -54,12 +54,18 @@ def read_angles(path: Path) -> AngleSeries:
         if time_s.size != angle_rad.size:
             what = f"has {angle_rad.size} samples, /time has {time_s.size}"
             raise source.defect(what, _SIGNAL, "as many as /time", "record again")
-        if not np.isfinite(time_s).all():
-            raise source.defect("holds values that are not finite", _TIME, "seconds", "correct the time column")
-        first, last, step_s, clock = _even_stretch(time_s)
+        bad = np.flatnonzero(~np.isfinite(time_s))
+        if bad.size:
+            what = f"holds {bad.size} values that are not finite, the first at sample {bad[0]}"
+            raise source.defect(what, _TIME, "seconds", "correct the time column")
+        fault = fault_of(time_s)
+        if fault is not None:
+            raise source.defect(fault[0], _TIME, "times that rise by one even step", fault[1])
+        first, last, step_s, clock = even_stretch(time_s)
         if last - first < _FEWEST:
             what = f"is uneven: no {_FEWEST} samples in a row have the same step"
             raise source.defect(what, _TIME, "an even clock", "resample the data with a method of your choice")
+        _refuse_turns(source, angle_rad)
     return AngleSeries(path, angle_rad[None, first:last], 1.0 / step_s, clock)
 
 
@@ -77,8 +83,8 @@ def _angle(source: Hdf5File) -> NDArray[np.float64]:
     values = source.values(_SIGNAL)
     rows = None if values is None else np.atleast_2d(values)
     if rows is None or rows.ndim != 2 or rows.shape[0] != 1 or rows.dtype.kind == "c":
-        seen = "missing" if values is None else f"has shape {values.shape}"
-        raise source.defect(seen, _SIGNAL, "one angle, shape (1, n)")
+        seen, remedy = _no_angle(values)
+        raise source.defect(seen, _SIGNAL, "one angle, shape (1, n)", remedy)
     unit = source.attribute(_SIGNAL, "units") or source.attribute("/", "units") or ""
     known = str(unit).strip().lower()
     if known not in (*_RADIANS, *_DEGREES):
@@ -86,25 +92,29 @@ def _angle(source: Hdf5File) -> NDArray[np.float64]:
     return np.asarray(np.radians(rows[0]) if known in _DEGREES else rows[0], dtype=np.float64)
 
 
-def _even_stretch(time_s: NDArray[np.float64]) -> tuple[int, int, float, tuple[str, ...]]:
-    """(first, last + 1 sample of the longest stretch with an even clock, its mean step in s, the gaps in words)."""
-    steps = np.diff(time_s)
-    usual = float(np.median(steps))
-    if usual <= 0.0:
-        return 0, 0, 1.0, ()
-    gaps = np.flatnonzero(np.abs(steps - usual) > _UNEVEN * usual)
-    ends = np.concatenate([[-1], gaps, [time_s.size - 1]])
-    longest = int(np.argmax(np.diff(ends)))
-    first, last = int(ends[longest]) + 1, int(ends[longest + 1]) + 1
-    step_s = (time_s[last - 1] - time_s[first]) / max(last - 1 - first, 1)
-    return first, last, float(step_s), _gaps_in_words(steps / usual, gaps, first, last)
+def _refuse_turns(source: Hdf5File, angle_rad: NDArray[np.float64]) -> None:
+    """Raises RecordingError for values that no pendulum swings to."""
+    seen = angle_rad[np.isfinite(angle_rad)]
+    lowest, highest = np.quantile(seen, _MOST_SAMPLES).tolist() if seen.size else (0.0, 0.0)
+    if highest - lowest > 2.0 * np.pi:
+        what = f"goes from {seen.min():.4g} to {seen.max():.4g} rad, beyond pi to either side"
+        expected = "less: at pi a pendulum is upside down, so these may be degrees"
+        remedy = 'convert degrees to radians, or set the attribute units of /signal to "deg"; cut off what turns over'
+        raise source.defect(what, _SIGNAL, expected, remedy)
 
 
-def _gaps_in_words(steps: NDArray[np.float64], gaps: NDArray[np.int64], first: int, last: int) -> tuple[str, ...]:
-    """steps: (n - 1,) in units of the usual one."""
-    if not gaps.size:
-        return ()
-    used = f"only samples {first} to {last - 1}, the longest even stretch, are used"
-    told = [f"the time column goes on by {steps[g]:.4g} steps before sample {g + 1}; {used}" for g in gaps[:_LISTED]]
-    more = gaps.size - _LISTED
-    return (*told, f"and {more} further uneven steps in the time column") if more > 0 else tuple(told)
+def _no_angle(values: NDArray[np.generic] | None) -> tuple[str, str]:
+    """(what is seen in its place, a remedy)."""
+    if values is None:
+        return "missing", "write the angle to it"
+    seen = f"has shape {values.shape}"
+    if values.dtype.kind == "c":
+        return f"{seen} of complex numbers", "write the angle as real numbers"
+    if values.ndim != 2:
+        return seen, "write one angle, a row of numbers"
+    if values.shape[1] == 1:
+        return seen, "transpose it"
+    return (
+        f"{seen}: {min(values.shape)} channels",
+        "write every channel that is an angle to a file of its own, with /time",
+    )

@@ -38,6 +38,16 @@ def check_calibration(calibration: ReceiveCalibration, channels: int | None, whe
     _check_response(calibration, p.shape[0], where)
 
 
+def no_calibration_for_counts(where: str) -> RecordingError:
+    """A sensitivity is of volts."""
+    return RecordingError(
+        "holds converter counts, which no calibration applies to",
+        where=where,
+        why="a sensitivity in T/A is of volts",
+        remedy="convert the counts to volts, or leave the calibration out: gains are then free",
+    )
+
+
 def _check_invertible(p: NDArray[np.float64], place: str) -> None:
     # Rows are scaled first: channels of different gain are no defect, parallel or missing directions are.
     norms = np.linalg.norm(p, axis=1)

@@ -13,7 +13,7 @@ from drivers.calibration import ReceiveCalibration
 from drivers.errors import RecordingError
 
 from .calibrations import read_extent, read_relative_std, read_std, read_transmit
-from .checks import check_calibration
+from .checks import check_calibration, no_calibration_for_counts
 from .hdf5 import Hdf5File, open_hdf5
 from .layout import (
     CALIBRATION,
@@ -33,6 +33,7 @@ from .recording import FrameInfo, Recording, SequenceInfo
 
 ANOTHER_LAYOUT = "convert it to the layout in docs/file-format.md"
 VOLT_NAMES = ("", "v", "volt", "volts")
+COUNT_NAMES = ("1", "count", "counts")
 _SLOWEST_CLOCK_HZ = 1e-3  # below, a damaged number: times would overflow
 
 
@@ -43,7 +44,7 @@ def open_recording(path: Path | str) -> Recording:
     """
     path = Path(path)
     with open_hdf5(path) as source:
-        frames, channels, samples = _data_shape(source)
+        (frames, channels, samples), counts = _data_shape(source)
         sequence = _sequence(source, samples)
         own = source.attribute("/", LAYOUT_ATTRIBUTE) == LAYOUT
         if own:
@@ -51,6 +52,8 @@ def open_recording(path: Path | str) -> Recording:
         else:
             info = tuple(FrameInfo(shot=k + 1, valid_samples=samples) for k in range(frames))
         calibration = _calibration(source, channels)
+        if counts and calibration is not None:
+            raise no_calibration_for_counts(source.place(DATA))
         return Recording(
             path=path,
             sequence=sequence,
@@ -63,6 +66,7 @@ def open_recording(path: Path | str) -> Recording:
             fits=source.names(FIT) if own else (),
             size_bytes=source.size_bytes,
             lna_gain=None if calibration is None else calibration.lna_gain,
+            counts=counts,
         )
 
 
@@ -79,7 +83,8 @@ def read_calibration(path: Path | str) -> ReceiveCalibration:
         return found
 
 
-def _data_shape(source: Hdf5File) -> tuple[int, int, int]:
+def _data_shape(source: Hdf5File) -> tuple[tuple[int, int, int], bool]:
+    """(frames, channels, samples), and whether they are converter counts."""
     found = source.shape(DATA)
     if found is None:
         raise _no_data(source)
@@ -88,12 +93,12 @@ def _data_shape(source: Hdf5File) -> tuple[int, int, int]:
         raise source.defect(f"has shape {shape}", DATA, "three axes (frame, channel, sample)", ANOTHER_LAYOUT)
     if min(shape) < 1:
         raise source.defect(f"has shape {shape}", DATA, "at least one frame, channel and sample", "record again")
-    if dtype.kind != "f":
-        raise source.defect(f"has type {dtype}", DATA, "volts as floating point", "convert converter counts to volts")
-    unit = source.attribute(DATA, "units")
-    if isinstance(unit, str) and unit.strip().lower() not in VOLT_NAMES:
+    if dtype.kind not in "fiu":
+        raise source.defect(f"has type {dtype}", DATA, "volts or converter counts, real numbers", "convert it to volts")
+    unit, counts = source.attribute(DATA, "units"), dtype.kind != "f"
+    if isinstance(unit, str) and unit.strip().lower() not in (VOLT_NAMES + COUNT_NAMES if counts else VOLT_NAMES):
         raise source.defect(f"has units {unit!r}", DATA, "V", "scale the data to volts")
-    return shape[0], shape[1], shape[2]
+    return (shape[0], shape[1], shape[2]), counts
 
 
 def _no_data(source: Hdf5File) -> RecordingError:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError
 
-from .checks import check_calibration
+from .checks import check_calibration, no_calibration_for_counts
 from .hdf5 import open_hdf5
 from .layout import CONFIGURATION, DATA, FLAGS
 
@@ -120,7 +120,8 @@ class Recording:
     """A checked recording.  Holds no open file: every read opens the file again, so it may cross threads freely.
 
     calibration None: only voltage-domain work is possible; variant None: the caller must name it; provenance None: not
-    one of our own files; fits: names under `/fit`; lna_gain: at which it was recorded, V/V, None: not said.
+    one of our own files; fits: names under `/fit`; lna_gain: at which it was recorded, V/V, None: not said; counts: the
+    samples are integers of a converter, and whatever is in V here is in counts.
     """
 
     path: Path
@@ -134,6 +135,7 @@ class Recording:
     fits: tuple[str, ...] = ()
     size_bytes: int = 0
     lna_gain: float | None = None
+    counts: bool = False
 
     def frame_volts(self, k: int) -> NDArray[np.float64]:
         """Frame `k` from 0, whole: (c, n) float64, V at the ADC input.
@@ -168,5 +170,7 @@ class Recording:
 
     def with_calibration(self, calibration: ReceiveCalibration, source: str = "calibration") -> Recording:
         """The same recording under another calibration, which came from `source`; RecordingError if it does not fit."""
+        if self.counts:
+            raise no_calibration_for_counts(f"{self.path}:{DATA}")
         check_calibration(calibration, self.channels, f"{source} (used for {self.path})")
         return replace(self, calibration=calibration)

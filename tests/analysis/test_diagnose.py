@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_diagnosis_input
+from platform_daemon.analysis.diagnose import ABSORBED, NothingToDiagnoseError, load_diagnosis_input
 from platform_daemon.store.reader import open_recording
 from tests.kit.specimen_files import JEWEL, PENDULUM, RUNS, THREAD, copied, pendulum, swing, without
 
@@ -37,9 +37,13 @@ def test_a_base_takes_the_place_of_the_variant():
         load_diagnosis_input([THREAD], base="nonsense")
 
 
-def test_volts_without_sensitivity_are_refused_with_the_remedy(tmp_path):
+def test_volts_without_sensitivity_are_shots_of_volts(tmp_path):
+    path = without(tmp_path, "calibration")
+    found = load_diagnosis_input([path])
+    assert [(s.record.quantity, s.unit, s.sensitivity) for s in found.shots] == [("voltage", "V", None)] * 2
+    assert ABSORBED in found.notes
     with pytest.raises(RecordingError, match=r"has no sensitivity.*--calibration"):
-        load_diagnosis_input([without(tmp_path, "calibration")])
+        load_diagnosis_input([path], observable="dmdt")
 
 
 def test_files_of_different_resonators_are_refused_whatever_is_asked_for():
@@ -92,5 +96,5 @@ def test_uneven_clocks_become_flaws(tmp_path):
 def test_files_without_a_usable_shot_say_why(tmp_path):
     t, angle = swing()
     angle[7] = np.inf
-    with pytest.raises(NothingToDiagnoseError, match="not finite"):
+    with pytest.raises(NothingToDiagnoseError, match="not_finite: 1 samples, the first is 7 "):
         load_diagnosis_input([pendulum(tmp_path, t, angle)])

@@ -46,14 +46,58 @@ def test_a_clock_that_is_never_even_is_refused(tmp_path):
         read_angles(pendulum(tmp_path, t, angle))
 
 
+def _back(t):
+    t[3000:] -= 2.0
+
+
+def _still(t):
+    t[3000:3010] = t[2999]
+
+
+def _slower(t):
+    t[3000:] += 3.0 * np.arange(t.size - 3000) / 400.0
+
+
+def _faster_for_a_while(t):
+    t[3020:] -= 20 * 0.5 / 400.0
+    t[3000:3020] = t[3000] + 0.5 * np.arange(20) / 400.0
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (_back, r"/time: runs back from 7\.4975 s to 5\.5 s at sample 3000\."),
+        (_still, r"/time: repeats: sample 3000 .* 7\.4975 s, and 9 more times"),
+        (_slower, r"/time: mixes sampling rates: 400 Hz, but 100 Hz from sample 3000 at 7\.5 s to sample 4799"),
+        (_faster_for_a_while, "/time: mixes sampling rates: 400 Hz, but 800 Hz from sample 3000"),
+    ],
+)
+def test_what_is_no_time_column_is_refused_with_the_place(tmp_path, change, words):
+    t, angle = swing()
+    change(t)
+    with pytest.raises(RecordingError, match=words):
+        read_angles(pendulum(tmp_path, t, angle))
+
+
+def test_many_holes_are_no_other_rate(tmp_path):
+    t, angle = swing()
+    keep = np.ones(t.size, dtype=bool)
+    keep[np.random.default_rng(1).integers(1100, t.size, 60)] = False
+    keep[700:900] = False
+    found = read_angles(pendulum(tmp_path, t[keep], angle[keep]))
+    assert found.clock
+
+
 @pytest.mark.parametrize(
     ("time_s", "angle", "units", "words"),
     [
         (np.arange(200.0), np.zeros(199), "rad", "199 samples"),
-        (np.arange(200.0), np.zeros((2, 200)), "rad", "shape"),
+        (np.arange(200.0), np.zeros((2, 200)), "rad", r"\(2, 200\): 2 channels.*a file of its own"),
+        (np.arange(200.0), np.zeros((200, 1)), "rad", "transpose"),
+        (np.arange(200.0), np.zeros(200, complex), "rad", "complex"),
         (np.arange(200.0), np.zeros(200), "V", "units"),
-        (np.full(200, np.nan), np.zeros(200), "rad", "not finite"),
-        (np.zeros(200), np.zeros(200), "rad", "uneven"),
+        (np.full(200, np.nan), np.zeros(200), "rad", "200 values that are not finite, the first at sample 0"),
+        (np.zeros(200), np.zeros(200), "rad", "repeats: sample 1 .* 198 more"),
     ],
 )
 def test_what_is_no_angle_series_is_refused_by_name(tmp_path, time_s, angle, units, words):

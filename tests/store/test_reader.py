@@ -81,6 +81,19 @@ def test_widths_extras_and_encodings_do_not_matter(tmp_path: Path, changes: dict
     to_json(describe(r))
 
 
+@pytest.mark.parametrize("dtype", ["<i2", ">i2", "u2", "i1", "<i4", "i8", "u8"])
+def test_converter_counts_are_taken_without_a_calibration_only(tmp_path: Path, dtype: str) -> None:
+    counts = np.round(100.0 * DATA / np.abs(DATA).max() + (100.0 if dtype.startswith("u") else 0.0)).astype(dtype)
+    bare = {"/data": counts, "/calibration/sensitivity": None}
+    r = open_recording(write_minimal(tmp_path / "a.h5", bare))
+    assert r.counts
+    assert np.array_equal(r.frame_volts(0), counts[0])
+    with pytest.raises(RecordingError, match=r"converter counts.*Remedy: convert the counts to volts"):
+        open_recording(write_minimal(tmp_path / "b.h5", {"/data": counts}))
+    with pytest.raises(RecordingError, match="converter counts"):
+        r.with_calibration(open_recording(write_minimal(tmp_path / "c.h5")).calibration)
+
+
 def test_without_window_sizes_the_whole_frame_is_rx(tmp_path: Path) -> None:
     sizes = {f"/sequence/num{w}Samples": None for w in ("Tx", "Switch", "Rx")}
     r = open_recording(write_minimal(tmp_path / "a.h5", sizes))

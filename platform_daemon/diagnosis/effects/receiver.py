@@ -58,33 +58,59 @@ _POLE_WITHOUT_DELAY = [sum((-1.0) ** (n - k) / math.factorial(k) for k in range(
 
 
 def receiver_candidates(channels: int, quantity: str, f_hz: float) -> list[Candidate]:
-    """Everything that can happen to so many channels; f_hz: natural frequency, for gains of single harmonics."""
-    each = range(channels)
+    """Everything that can happen to so many channels and be seen there.
+
+    f_hz: natural frequency, for gains of single harmonics.
+    """
     if quantity == "angle":
-        return [_single(GAIN, 0, _gain, axis=None)]
-    found = [_single(GAIN, c, _gain) for c in each]
-    found += [_single(DELAY, c, _delay) for c in each]
-    found += [_single(LOW_PASS, c, _low_pass) for c in each]
-    found += [_candidate(LOW_PASS, Detail(), _low_pass_all, _root)]
-    found += [_single(COMPRESSION, c, _compression) for c in each]
-    found += [_candidate(COMPRESSION, Detail(), _compression_all)]
+        return [_single(GAIN, 0, None, _gain)]
+    if quantity == "voltage":
+        return _beside_free_gains(channels)
+    found = [_single(GAIN, c, AXES[c], _gain) for c in range(channels)]
+    found += _delays_and_poles(AXES[:channels])
+    found += _compressions(AXES[:channels])
     found += [
         _candidate(CROSSTALK, Detail(start=AXES[a], end=AXES[b]), partial(_mix, a, b))
-        for a in each for b in each if a != b
+        for a in range(channels) for b in range(channels) if a != b
     ]  # fmt: skip
     harmonics = [(f_hz, False), (2.0 * f_hz, True)]
     found += [
         _candidate(GAIN, Detail(axis=None if c is None else AXES[c], frequency_hz=f), partial(_band_gain, c, even))
-        for f, even in harmonics for c in [*each, None]
+        for f, even in harmonics for c in [*range(channels), None]
     ]  # fmt: skip
     return found
 
 
+def _beside_free_gains(channels: int) -> list[Candidate]:
+    """What volts show whose coils have free sensitivities to odd and to even harmonics: no gain, no mixing.
+
+    Coils without a calibration have no axes, and what acts on the only one acts on all.
+    """
+    names = [f"channel {c}" for c in range(channels)]
+    if channels == 1:
+        return [
+            _candidate(LOW_PASS, Detail(), _low_pass_all, _root),
+            _candidate(COMPRESSION, Detail(), _compression_all),
+        ]
+    return [*_delays_and_poles(names), *_compressions(names)]
+
+
+def _delays_and_poles(names: Sequence[str]) -> list[Candidate]:
+    found = [_single(DELAY, c, name, _delay) for c, name in enumerate(names)]
+    found += [_single(LOW_PASS, c, name, _low_pass) for c, name in enumerate(names)]
+    return [*found, _candidate(LOW_PASS, Detail(), _low_pass_all, _root)]
+
+
+def _compressions(names: Sequence[str]) -> list[Candidate]:
+    found = [_single(COMPRESSION, c, name, _compression) for c, name in enumerate(names)]
+    return [*found, _candidate(COMPRESSION, Detail(), _compression_all)]
+
+
 def _single(
-    effect: Effect, channel: int, change: Callable[[int, Linearisation, float], Array], axis: str | None = ""
+    effect: Effect, channel: int, name: str | None, change: Callable[[int, Linearisation, float], Array]
 ) -> Candidate:
     """An effect of one channel."""
-    return _candidate(effect, Detail(axis=AXES[channel] if axis == "" else axis), partial(change, channel))
+    return _candidate(effect, Detail(axis=name), partial(change, channel))
 
 
 def _candidate(effect: Effect, detail: Detail, change: Change, public: Public = as_it_is) -> Candidate:

@@ -12,6 +12,7 @@ import numpy as np
 from platform_daemon.estimation import (
     DipoleObservation,
     FitState,
+    FreeGainObservation,
     LostTrajectoryError,
     RefusedError,
     RingDownModel,
@@ -59,6 +60,9 @@ def _on_one_side(started: Sequence[PreparedShot], model: RingDownModel) -> list[
 def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownModel) -> FitState:
     """The state, or its twin if that is turned less against the reference."""
     here, there = state.observation, reference.observation
+    if isinstance(here, FreeGainObservation) and isinstance(there, FreeGainObservation):
+        same = np.sum(here.sensitivities[:, 0] * there.sensitivities[:, 0]) >= 0.0
+        return state if same else replace(state.mirrored(model), observation=here.turned())
     if not (isinstance(here, DipoleObservation) and isinstance(there, DipoleObservation)):
         return state
     if np.sum(here.rotation[:, 1:] * there.rotation[:, 1:]) >= 0.0:

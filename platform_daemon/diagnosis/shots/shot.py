@@ -17,6 +17,7 @@ _ENOUGH = 6_000  # samples per channel; shorter records are looked at sample by 
 _HARMONICS = 6.5  # pass band, in fundamentals
 _GUARD = 9.0  # Nyquist frequency after decimation, in fundamentals
 _RIPPLE_DB = 130.0  # an error of m_r, whose standard deviation may be 1e-6 of it with many shots
+_UNITS = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
 _WHITE = 0.02  # relative differences of the noise's level in the band that do not matter
 
 
@@ -26,10 +27,11 @@ class DiagnosisShot:
 
     Attributes:
         name: file and frame.
-        record: RX samples, dm/dt or an angle.
+        record: RX samples: dm/dt, an angle, or volts of coils whose sensitivities are every shot's own parameters.
         noise: of the record's channels.
         sensitivity: (channels, 3) V/(A m^2/s), None if unknown; receiver effects act on volts.
         group: what was common to some shots and not to others (amplitude, pose); shots of one group repeat each other.
+        samples_in: unit of the record's samples where it is not that of its quantity: counts of a converter.
     """
 
     name: str
@@ -37,6 +39,17 @@ class DiagnosisShot:
     noise: NoiseModel
     sensitivity: Array | None = None
     group: str = ""
+    samples_in: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Of the record's samples."""
+        return self.samples_in or _UNITS[self.record.quantity]
+
+    @property
+    def volts(self) -> str:
+        """What the digitiser's samples are in: V, or counts."""
+        return self.samples_in or "V"
 
     @property
     def rate_hz(self) -> float:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from ..least_squares.problem import FitProblem, Minimum
 from ..physics.models import THREAD, RingDownModel, alternatives_of
 from ..refusal import Refusal, RefusedError
+from ..screening.angle_motion import refuse_undying
 from ..solve import find_minimum, find_minimum_coarsely
 from ..task import Task
 from .lack_of_fit import in_words, refuse_failed
@@ -66,6 +67,7 @@ def refuse_by_cause(task: Task, model: RingDownModel) -> None:
     """
     _refuse_by_alternatives(task, model)
     if task.record.quantity == "angle":
+        refuse_undying(task.record, task.frequency_hz)
         return
     coarse = find_minimum_coarsely(task, model)
     if coarse is not None:

@@ -176,7 +176,11 @@ class FreeGainObservation:
         strongest = int(np.argmax(np.abs(self.sensitivities[:, 0])))
         if self.sign * self.sensitivities[strongest, 0] >= 0.0:
             return self, False
-        return replace(self, sensitivities=self.sensitivities * np.array([-1.0, 1.0])), True
+        return self.turned(), True
+
+    def turned(self) -> FreeGainObservation:
+        """As the mirrored motion phi -> -phi gives the same signal."""
+        return replace(self, sensitivities=self.sensitivities * np.array([-1.0, 1.0]))
 
     def public(self) -> tuple[tuple[str, ...], Array, Array]:
         """Gains are nuisance parameters: nothing to publish."""

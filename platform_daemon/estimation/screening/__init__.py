@@ -2,6 +2,7 @@
 
 angle_cycles: Swings of an angle record: its frequency, its passages through zero and its turning points, from the
     samples alone.
+angle_motion: Angle records in which nothing swings, too little does, or nothing dies away.
 beat: Two resonators that no fit got through: seen in the fundamental itself, without any model of the motion.
 clipping: Clipping, seen in the samples as the converter gave them.
 crest: How far the peaks of a waveform stand above its root mean square.

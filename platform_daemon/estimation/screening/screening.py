@@ -6,6 +6,7 @@ import numpy as np
 
 from ..record import RingDownRecord
 from ..refusal import Refusal, RefusedError
+from .angle_motion import few_swings, refuse_undying, still_angle
 from .clipping import extremes, flat_runs, peaks_at, saturation
 from .fundamental import SpectralPeak
 from .oscillation import find_oscillation
@@ -17,6 +18,7 @@ _SIGNIFICANT = 60.0
 _CLIPPED_SAMPLES = 8
 _FLAT_RUNS = 8
 _FEWEST_RUNS = 2
+_GOOD_STRETCH = "write the longest stretch of finite samples to a file of its own"
 
 
 def screen(record: RingDownRecord) -> SpectralPeak:
@@ -32,15 +34,37 @@ def screen(record: RingDownRecord) -> SpectralPeak:
     if not all(lowest > -_LARGEST and highest < _LARGEST for lowest, highest, _ in found):
         where = np.argwhere(~(np.abs(y) < _LARGEST).T)  # (sample, channel), in time
         sample, channel = record.valid_from + int(where[0, 0]), int(where[0, 1])
-        raise RefusedError(Refusal.NOT_FINITE, f"{len(where)} samples, the first is {sample} of channel {channel}")
+        seen = f"{len(where)} samples, the first is {sample} of channel {channel}"
+        raise RefusedError(Refusal.NOT_FINITE, seen, _GOOD_STRETCH if record.quantity == "angle" else "")
     for channel, extreme in enumerate(found):
         _refuse_clipped(record, channel, *extreme)
-    line = find_oscillation(record)
+    still = record.quantity == "angle" and found[0][0] == found[0][1]
+    line = None if still else find_oscillation(record)
     if line is None or line.significance < _SIGNIFICANT:
+        if record.quantity == "angle":
+            raise still_angle(y[0])
         strongest = "nothing at all" if line is None else f"a line at {line.frequency_hz:.1f} Hz"
         raise RefusedError(Refusal.NO_SIGNAL, f"the strongest feature is {strongest}")
     refuse_slow_sampling(record.sampling_rate_hz, line.frequency_hz)
     return line
+
+
+def screen_free_swing(record: RingDownRecord) -> None:
+    """Check an angle for what a free swing must have beside what every record must.
+
+    Raises:
+        RefusedError: as screen; too few periods; a swing that does not die away.
+    """
+    line = screen(record)
+    refuse_few_swings(record, line.frequency_hz)
+    refuse_undying(record, line.frequency_hz)
+
+
+def refuse_few_swings(record: RingDownRecord, frequency_hz: float) -> None:
+    """Refuse an angle with fewer than FEWEST_PERIODS periods in all."""
+    y = record.valid[0]
+    if y.size * record.dt_s * frequency_hz < FEWEST_PERIODS:
+        raise few_swings(y, record.dt_s, FEWEST_PERIODS)
 
 
 def refuse_few_samples(samples: int) -> None:

@@ -11,7 +11,9 @@ from platform_daemon.app import create_context, start_engine
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
+from tests.kit.mmr_twins import SMALL, write_twin
 from tests.kit.rest import finished
+from tests.kit.specimen_files import pendulum, swing
 
 SHOT = {"resonator": "thread", "sequence": {"rx_s": 1.0}}
 FRICTION = 60.0
@@ -129,6 +131,11 @@ def damaged(client, recording, name, change):
     return name
 
 
+def angle(client, name, change):
+    pendulum(client.folder.recordings, *change(*swing()), name=f"{name}.h5")
+    return name
+
+
 def volts(file):
     return file["data"] if isinstance(file["data"], h5py.Dataset) else file["data/data"]
 
@@ -144,8 +151,10 @@ def test_bad_requests_are_answered_at_once_with_problem_details(client, recordin
         ({"recordings": [recording], "observable": "colour"}, 422, "observable"),
         ({"recordings": [recording], "observable": "angle"}, 422, "/time"),
         ({"recordings": [{"recording": recording, "frames": [99]}]}, 422, "frame 99"),
-        ({"recordings": [flat]}, 422, "sensitivity"),
+        ({"recordings": [flat], "observable": "dmdt"}, 422, "sensitivity"),
         ({"recordings": [recording, other]}, 422, "different resonators"),
+        ({"recordings": [angle(client, "back", lambda t, y: (np.roll(t, 5), y))]}, 422, "runs back"),
+        ({"recordings": [angle(client, "degrees", lambda t, y: (t, np.degrees(y)))]}, 422, "beyond pi"),
     ]
     for body, status, says in cases:
         answer = client.post("/diagnoses", json=body)
@@ -153,6 +162,16 @@ def test_bad_requests_are_answered_at_once_with_problem_details(client, recordin
         assert answer.headers["content-type"] == "application/problem+json"
         assert says in answer.json()["detail"] + answer.json().get("where", ""), answer.json()
         assert answer.json()["remedy"]
+
+
+def test_volts_of_coils_without_a_calibration_are_diagnosed(client):
+    write_twin(client.folder.recordings / "twin.h5", SMALL, frames=2, channels=2)
+    answer = client.post("/diagnoses", json={"recordings": ["twin"], "variant": "thread"})
+    job = finished(client, answer.headers["location"])
+    assert job["state"] == "done", job["error"]
+    assert job["result"]["verdict"] == "nothing_missing"
+    assert any("two free sensitivities" in note for note in job["result"]["notes"])
+    assert client.get(job["links"]["report"]).status_code == 200
 
 
 @pytest.mark.parametrize("damage", ["noise", "nan"])
@@ -171,3 +190,11 @@ def test_shots_that_cannot_be_used_give_a_reason_and_no_ranking(client, recordin
     assert job["error"]["type"] == "/problems/nothing-to-diagnose-error"
     assert job["error"]["remedy"]
     assert client.post(job["links"]["adopt"], json={"name": "x", "by": "me"}).status_code == 422
+
+
+def test_an_angle_without_a_swing_says_what_was_seen(client):
+    name = angle(client, "rest", lambda t, y: (t, 0.02 + 0.0 * y))
+    job = finished(client, client.post("/diagnoses", json={"recordings": [name]}).headers["location"])
+    assert job["state"] == "failed"
+    assert "every sample is 0.02 rad: nothing moves" in job["error"]["detail"]
+    assert "from its release on" in job["error"]["remedy"]
