@@ -29,6 +29,7 @@ from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, undecided
 from .findings.verdict import assess_diagnosis
+from .regression.cross_validation import CrossValidation
 from .regression.hypothesis import Hypothesis
 from .regression.joint_fit import JointFit, fit_jointly
 from .regression.parameters import Mean, means, widened, window_disagreement
@@ -42,7 +43,6 @@ from .selection.tone_free_noise import with_tone_free_noise
 from .shots.initial_fits import UnfittedShot, initial_fits
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
-from .validation.cross_validation import CrossValidation
 from .validation.validated_effects import validate_effects
 
 _NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
@@ -108,17 +108,7 @@ def _diagnose(
     shots: list[DiagnosisShot], model: RingDownModel, tell: ProgressCallback, pool: Executor, began: float
 ) -> Diagnosis:
     tell("checks of the data", 0.0)
-    flawed = data_defects(shots)
-    bad = {f.shot for f in flawed}
-    usable = [s for k, s in enumerate(shots) if k not in bad]
-    angle = shots[0].record.quantity == "angle"
-    usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
-    started, refused = initial_fits(usable, model, pool)
-    if not started:
-        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
-        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
-    if not angle:
-        started, gaps = filled_dipoles(started, model, pool)
+    started, refused, flawed, gaps = _prepared(shots, model, pool)
     tell("fit of the declared model", 0.1)
     found, late = _selected(started, model, tell, pool)
     gaps = [*gaps, *late]
@@ -172,6 +162,24 @@ def _diagnose(
         ),
         seconds=time.perf_counter() - began,
     )
+
+
+def _prepared(
+    shots: list[DiagnosisShot], model: RingDownModel, pool: Executor
+) -> tuple[list[PreparedShot], list[UnfittedShot], list[DataDefect], list[DataDefect]]:
+    """Shots with fits of the declared model, those without, what is wrong with others, samples that were put back."""
+    flawed = data_defects(shots)
+    bad = {f.shot for f in flawed}
+    usable = [s for k, s in enumerate(shots) if k not in bad]
+    angle = shots[0].record.quantity == "angle"
+    usable, gaps = filled_angles(usable, pool) if angle else (usable, [])
+    started, refused = initial_fits(usable, model, pool)
+    if not started:
+        why = "; ".join(dict.fromkeys(r.reason for r in refused)) or "; ".join(f.where for f in flawed)
+        raise DiagnosisError(f"no shot can be fitted by the declared model {model.name}: {why}")
+    if not angle:
+        started, gaps = filled_dipoles(started, model, pool)
+    return started, refused, flawed, gaps
 
 
 def _not_accepted(

@@ -64,12 +64,11 @@ def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
 def after_effects(found: Diagnosis) -> tuple[NamedEffect, ...]:
     """Of the model that is called "after", accepted or not."""
     named = found.named if found.verdict != "unexplained" else (*found.tentative_after, *found.named)
-    return tuple(_effect(n, found.shots[0].record.quantity) for n in named)
+    return tuple(_effect(n, found.shots[0]) for n in named)
 
 
 def _tentative(found: Diagnosis) -> tuple[TentativeEffect, ...]:
-    quantity = found.shots[0].record.quantity
-    return tuple(TentativeEffect(effect=_effect(n, quantity), why_not=found.why_not) for n in found.tentative)
+    return tuple(TentativeEffect(effect=_effect(n, found.shots[0]), why_not=found.why_not) for n in found.tentative)
 
 
 def model_in_words(base: str, effects: Sequence[NamedEffect]) -> str:

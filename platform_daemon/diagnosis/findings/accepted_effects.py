@@ -14,6 +14,7 @@ from platform_daemon.estimation import is_mains
 from ..effects.additive import LINE, MAINS, MAINS_TOLERANCE
 from ..effects.clock import gap
 from ..effects.effect import Candidate
+from ..regression.cross_validation import CrossValidation
 from ..regression.joint_fit import JointFit
 from ..regression.score_test import ScoreTable, score_table
 from ..selection.confounders import Confounder, confounders, gain_of
@@ -21,7 +22,6 @@ from ..selection.data_integrity import DataDefect
 from ..selection.scales import strength_spread
 from ..selection.significance import log_chance
 from ..selection.stepwise import Selection
-from ..validation.cross_validation import CrossValidation
 from ..validation.validated_effects import ReplacedEffects, held_out_gain_of, without
 
 _NEAR = 4.0  # rise of chi^2 up to which another hidden scale tells of the strength's error

@@ -13,13 +13,13 @@ from platform_daemon.schemas import DiagnosisVerdict
 
 from ..effects.additive import SIDE_MODE
 from ..effects.effect import Candidate
+from ..regression.cross_validation import CrossValidation
 from ..regression.joint_fit import JointFit
 from ..selection.confounders import gain_of
 from ..selection.data_integrity import DataDefect
 from ..selection.omnibus_test import OmnibusScore
 from ..selection.significance import LEVEL
 from ..selection.stepwise import Selection
-from ..validation.cross_validation import CrossValidation
 from .accepted_effects import AcceptedEffect
 
 _CONFIDENT = 0.5  # share of what could be gained that named effects must explain to be named at all

@@ -1,5 +1,6 @@
 """The regression of many shots on effects.
 
+cross_validation: Prediction of data that were not used: the proof of an effect.
 hypothesis: A declared model together with the effects that are supposed to act as well, and how their strengths are
     stored.
 information: Normal equations of strengths, whose units differ by many powers of ten.

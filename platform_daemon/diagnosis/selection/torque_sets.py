@@ -13,9 +13,9 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from ..effects.effect import Candidate
+from ..regression.cross_validation import CrossValidation, cross_validate
 from ..regression.joint_fit import JointFit
 from ..shots.thread_pool import InThisThread
-from ..validation.cross_validation import CrossValidation, cross_validate
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
 from .sign_constraints import signs_allowed

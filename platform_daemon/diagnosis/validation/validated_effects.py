@@ -10,12 +10,12 @@ import numpy as np
 from platform_daemon.estimation import LostTrajectoryError
 
 from ..effects.effect import Candidate
+from ..regression.cross_validation import CrossValidation, cross_validate
 from ..regression.joint_fit import JointFit, fit_jointly, starting_point
 from ..regression.score_test import ScoreTable
 from ..selection.confounders import Confounder, confounders, gain_of
 from ..selection.sign_constraints import without_gain_of_energy
 from ..selection.stepwise import Selection
-from .cross_validation import CrossValidation, cross_validate
 
 _OPTIONS = 4  # look-alikes that held-out data choose from
 _BETTER = 2.0  # fall of the held-out chi^2 for which a look-alike takes the place of what is fitted best

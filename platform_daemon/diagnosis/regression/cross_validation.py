@@ -18,12 +18,12 @@ from scipy.stats import t as student
 
 from platform_daemon.estimation import Array, DipoleObservation, FitState, LostTrajectoryError
 
-from ..regression.hypothesis import Hypothesis
-from ..regression.information import solved
-from ..regression.joint_fit import JointFit
-from ..regression.linearised_shot import LinearisedShot, common_information, linearise_shot
-from ..regression.prediction import own_sizes, predicted, window_of
 from ..shots.shot import PreparedShot
+from .hypothesis import Hypothesis
+from .information import solved
+from .joint_fit import JointFit
+from .linearised_shot import LinearisedShot, common_information, linearise_shot
+from .prediction import own_sizes, predicted, window_of
 
 _OWN = 0.3  # of the window
 _SPLIT = 0.7  # of the window of a single shot
