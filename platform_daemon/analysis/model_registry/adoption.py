@@ -23,6 +23,7 @@ _NOT_A_MODEL = {
     "spectral_line": "find and remove its source; its phase is another one in every shot",
     "side_mode": "excite along another axis or with a lower field, or shorten the window",
     "switch_transient": "lengthen the switch window, or start the fit later",
+    "zero_drift": "let the encoder warm up, or mount the camera firmly; fits take a slow drift out of each record",
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
 
@@ -126,17 +127,26 @@ def _refuse(effect: NamedEffect, others: list[str]) -> None:
 
 def _term(effect: NamedEffect, values: Mapping[str, float | None], free: Collection[str]) -> AdoptedTermRecord:
     """A torque effect with its strength in the unit of the term's coefficient."""
-    first, *hidden = TERMS[effect.id].coefficients
-    scale = _scale(effect.id, values)
+    name = _term_name(effect)
+    first, *hidden = TERMS[name].coefficients
+    scale = _scale(name, values)
     std = effect.strength.std
     strengths = {first.name: _strength(effect) * scale, **{c.name: _number(effect, c.name) for c in hidden}}
     errors = {first.name: None if std is None else std * abs(scale), **{c.name: None for c in hidden}}
-    return AdoptedTermRecord(term=effect.id, values=strengths, std=errors, free=effect.id in free)
+    return AdoptedTermRecord(term=name, values=strengths, std=errors, free=effect.id in free)
+
+
+def _term_name(effect: NamedEffect) -> str:
+    """The term of an effect that has two forms: a jewel's friction or a pendulum's, a drift that goes on or settles."""
+    if effect.id == "stribeck_friction" and effect.strength.unit == "rad/s^2":
+        return "stribeck_coulomb_friction"
+    settles = effect.id == "frequency_drift" and effect.detail.tau_s is not None
+    return "frequency_settling" if settles else effect.id
 
 
 def _scale(effect: str, values: Mapping[str, float | None]) -> float:
     """Coefficient per published strength: a drift is published in Hz/s, Stribeck friction as a share."""
-    if effect == "frequency_drift":
+    if effect in ("frequency_drift", "frequency_settling"):
         return 1.0 / _parameter(values, "f_nat_hz")
     return _parameter(values, "tf_over_i_rad_per_s2") if effect == "stribeck_friction" else 1.0
 
