@@ -72,7 +72,7 @@ def where_line(moved: MovingParameter) -> str:
     """One constant of the model that moves along the ring-down, and what it goes with."""
     log10 = moved.log10_p_value
     chance = "" if log10 is None else f" (p < 1e{math.ceil(log10)})" if log10 < -4 else f" (p = {plain(moved.p_value)})"
-    share = "" if moved.share is None else f", {100.0 * moved.share:.3g} % of the misfit"
+    share = "" if moved.share is None else f"; it accounts for {100.0 * moved.share:.3g} % of the misfit"
     alike = f"; {' or '.join(definition_of(n).symbol for n in moved.alike)} would do as well" if moved.alike else ""
     return f"{definition_of(moved.name).symbol} moves along the ring-down{chance}, {_goes_with(moved)}{share}{alike}"
 

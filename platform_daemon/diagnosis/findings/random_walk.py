@@ -55,7 +55,7 @@ def log_tail(weights: Array, ratio: float, values: float) -> float:
     """Logarithm of the chance that sum of weights (k,), the largest of which is 1, times chi^2_1 exceeds the ratio
     times chi^2 of so many values over their number.
 
-    By the saddle point of the cumulants (Kuonen, Biometrika 86 (1999) 929): within some per cent, however small.
+    By the saddle point of the cumulants (Kuonen, Biometrika 86 (1999) 929): within some ten per cent, however small.
     """
     mean = float(weights.sum())
     if ratio <= 0.0:
