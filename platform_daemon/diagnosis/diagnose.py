@@ -17,7 +17,7 @@ from .effects.additive import zero_drifts
 from .effects.effect import Candidate
 from .effects.receiver import receiver_candidates
 from .effects.torque import drift_candidate, pendulum_candidates, stribeck_candidates, torque_candidates
-from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects
+from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, passed_over
 from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.moving_parameters import MovingParameter, moving_parameters
@@ -51,13 +51,18 @@ class DiagnosisError(ValueError):
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything that was found out, for reports."""
+    """Everything that was found out, for reports.
+
+    tentative: effects that gain but were not accepted, and in one sentence why not.
+    """
 
     shots: tuple[DiagnosisShot, ...]
     refused: tuple[UnfittedShot, ...]
     model: RingDownModel
     verdict: DiagnosisVerdict
     named: tuple[AcceptedEffect, ...]
+    tentative: tuple[AcceptedEffect, ...]
+    why_not: str
     integrity: tuple[DataDefect, ...]
     found: Selection
     final: JointFit
@@ -72,6 +77,12 @@ class Diagnosis:
     next_measurements: tuple[Proposal, ...]
     notes: tuple[str, ...]
     seconds: float
+
+    @property
+    def tentative_after(self) -> tuple[AcceptedEffect, ...]:
+        """Those of them that are part of the model that is called "after"."""
+        keys = {c.key for c in self.final.hypothesis.effects}
+        return tuple(n for n in self.tentative if n.candidate.key in keys)
 
 
 def diagnose_shots(
@@ -115,6 +126,7 @@ def _diagnose(
         found = replace(found, omnibus_test=omnibus_test(final, pool))
     named = accepted_effects(found, seen, after, passed, pool) if final.hypothesis.effects else ()
     verdict, doubts = assess_diagnosis(found, final, named, gaps, after)
+    tentative, why_not = _not_accepted(found, final, named, doubts) if verdict == "unexplained" else ((), "")
     if verdict == "unexplained":
         named = ()
     tell("parameters before and after", 0.9)
@@ -130,6 +142,8 @@ def _diagnose(
         model=model,
         verdict=verdict,
         named=(*named, *gap_effects(gaps)),
+        tentative=tentative,
+        why_not=why_not,
         integrity=(*flawed, *gaps),
         found=found,
         final=final,
@@ -155,6 +169,15 @@ def _diagnose(
         ),
         seconds=time.perf_counter() - began,
     )
+
+
+def _not_accepted(
+    found: Selection, final: JointFit, named: tuple[AcceptedEffect, ...], doubts: tuple[str, ...]
+) -> tuple[tuple[AcceptedEffect, ...], str]:
+    """Effects that gain although nothing is explained, and why they were not accepted."""
+    if found.passed_over is not None and found.passed_over.chi2 < final.chi2:
+        return passed_over(found.passed_over, found.trials), "it fits better, but does not predict what was not used"
+    return named, doubts[0] if doubts else "together they explain less than half of what is missing"
 
 
 def _selected(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from platform_daemon.schemas import (
     DataDefectReport,
@@ -16,6 +17,7 @@ from platform_daemon.schemas import (
     NamedEffect,
     NextMeasurement,
     ParameterTrace,
+    TentativeEffect,
     TriedEffect,
     UnexplainedRest,
     WindowDisagreement,
@@ -58,7 +60,26 @@ def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
         left_over=UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value),
         notes=found.notes,
         where=tuple(map(_moving, found.moving)) or None,
+        tentative=_tentative(found) or None,
+        model_after=model_in_words(found.model.name, after_effects(found)),
     )
+
+
+def after_effects(found: Diagnosis) -> tuple[NamedEffect, ...]:
+    """Of the model that is called "after", accepted or not."""
+    named = found.named if found.verdict != "unexplained" else (*found.tentative_after, *found.named)
+    return tuple(_effect(n, found.shots[0].record.quantity) for n in named)
+
+
+def _tentative(found: Diagnosis) -> tuple[TentativeEffect, ...]:
+    quantity = found.shots[0].record.quantity
+    return tuple(TentativeEffect(effect=_effect(n, quantity), why_not=found.why_not) for n in found.tentative)
+
+
+def model_in_words(base: str, effects: Sequence[NamedEffect]) -> str:
+    """thread + coulomb_friction (0.158 rad/s^2)."""
+    parts = [f"{e.id} ({e.strength.value:.4g} {e.strength.unit})".replace(" 1)", ")") for e in effects]
+    return " + ".join([base, *parts])
 
 
 def _held_out(found: Diagnosis) -> HeldOutErrors:

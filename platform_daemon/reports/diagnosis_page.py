@@ -54,6 +54,7 @@ def _environment() -> Environment:
     )
     made.filters |= {
         "effect_line": text.effect_line,
+        "tentative_line": text.tentative_line,
         "file_name": lambda path: path.rpartition("/")[2],
         "grade": _grade,
         "next_line": text.next_line,

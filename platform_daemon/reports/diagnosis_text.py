@@ -16,6 +16,7 @@ from platform_daemon.schemas import (
     MovingParameter,
     NamedEffect,
     NextMeasurement,
+    TentativeEffect,
     TriedEffect,
     definition_of,
 )
@@ -99,6 +100,13 @@ def effect_line(effect: NamedEffect) -> str:
     return text + (f"; these data cannot tell it from {', '.join(alike)}" if alike else "")
 
 
+def tentative_line(tentative: TentativeEffect) -> str:
+    """One effect that gains but was not accepted, and why not."""
+    effect = tentative.effect
+    place = place_text(effect.detail)
+    return f"{effect.id}{f' ({place})' if place else ''}: {strength_text(effect)}; {tentative.why_not}"
+
+
 def held_out_line(report: DiagnosisReport) -> str:
     """Error of the prediction before and after."""
     h = report.held_out
@@ -132,7 +140,10 @@ def summary_text(report: DiagnosisReport) -> str:
 def _lines(report: DiagnosisReport) -> list[str]:
     lines = [f"where: {where_line(m)}" for m in report.where or ()]
     lines += [f"  {effect_line(e)}" for e in report.effects]
+    lines += [f"  not accepted: {tentative_line(t)}" for t in report.tentative or ()]
     lines.append(held_out_line(report))
+    if report.model_after is not None:
+        lines.append(f"after: {report.model_after}")
     if not report.effects and report.verdict != "nothing_missing":
         ranked = ", ".join(f"{t.id} (gain {plain(t.gain, '-')})" for t in report.ranking[:_LIKELY])
         lines.append(f"closest names beside the declared model: {ranked}")

@@ -44,6 +44,7 @@ MovingParameter: A constant of the declared model that is none along the ring-do
 NamedEffect: An accepted effect with its evidence.
 NextMeasurement: A measurement that tells more.
 ParameterTrace: A parameter along the ring-down of shots that start alike, to first order.
+TentativeEffect: An effect that gains, and was not accepted.
 TriedEffect: A candidate by itself beside the declared model.
 UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.

@@ -42,6 +42,7 @@ from .diagnosis import MovingParameter as MovingParameter
 from .diagnosis import NamedEffect as NamedEffect
 from .diagnosis import NextMeasurement as NextMeasurement
 from .diagnosis import ParameterTrace as ParameterTrace
+from .diagnosis import TentativeEffect as TentativeEffect
 from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement

@@ -75,6 +75,15 @@ class NamedEffect(Schema):
     """What causes it, and who described it."""
 
 
+class TentativeEffect(Schema):
+    """An effect that gains, and was not accepted."""
+
+    effect: NamedEffect
+    """What it would be."""
+    why_not: str
+    """Why it was not accepted."""
+
+
 class HeldOutErrors(Schema):
     """Errors of the prediction of data that were not used; null where nothing can be predicted."""
 
@@ -248,6 +257,10 @@ class DiagnosisReport(Schema):
     """What the reader should know besides."""
     where: Absent[tuple[MovingParameter, ...]] = None
     """Constants of the declared model that move along the ring-down, the one that explains most first; absent: none."""
+    tentative: Absent[tuple[TentativeEffect, ...]] = None
+    """Effects that gain, but were not accepted; absent where there are none."""
+    model_after: Absent[str] = None
+    """The model of what is called "after" everywhere here: its equation of motion with the strengths, in words."""
     files: Absent[tuple[str, ...]] = None
     """Paths as they were named; by REST the files' names."""
     recordings: Absent[tuple[FileDigest, ...]] = None

@@ -71,6 +71,16 @@ def accepted_effects(
     return tuple(named)
 
 
+def passed_over(at: JointFit, trials: float) -> tuple[AcceptedEffect, ...]:
+    """The common effects of a set that was not accepted, as they were fitted; nothing is held out for them."""
+    f_nat, found = float(np.mean([s.dynamics.w for s in at.states])) / (2.0 * math.pi), []
+    for c, where in zip(at.hypothesis.common, at.hypothesis.slices, strict=True):
+        value, std = c.public(*_strength(c, at, where), f_nat)
+        log_p = log_chance(gain_of(at, c), c.size, trials * c.trials)
+        found.append(AcceptedEffect(c, value, std, log_p, math.nan, ()))
+    return tuple(found)
+
+
 def _named_alike(c: Candidate) -> tuple[Confounder, ...]:
     """A single line at a multiple of the mains may be either."""
     frequency = c.detail.frequency_hz or 0.0

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
 from ..regression.parameters import Mean
+from ..selection.sign_constraints import negative_losses
 from ..selection.stepwise import Selection
 from ..shots.initial_fits import UnfittedShot
 
@@ -40,6 +41,9 @@ def notes(
     if final.hypothesis.gone:
         names = " and ".join(final.hypothesis.model.coefficients[k].name for k in final.hypothesis.gone)
         said.append(f"{names} is held at 0: beside these effects the best fit has it negative, which physics forbids")
+    for k in negative_losses(final):
+        name = final.hypothesis.model.coefficients[k].name
+        said.append(f"{name} comes out negative, which physics forbids: it stands for a loss that falls with the swing")
     if final.chi2_per_dof > 1.05:
         said.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
     return tuple(said)

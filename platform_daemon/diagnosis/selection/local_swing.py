@@ -15,7 +15,7 @@ _HARMONICS = (1, 2, 3, 4)
 _DEGREES = 3  # of the change of every harmonic within a window
 _FINE = 160  # points per period, for the size of a step
 _SHIFTS = 24  # per period, at which the size of a step is tried first
-_AS_GOOD = 1.5  # times the least chi^2
+_AS_GOOD = 25.0  # above the least chi^2 per value
 
 
 @dataclass(frozen=True)
@@ -121,14 +121,13 @@ class Blocks:
         return float(np.sum((self.y - _sizes(rows, self.y) @ rows) ** 2))
 
     def sizes(self) -> list[float]:
-        """Losses from nothing to a period that explain about as well as the best does, smallest first."""
-        period = 1.0 / self.frequency
-        tried = np.arange(_SHIFTS + 1) * period / _SHIFTS
+        """Losses of up to two periods that explain about as well as the best does, smallest first."""
+        tried = np.arange(2 * _SHIFTS + 1) / (self.frequency * _SHIFTS)
         found = [self.chi2(float(s)) for s in tried]
-        lowest = [k for k in range(_SHIFTS + 1) if found[k] == min(found[max(0, k - 1) : k + 2])]
-        polished = [self.polished(float(tried[k])) for k in lowest]
-        least = min(self.chi2(s) for s in polished)
-        return [s for s in polished if self.chi2(s) < _AS_GOOD * least + 30.0]
+        lowest = [k for k in range(len(found)) if found[k] == min(found[max(0, k - 1) : k + 2])]
+        polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k])) for k in lowest)]
+        least = min(polished)[0]
+        return [s for chi2, s in polished if chi2 < least * (1.0 + _AS_GOOD / self.y.size)]
 
     def polished(self, around: float) -> float:
         """A loss near one, not necessarily whole, that explains best."""

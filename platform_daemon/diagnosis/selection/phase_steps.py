@@ -87,12 +87,25 @@ def _suspect(windows: Sequence[_Scanned], count: int, apart: int) -> Iterator[tu
     usual = float(np.median([w.misfit for w in windows])) if windows else 0.0
     sure = [w for w in windows if log_chance(w.gain, 1, float(count)) < _SURE]
     odd = [w for w in windows if w.misfit > _ODD * max(usual, 1.0)]
+    for at in _middles([w.at for w in odd], apart)[:_LOOKED_AT]:
+        yield at, _SURE
     for some, size in ((odd, lambda w: w.misfit), (sure, lambda w: w.gain)):
         taken: list[int] = []
         for w in sorted(some, key=size, reverse=True):
             if len(taken) < _LOOKED_AT and all(abs(w.at - t) > apart for t in taken):
                 taken.append(w.at)
                 yield w.at, min(_SURE, log_chance(w.gain, 1, float(count)))
+
+
+def _middles(places: Sequence[int], apart: int) -> list[int]:
+    """Of runs of places that lie near each other: a loss stands in every window that holds it."""
+    runs: list[list[int]] = []
+    for at in sorted(places):
+        if runs and at - runs[-1][-1] < apart:
+            runs[-1].append(at)
+        else:
+            runs.append([at])
+    return [round(0.5 * (run[0] + run[-1])) for run in runs]
 
 
 def _scan(stretch: Stretch, means: Array, block: int) -> list[_Scanned]:

@@ -21,6 +21,7 @@ from ..regression.score_test import CandidateBlock, ScoreResult, ScoreTable, sco
 from .component_search import shot_residuals, side_modes, steady_tones, tones, transients
 from .omnibus_test import OmnibusTest, omnibus_test
 from .refits import allowed_refit, own_gain, refined, refined_own, refit
+from .scales import at_best_scales
 from .sign_constraints import signs_allowed, step_allowed
 from .significance import LEVEL, log_chance
 from .subsets import pairs, singles, triples
@@ -32,6 +33,7 @@ _NEAR = 0.03  # share of the best gain within which another set may overtake it 
 _CLOSE = 12.0  # fall of chi^2, the same
 _NEGLIGIBLE = 0.004  # of what is explained already: the digits of first-order corrections
 _MOST_ADDITIVE = 6
+_PER_SCALE = 4.0  # of chi^2, that a hidden scale must gain by being there
 _LITTLE_LEFT = 1.1  # chi^2 per degree of freedom
 _BESIDE_MOTION = 0.15  # of its frequency
 
@@ -64,6 +66,7 @@ class Selection:
         trials: number of candidates, by which chances are corrected.
         score_table_of: all candidates beside another refit.
         forbidden: the best set fits only with a sign that physics does not allow.
+        passed_over: a set that fits far better, but does not predict what was not used.
     """
 
     base: JointFit
@@ -75,6 +78,7 @@ class Selection:
     trials: float
     score_table_of: Callable[[JointFit], ScoreTable]
     forbidden: tuple[Candidate, ...] = ()
+    passed_over: JointFit | None = None
 
 
 def select_effects(
@@ -87,17 +91,17 @@ def select_effects(
     Raises:
         LostTrajectoryError: the declared model itself describes no oscillation.
     """
-    if base.started[0].shot.record.quantity != "angle":
+    if base.started[0].shot.record.quantity != "angle" or base.chi2_per_dof < _LITTLE_LEFT:
         return _Search(base, list(candidates), pool, tell).run(base)
     every = _Search(base, list(candidates), pool, tell)
     motions = [c for c in candidates if c.change is None]
-    begun = best_torques(base, motions, float(len(candidates)), pool, tell)
+    begun, passed = best_torques(base, motions, float(len(candidates)), pool, tell)
     # Linear scores are right for torques too where little is left to be explained.
     rest = [c for c in candidates if c.term is None or begun.chi2_per_dof < _LITTLE_LEFT]
     beside = _Search(base, rest, pool, tell).run(begun)
     return replace(
         beside, tried=every.singles(every.score_table(base)), score_table=every.score_table(beside.best),
-        score_table_of=every.score_table,
+        score_table_of=every.score_table, passed_over=passed,
     )  # fmt: skip
 
 
@@ -139,7 +143,7 @@ class _Search:
                 # Two effects can hide from every single one: larger sets are tried all the same.
                 forbidden = banned or forbidden
                 continue
-            better, forbidden = refined(better, self._pool), ()
+            better, forbidden = at_best_scales(refined(better, self._pool), self._pool), ()
             best, seen = better, self.score_table(better)
         after = omnibus_test(best, self._pool) if best is not self._base else before
         return Selection(self._base, best, seen, after, before, tried, self._trials, self.score_table, forbidden)
@@ -225,7 +229,7 @@ class _Search:
         """The best refit with a set of this size; None if it is no better than what there is."""
         leaders = self._leaders(first, seen, size)
         fits = [f for f in (allowed_refit(h, start, self._pool) for h, start in leaders) if f is not None]
-        fits.sort(key=lambda f: f.chi2)
+        fits.sort(key=lambda f: f.chi2 + _PER_SCALE * f.noise_factor * sum(len(c.hidden) for c in f.hypothesis.common))
         allowed = [f for f in fits if signs_allowed(f)]
         banned = tuple(c for c in fits[0].hypothesis.effects) if fits and not signs_allowed(fits[0]) else ()
         if not allowed:

@@ -25,7 +25,11 @@ _LARGEST_SET = 3
 _LEADERS = 2  # sets of a size that grow
 _RIVALS = 6  # sets of a size whose predictions are compared
 _WORTH_A_SCALE = 3.0  # times the least chi^2: a set that a better scale may bring to the front
+_FAR = 0.7  # of chi^2
+_FRONT = 5  # sets whose scales are sought
+_BESIDE_TIMED = 3  # sets that a torque which depends on time is added to
 _CLOSE = 0.2  # of chi^2: sets so near the best are its rivals
+_AS_GOOD = 1.03  # times the least held-out error: of sets that predict as well, the one with fewer parameters
 _HELPS = 0.9  # of the held-out error: another effect must predict better by more than chance
 _NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
 
@@ -45,21 +49,26 @@ class TorqueSet:
 
 def best_torques(
     base: JointFit, candidates: Sequence[Candidate], trials: float, pool: Executor, tell: Callable[[str, float], None]
-) -> JointFit:
-    """The declared model with the torques that explain most and predict best; itself if none is worth it."""
+) -> tuple[JointFit, JointFit | None]:
+    """The declared model with the torques that explain most and predict best; itself if none is worth it.
+
+    And the set that explains far more than that, if one does, but does not predict what was not used.
+    """
     best = TorqueSet(base, cross_validate(base, pool))
     known: dict[frozenset[object], JointFit] = {frozenset(): base}
     leaders: list[JointFit] = [base]
+    passed: JointFit | None = None
     for size in range(1, _LARGEST_SET + 1):
         tell(f"refits of sets of {size} torques", 0.25 + 0.15 * size)
         if size > 2 and _complete(best.fitted):
             break
-        grown = leaders if size > 2 else list(known.values())
+        grown = leaders if size > 2 else sorted(known.values(), key=lambda f: f.chi2)
         allowed = _allowed(_sets(grown, candidates, known, size), pool)
         known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
+        passed = min([f for f in (passed, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
         leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_LEADERS]
-    return best.fitted
+    return best.fitted, passed if passed is not None and passed.chi2 < _FAR * best.fitted.chi2 else None
 
 
 def _complete(at: JointFit) -> bool:
@@ -81,11 +90,18 @@ def _sets(
         keys = _keys(at) | {c.effect}
         if len(keys) != size or len(_keys(at)) != size - 1 or keys in known:
             continue
+        if size > 1 and _timed(c) and at not in grown[:_BESIDE_TIMED]:
+            continue
         # Of an effect with several forms each is tried.
         forms = frozenset((c.effect.id, c.detail) for c in (*at.hypothesis.effects, c))
         if forms not in best or at.chi2 < best[forms][1].chi2:
             best[forms] = c, at
     return list(best.values())
+
+
+def _timed(c: Candidate) -> bool:
+    """Torques that depend on time are traced through every half cycle, which takes as long as ten others."""
+    return c.term is not None and c.term.timed
 
 
 def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list[JointFit]:
@@ -97,7 +113,7 @@ def _allowed(sets: Sequence[tuple[Candidate, JointFit]], pool: Executor) -> list
     inner, every = (InThisThread(), pool.map) if alone else (pool, map)
     found = [f for f in every(lambda s: allowed_refit(s[1].hypothesis.plus(s[0]), s[1], inner), sets) if f is not None]
     fits = sorted((f for f in found if signs_allowed(f)), key=lambda f: f.chi2)
-    front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2]
+    front = [f for f in fits if f.chi2 < _WORTH_A_SCALE * fits[0].chi2][:_FRONT]
     sharp = list(every(lambda f: refined(at_best_scales(f, inner), inner), front))
     return sorted((f for f in (*sharp, *fits[len(front) :]) if signs_allowed(f)), key=lambda f: f.chi2)
 
@@ -106,7 +122,8 @@ def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: E
     """The set of a size that predicts best among those that fit about best, if it is worth its parameters."""
     rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_RIVALS]
     scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
-    for one in sorted(scored, key=lambda s: s.error):
+    least = min((s.error for s in scored), default=0.0)
+    for one in sorted(scored, key=lambda s: (s.error > _AS_GOOD * least, _parameters(s.fitted), s.error)):
         if _sure(best.fitted, one.fitted, trials) and _predicts(best, one):
             return one
     return best

@@ -156,8 +156,15 @@ class Workspace:
         """
         d = dynamics
         _check(d, last * dt_s)
-        if self.model.time_dependent or d.w * first * dt_s + d.theta < 0.0:
+        if self.model.time_dependent:
             return Trajectory(self.model, d, last * dt_s).basis(first, last, dt_s, observable)
+        if d.w * first * dt_s + d.theta < 0.0:
+            # Tables begin at the anchor; what lies before it is a part of one half cycle.
+            anchored = min(last, max(first + 1, math.ceil(-d.theta / (d.w * dt_s))))
+            head = Trajectory(self.model, d, anchored * dt_s).basis(first, anchored, dt_s, observable)
+            if anchored == last:
+                return head
+            return np.concatenate([head, self.basis(d, anchored, last, dt_s, observable)], axis=1)
         out, done = np.zeros((self._basis_size, last - first)), 0
         for walk, tables, count in self._ways(d, d.w * last * dt_s + d.theta, observable):
             done = fill_basis_from_table(
