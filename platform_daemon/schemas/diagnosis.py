@@ -184,7 +184,7 @@ class ParameterTrace(Schema):
     """A parameter along the ring-down of shots that start alike, to first order."""
 
     time_s: tuple[FiniteOrNull, ...]
-    """Times after the first RX sample, s, (n,); linear in between."""
+    """Times after the first RX sample, s, (n,)."""
     amplitude_rad: tuple[FiniteOrNull, ...]
     """Amplitude of the swing there by the declared model, rad, (n,)."""
     peak_speed_rad_per_s: tuple[FiniteOrNull, ...]

@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.linalg import solve_triangular
 
 from platform_daemon.estimation import STATE, Array, DipoleObservation, FitState, RingDownModel, Trajectory, Workspace
@@ -127,9 +128,9 @@ class KnotResponses:
         return replace(linear, residual=linear.beside(linear.residual - answer))
 
 
-def hats(time_s: Array, knots: Array) -> Array:
-    """Piecewise linear windows (knots, n) that add up to one."""
-    return np.stack([np.interp(time_s, knots, row) for row in np.eye(knots.size)])
+def splines(time_s: Array, knots: Array) -> Array:
+    """Windows (knots, n) that add up to one: cubic splines that are 1 at one knot and 0 at all others."""
+    return np.asarray(CubicSpline(knots, np.eye(knots.size))(time_s).T)
 
 
 def knot_responses(
@@ -137,7 +138,7 @@ def knot_responses(
 ) -> KnotResponses:
     """Of one shot at its state of the declared model; knots: times, s.  Raises LostTrajectoryError."""
     motion = slow_motion(started, model, linear.seen.state)
-    windows = hats(0.5 * (motion.time_s[1:] + motion.time_s[:-1]), knots)
+    windows = splines(0.5 * (motion.time_s[1:] + motion.time_s[:-1]), knots)
     base, free = linear.seen.base, linear.free
     beside = [m.place for m in moving if m.place >= 3 + len(model.coefficients)]
     carriers = base[[_THETA, _AMPLITUDE, *beside]]

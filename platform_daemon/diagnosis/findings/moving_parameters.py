@@ -22,7 +22,7 @@ from .trace_equations import TraceEquations, stairs
 from .trace_shapes import TraceFit, best_shapes
 
 _LEVEL = math.log(1e-3)
-_NEGLIGIBLE = 0.05  # of what those before gain: the digits of first-order answers
+_NEGLIGIBLE = 0.1  # of what those before gain: the digits of first-order answers
 _CLOSE = 6.0  # fall of chi^2, and
 _DIGITS = 0.003  # share of the best one's, by which two parameters are hardly told apart
 
@@ -79,19 +79,18 @@ def _found(at: JointFit, equations: TraceEquations) -> tuple[MovingParameter, ..
         if not sure:
             break
         after = min((equations.left([*chosen, m]) for m in sure), key=lambda x: x.factor).factor
-        walks = {m: walk(*equations.beside(m, chosen), after) for m in sure}
-        first = max(sure, key=lambda m: walks[m].evidence)
-        gains = {m: equations.gain([*chosen, m]) - equations.gain(chosen) for m in sure}
-        near = max(_CLOSE * after, _DIGITS * gains[first])
-        alike = [m for m in sure if m != first and gains[m] > gains[first] - near]
+        fits = {m: best_shapes(*equations.beside(m, chosen), after, equations.courses) for m in sure}
+        first = max(sure, key=lambda m: fits[m].merit)
+        near = max(_CLOSE, _DIGITS * fits[first].merit)
+        alike = [m for m in sure if m != first and fits[m].merit > fits[first].merit - near]
         found.append(
             MovingParameter(
                 name=equations.moving[first].name,
                 log_p=sure[first],
                 share=_share(at, equations.gain([*chosen, first])),
-                fit=best_shapes(*equations.beside(first, chosen), after, equations.courses),
+                fit=fits[first],
                 alike=tuple(equations.moving[m].name for m in alike),
-                traces=_traces(at, equations, first, walks[first], after),
+                traces=_traces(at, equations, first, walk(*equations.beside(first, chosen), after), after),
             )
         )
         chosen.append(first)

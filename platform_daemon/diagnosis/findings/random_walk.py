@@ -35,20 +35,21 @@ class Walk:
 
 
 def log_chance_of_walk(information: Array, gradient: Array, noise_factor: float, values: float) -> float:
-    """Logarithm of the chance of such a gradient if nothing walks: the score test of the variance.
+    """Logarithm of the chance of such a gradient if nothing walks, by two tests, corrected for their number.
 
-    The score is the sum of the squares of the gradient; by chance it is a sum of squares of normal numbers with the
-    eigenvalues of the information as weights. values: independent ones that the noise factor is known from.
+    The score test of the variance: the sum of the squares of the gradient is by chance one of squares of normal numbers
+    with the eigenvalues of the information as weights. It asks for the best seen course first; the other test, the gain
+    of any course, asks for all alike. values: independent ones that the noise factor is known from.
     """
-    weights = np.asarray(np.linalg.eigvalsh(information), dtype=np.float64)
+    weights, vectors = np.linalg.eigh(information)
     largest = float(weights[-1])
     if not (largest > 0.0 and values > 0.0):
         return 0.0
-    return log_tail(weights[weights > _VISIBLE * largest] / largest, _size(gradient) / largest / noise_factor, values)
-
-
-def _size(gradient: Array) -> float:
-    return float(gradient @ gradient)
+    seen = weights > _VISIBLE * largest
+    squares = (vectors[:, seen].T @ gradient) ** 2 / noise_factor
+    score = log_tail(weights[seen] / largest, float(squares.sum()) / largest, values)
+    course = log_tail(np.ones(int(seen.sum())), float(np.sum(squares / weights[seen])), values)
+    return min(0.0, min(score, course) + math.log(2.0))
 
 
 def log_tail(weights: Array, ratio: float, values: float) -> float:

@@ -14,7 +14,7 @@ from platform_daemon.estimation import Array
 from ..regression.information import solved
 from ..regression.joint_fit import JointFit
 from ..regression.linearised_shot import LinearisedShot
-from .knot_responses import KnotResponses, hats, knot_responses, moving_parameters_of
+from .knot_responses import KnotResponses, knot_responses, moving_parameters_of, splines
 from .trace_shapes import Course
 
 _FEWEST_KNOTS, _MOST_KNOTS = 4, 10
@@ -68,7 +68,7 @@ class TraceEquations:
         knots, found = self._knots[group], []
         for r in self.shots[group]:
             both = np.stack([r.motion.amplitude, r.motion.peak_speed], axis=1)
-            found.append(np.linalg.lstsq(hats(r.motion.time_s, knots).T, both, rcond=None)[0].T)
+            found.append(np.linalg.lstsq(splines(r.motion.time_s, knots).T, both, rcond=None)[0].T)
         amplitude, speed = (np.mean([f[n] for f in found], axis=0) for n in range(2))
         return Course(knots, amplitude, speed)
 

@@ -15,6 +15,7 @@ _POWERS = (-1.0, 1.0, 2.0)  # of amplitude and speed; -1: a loss that is dry fri
 _SETTLING = (0.05, 0.15, 0.5)  # time constants over the window
 _CLOSE = 6.0  # fall of chi^2, and
 _SHARE = 0.003  # share of the best law's, by which two laws are hardly told apart
+_FREEDOM = 2.0  # fall of chi^2 that a degree of freedom is worth
 _ENOUGH = 0.5  # of what any course would gain
 
 
@@ -34,11 +35,13 @@ class TraceFit:
     follows: the best and those that are hardly told from it; empty: no simple law of one of them.
     rises: the parameter grows from the beginning to the end.
     explained: what the best law gains over what any course would.
+    merit: fall of chi^2 over the noise factor by the best law, or by any course if that is worth its freedom.
     """
 
     follows: tuple[Regressor, ...]
     rises: bool
     explained: float
+    merit: float
 
 
 def best_shapes(information: Array, gradient: Array, noise_factor: float, courses: Sequence[Course]) -> TraceFit:
@@ -61,7 +64,8 @@ def best_shapes(information: Array, gradient: Array, noise_factor: float, course
     best = gains[order[0]]
     explained = best / max(any_course, best, 1e-300)
     near = [n for n in gains if best - gains[n] < max(_CLOSE, _SHARE * best)]
-    return TraceFit(tuple(near) if explained > _ENOUGH else (), rising[order[0]], explained)
+    merit = max(best - _FREEDOM, any_course - _FREEDOM * gradient.size)
+    return TraceFit(tuple(near) if explained > _ENOUGH else (), rising[order[0]], explained, merit)
 
 
 def _laws(courses: Sequence[Course]) -> Iterator[tuple[Regressor, list[Array]]]:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, f, kstest
+from scipy.stats import chi2, f
 
 from platform_daemon.diagnosis.findings.random_walk import log_chance_of_walk, log_tail, walk
 
@@ -24,7 +24,7 @@ def test_a_tail_of_unequal_weights_is_that_of_many_draws():
         assert math.exp(log_tail(weights, value, 1e9)) == pytest.approx(np.mean(draws > value), rel=0.1)
 
 
-def test_chances_of_noise_are_uniform():
+def test_chances_of_noise_hold_their_level():
     rng = np.random.default_rng(4)
     rows = np.cumsum(rng.standard_normal((200, 9)), axis=0) * np.geomspace(1.0, 1e3, 9)
     information = rows.T @ rows
@@ -32,8 +32,9 @@ def test_chances_of_noise_are_uniform():
         math.exp(log_chance_of_walk(information, rows.T @ (1.7 * rng.standard_normal(200)), 1.7**2, 1e6))
         for _ in range(1500)
     ]
-    assert kstest(chances, "uniform").pvalue > 0.01
-    assert np.mean(np.array(chances) < 0.01) <= 0.02
+    # Two tests that are much alike count as two: a little less often than that.
+    assert 0.003 < np.mean(np.array(chances) < 0.01) <= 0.015
+    assert 0.3 < np.mean(np.array(chances) < 0.5) <= 0.52
 
 
 def test_a_walk_is_followed_within_its_band_and_noise_is_none():
