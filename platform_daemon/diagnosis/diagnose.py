@@ -26,6 +26,7 @@ from .effects.torque import (
 from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_effects, passed_over
 from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
+from .findings.moving_parameters import MovingParameter, moving_parameters
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, undecided
 from .findings.verdict import assess_diagnosis
@@ -78,6 +79,7 @@ class Diagnosis:
     sigma_before: dict[str, float]
     sigma_after: dict[str, float]
     torque: MissingTorque | None
+    moving: tuple[MovingParameter, ...]
     next_measurements: tuple[Proposal, ...]
     notes: tuple[str, ...]
     seconds: float
@@ -148,6 +150,7 @@ def _diagnose(
         sigma_before=window_disagreement(base, pool),
         sigma_after=window_disagreement(final, pool),
         torque=torque,
+        moving=moving_parameters(base, pool),
         next_measurements=tuple(
             proposals(
                 [_ambiguity(n, final, pool) for n in named if n.confounders],

@@ -13,8 +13,10 @@ from platform_daemon.schemas import (
     HeldOutErrors,
     MeanParameter,
     MissingTorqueMap,
+    MovingParameter,
     NamedEffect,
     NextMeasurement,
+    ParameterTrace,
     TentativeEffect,
     TriedEffect,
     UnexplainedRest,
@@ -24,6 +26,7 @@ from platform_daemon.schemas import (
 from .diagnose import Diagnosis
 from .findings.accepted_effects import AcceptedEffect
 from .findings.missing_torque import MissingTorque
+from .findings.moving_parameters import MovingParameter as MovedParameter
 from .regression.parameters import Mean
 from .selection.significance import chance
 from .selection.stepwise import CandidateTest
@@ -56,6 +59,7 @@ def diagnosis_report(found: Diagnosis) -> DiagnosisReport:
         ranking=tuple(map(_tried, found.found.tried[:_RANKED])),
         left_over=UnexplainedRest(gain=found.found.omnibus_test.excess, p_value=found.found.omnibus_test.p_value),
         notes=found.notes,
+        where=tuple(map(_moving, found.moving)) or None,
         tentative=_tentative(found) or None,
         model_after=model_in_words(found.model.name, after_effects(found)),
     )
@@ -129,6 +133,28 @@ def _tried(tried: CandidateTest) -> TriedEffect:
         gain=tried.gain,
         p_value=chance(tried.log_p),
         sign_allowed=tried.allowed,
+    )
+
+
+def _moving(moved: MovedParameter) -> MovingParameter:
+    return MovingParameter(
+        name=moved.name,
+        p_value=chance(moved.log_p),
+        log10_p_value=moved.log_p / math.log(10.0),
+        share=moved.share,
+        follows=moved.fit.follows,
+        rises=moved.fit.rises,
+        alike=moved.alike,
+        traces=tuple(
+            ParameterTrace(
+                time_s=t.time_s.tolist(),
+                amplitude_rad=t.amplitude.tolist(),
+                peak_speed_rad_per_s=t.peak_speed.tolist(),
+                value=t.value.tolist(),
+                std=t.std.tolist(),
+            )
+            for t in moved.traces
+        ),
     )
 
 

@@ -20,6 +20,7 @@ from platform_daemon.schemas import DiagnosisReport, TriedEffect, definition_of
 
 from . import diagnosis_text as text
 from .figures import diagnosis as plots
+from .figures.parameter_trace import draw_trace
 from .figures.ring_down import png_of
 
 _DPI = 100
@@ -37,6 +38,7 @@ def diagnosis_html(report: DiagnosisReport, seen: ResidualComparison) -> bytes:
         software=f"{__version__}, {libraries}",
         made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         plots=plots,
+        draw_trace=draw_trace,
         text=text,
     )  # fmt: skip
     return page.lstrip().encode()
@@ -58,6 +60,7 @@ def _environment() -> Environment:
         "next_line": text.next_line,
         "plain": text.plain,
         "png": _base64_png,
+        "where_line": text.where_line,
     }
     return made
 

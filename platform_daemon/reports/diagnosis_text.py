@@ -13,6 +13,7 @@ from platform_daemon.schemas import (
     DiagnosisReport,
     EffectDetail,
     MeanParameter,
+    MovingParameter,
     NamedEffect,
     NextMeasurement,
     TentativeEffect,
@@ -68,6 +69,25 @@ def chance_text(effect: NamedEffect) -> str:
     return f"p < 1e{math.ceil(log10)}" if log10 is not None and log10 < -300 else f"p = {plain(effect.p_value, '-')}"
 
 
+def where_line(moved: MovingParameter) -> str:
+    """One constant of the model that moves along the ring-down, and what it goes with."""
+    log10 = moved.log10_p_value
+    chance = "" if log10 is None else f" (p < 1e{math.ceil(log10)})" if log10 < -4 else f" (p = {plain(moved.p_value)})"
+    share = "" if moved.share is None else f"; it accounts for {100.0 * moved.share:.3g} % of the misfit"
+    alike = f"; {' or '.join(definition_of(n).symbol for n in moved.alike)} would do as well" if moved.alike else ""
+    return f"{definition_of(moved.name).symbol} moves along the ring-down{chance}, {_goes_with(moved)}{share}{alike}"
+
+
+def _goes_with(moved: MovingParameter) -> str:
+    """What a trace follows, in words."""
+    names = {"amplitude": "the amplitude", "speed": "the peak speed", "time": "the time"}
+    rises = "rises" if moved.rises else "falls"
+    if not moved.follows:
+        return f"it {rises} in all, by no simple law of amplitude, speed or time"
+    how = "as time goes on" if moved.follows == ("time",) else "as the swing dies"
+    return f"it follows {' or '.join(names[f] for f in moved.follows)} ({rises} {how})"
+
+
 def effect_line(effect: NamedEffect) -> str:
     """One accepted effect."""
     place = place_text(effect.detail)
@@ -118,7 +138,8 @@ def summary_text(report: DiagnosisReport) -> str:
 
 
 def _lines(report: DiagnosisReport) -> list[str]:
-    lines = [f"  {effect_line(e)}" for e in report.effects]
+    lines = [f"where: {where_line(m)}" for m in report.where or ()]
+    lines += [f"  {effect_line(e)}" for e in report.effects]
     lines += [f"  not accepted: {tentative_line(t)}" for t in report.tentative or ()]
     lines.append(held_out_line(report))
     if report.model_after is not None:

@@ -40,8 +40,10 @@ EffectStrength: How strong an effect is.
 HeldOutErrors: Errors of the prediction of data that were not used.
 MeanParameter: Mean of a parameter over the shots, in the SI unit that its name holds.
 MissingTorqueMap: The torque that is missing, smooth in angle and velocity, without what declared parameters absorb.
+MovingParameter: A constant of the declared model that is none along the ring-down.
 NamedEffect: An accepted effect with its evidence.
 NextMeasurement: A measurement that tells more.
+ParameterTrace: A parameter along the ring-down of shots that start alike, to first order.
 TentativeEffect: An effect that gains, and was not accepted.
 TriedEffect: A candidate by itself beside the declared model.
 UnexplainedRest: What something without a name would still bring.

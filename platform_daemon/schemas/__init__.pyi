@@ -38,8 +38,10 @@ from .diagnosis import EffectStrength as EffectStrength
 from .diagnosis import HeldOutErrors as HeldOutErrors
 from .diagnosis import MeanParameter as MeanParameter
 from .diagnosis import MissingTorqueMap as MissingTorqueMap
+from .diagnosis import MovingParameter as MovingParameter
 from .diagnosis import NamedEffect as NamedEffect
 from .diagnosis import NextMeasurement as NextMeasurement
+from .diagnosis import ParameterTrace as ParameterTrace
 from .diagnosis import TentativeEffect as TentativeEffect
 from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest

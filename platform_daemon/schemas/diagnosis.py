@@ -13,6 +13,8 @@ from .fits import FileDigest
 DiagnosisVerdict = TypeAliasType(
     "DiagnosisVerdict", Literal["nothing_missing", "explained", "partly_explained", "unexplained"]
 )
+TraceRegressor = TypeAliasType("TraceRegressor", Literal["amplitude", "speed", "time"])
+"""What a parameter may go with along a ring-down; speed: the largest of a swing."""
 DefectKind = TypeAliasType("DefectKind", Literal["clock_gap", "saturation", "duplicated_shot", "not_finite"])
 """What can be wrong with the data themselves."""
 
@@ -178,6 +180,45 @@ class UnexplainedRest(Schema):
     """Chance of so much if nothing is missing."""
 
 
+class ParameterTrace(Schema):
+    """A parameter along the ring-down of shots that start alike, to first order."""
+
+    time_s: tuple[FiniteOrNull, ...]
+    """Times after the first RX sample, s, (n,)."""
+    amplitude_rad: tuple[FiniteOrNull, ...]
+    """Amplitude of the swing there by the declared model, rad, (n,)."""
+    peak_speed_rad_per_s: tuple[FiniteOrNull, ...]
+    """Largest velocity of the swing there, rad/s, (n,)."""
+    value: tuple[FiniteOrNull, ...]
+    """The parameter there, in the SI unit that its name holds, (n,)."""
+    std: tuple[FiniteOrNull, ...]
+    """Its standard deviation, (n,)."""
+
+
+class MovingParameter(Schema):
+    """A constant of the declared model that is none along the ring-down.
+
+    It tells where something is missing, before what.
+    """
+
+    name: str
+    """Public name of the parameter; `zero_offset_rad`: the zero of an angle."""
+    p_value: FiniteOrNull
+    """Chance that noise alone moves it as much, beside those before it; 0 where it is too small."""
+    log10_p_value: FiniteOrNull
+    """Decimal logarithm of the chance, also where it is too small for a number."""
+    share: FiniteOrNull
+    """Share of what the declared model leaves over that its motion, with those before it, takes."""
+    follows: tuple[TraceRegressor, ...]
+    """What it goes with best, with what is hardly told from that; empty: no simple law of one of these."""
+    rises: bool
+    """It grows along the ring-down."""
+    alike: tuple[str, ...]
+    """Other parameters whose motion would take as much."""
+    traces: tuple[ParameterTrace, ...]
+    """One for each group of shots that start at like amplitudes."""
+
+
 class DiagnosisReport(Schema):
     """What the declared model lacks; numbers that are not finite are null."""
 
@@ -214,6 +255,8 @@ class DiagnosisReport(Schema):
     """What is left beside the named effects."""
     notes: tuple[str, ...]
     """What the reader should know besides."""
+    where: Absent[tuple[MovingParameter, ...]] = None
+    """Constants of the declared model that move along the ring-down, the one that explains most first; absent: none."""
     tentative: Absent[tuple[TentativeEffect, ...]] = None
     """Effects that gain, but were not accepted; absent where there are none."""
     model_after: Absent[str] = None

@@ -10,7 +10,7 @@ from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_inp
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.residual_comparison import compare_residuals
 from platform_daemon.reports.diagnosis_page import diagnosis_html
-from tests.kit.specimen_files import THREAD, pendulum, swing
+from tests.kit.specimen_files import RUNS, THREAD, pendulum, swing
 
 
 def elements(page):
@@ -74,3 +74,19 @@ def test_an_angle_with_awkward_name_and_clock_has_its_page_too(tmp_path):
     assert "&lt;b&gt;&amp;swing.h5" in page
     assert "clock_gap" in page
     assert any("<b>&swing.h5" in (e.text or "") for e in elements(page) if e.tag == "h1")
+
+
+def test_a_constant_that_moves_has_its_picture_before_any_name():
+    page, report = page_of(load_diagnosis_input([RUNS[0]]))
+    assert [m.name for m in report.where][:1] == ["lambda_per_s"]
+    assert (
+        page.index("Where something is missing") < page.index("What it is") < page.index("What is left over, in time")
+    )
+    pictures = [e.get("alt") for e in elements(page) if e.tag == "img"]
+    assert pictures[0] == "lambda_per_s along the ring-down"
+
+
+def test_nothing_is_said_where_no_constant_moves(clean):
+    page, report = clean
+    assert "Where something is missing" not in page
+    assert "where" not in report.model_dump(mode="json")

@@ -7,8 +7,19 @@ from platform_daemon.reports.diagnosis_text import (
     place_text,
     scientific,
     strength_text,
+    summary_text,
+    where_line,
 )
-from platform_daemon.schemas.diagnosis import EffectDetail, EffectStrength, NamedEffect, NextMeasurement
+from platform_daemon.schemas.diagnosis import (
+    DiagnosisReport,
+    EffectDetail,
+    EffectStrength,
+    MovingParameter,
+    NamedEffect,
+    NextMeasurement,
+    ParameterTrace,
+)
+from tests.kit.diagnosis_json import diagnosis, effect
 
 NOWHERE = EffectDetail(axis=None, frequency_hz=None, tau_s=None, sample=None, source=None, target=None)
 EFFECT = NamedEffect(
@@ -62,3 +73,33 @@ def test_likely_chances_are_plain():
 def test_a_proposal_says_what_it_separates():
     text = next_line(NextMeasurement(what="turn it", separates=("a", "b"), expected_sigma=4.0))
     assert text == "turn it (separates a, b): 4 sigma expected"
+
+
+def moving(**keys):
+    trace = ParameterTrace(
+        time_s=(0.0, 1.0), amplitude_rad=(0.4, 0.3), peak_speed_rad_per_s=(4.0, 3.0), value=(0.2, 0.3), std=(0.01, 0.01)
+    )
+    known = {
+        "name": "lambda_per_s", "p_value": 0.0, "log10_p_value": -30.6, "share": 0.994, "follows": ("amplitude",),
+        "rises": True, "alike": (), "traces": (trace,),
+    }  # fmt: skip
+    return MovingParameter(**known | keys)
+
+
+def test_a_constant_that_moves_is_one_line():
+    assert where_line(moving()) == (
+        "λ moves along the ring-down (p < 1e-30), it follows the amplitude (rises as the swing dies); "
+        "it accounts for 99.4 % of the misfit"
+    )
+    line = where_line(moving(name="zero_offset_rad", follows=("time",), rises=False, log10_p_value=-3.1, p_value=8e-4))
+    assert line.startswith("zero_offset_rad moves along the ring-down (p = 0.0008), it follows the time (falls as time")
+    assert "the amplitude or the peak speed" in where_line(moving(follows=("amplitude", "speed")))
+    assert "by no simple law" in where_line(moving(follows=()))
+    assert where_line(moving(alike=("m_r_am2",))).endswith("m_r would do as well")
+
+
+def test_it_stands_before_any_name():
+    report = DiagnosisReport.model_validate(diagnosis(effect("coulomb_friction", 1.0)) | {"where": [moving()]})
+    lines = summary_text(report).splitlines()
+    assert lines[1].startswith("where: λ moves")
+    assert lines[2].strip().startswith("coulomb_friction")

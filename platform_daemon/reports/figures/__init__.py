@@ -1,6 +1,7 @@
 """Pictures; matplotlib is loaded when the first one is drawn.
 
 diagnosis: Pictures of a diagnosis: what is left over before and after, in time, by frequency and by harmonic.
+parameter_trace: Picture of a constant that moves along the ring-down: against time, amplitude and peak speed.
 ring_down: Pictures of a ring-down for people who would rather look than read.
 sliding: The picture of sliding-window fits: what a complete model keeps constant, window by window, with errors.
 """

@@ -30,7 +30,8 @@ _HARMONIC_COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44", "#b07d2b", "#6a4c93")
 Pair = tuple[ResidualAnalysis, ResidualAnalysis]
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """Of this size in inches."""
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -44,7 +45,7 @@ def channel_names(count: int, unit: str) -> tuple[str, ...]:
 def draw_residual(pair: Pair, unit: str) -> Figure:
     """Residual in time, a row per channel, before beside after, in units of the noise; right axis: in the unit."""
     names = channel_names(pair[0].sd.size, unit)
-    figure = _figure(11, 1.7 * len(names) + 1.3)
+    figure = new_figure(11, 1.7 * len(names) + 1.3)
     rows = figure.subplots(len(names), 2, sharex=True, sharey="row", squeeze=False)
     figure.suptitle(f"{pair[0].name}: residual over noise; dark: below 6.5 fundamentals", fontsize=11)
     for c, name in enumerate(names):
@@ -78,7 +79,7 @@ def _band_in_time(axes: Axes, one: ResidualAnalysis, c: int, colour: str) -> Non
 def draw_spectra(pair: Pair, unit: str, f_nat_hz: float) -> Figure:
     """Amplitude spectra before and after with the noise and the lines, a panel per channel."""
     names = channel_names(pair[0].sd.size, unit)
-    figure = _figure(11, 2.3 * len(names) + 0.6)
+    figure = new_figure(11, 2.3 * len(names) + 0.6)
     panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(f"{pair[0].name}: spectrum of the residual; dots: lines; dotted: multiples of f_nat", fontsize=11)
     for c, (axes, name) in enumerate(zip(panels, names, strict=True)):
@@ -116,7 +117,7 @@ def _peaks(
 
 def draw_harmonics(before: HarmonicCourse, after: HarmonicCourse, unit: str, name: str) -> Figure:
     """Harmonics 1 .. 5 of the residual: a row per local axis; against amplitude before, after; against time."""
-    figure = _figure(12, 2.5 * len(before.axes) + 0.8)
+    figure = new_figure(12, 2.5 * len(before.axes) + 0.8)
     rows = figure.subplots(len(before.axes), 4, sharey="row", squeeze=False)
     figure.suptitle(f"{name}: harmonics of the residual in the local frame; grey: 95 % of noise alone", fontsize=11)
     for a, axis in enumerate(before.axes):
@@ -152,7 +153,7 @@ def draw_sliding_pair(pair: SlidingComparison) -> Figure:
     """Constants window by window, before and after; flat lines: the model is right."""
     before, after = pair.before, pair.after
     names = [n for n in before.constants if before.course(n)[0].size]
-    figure = _figure(11, 1.7 * (len(names) + 1) + 0.8)
+    figure = new_figure(11, 1.7 * (len(names) + 1) + 0.8)
     panels = figure.subplots(len(names) + 1, 1, sharex=True, squeeze=False)[:, 0]
     figure.suptitle(
         f"{pair.shot}: fits of windows of {before.window_s:.3g} s, the effects' strengths held", fontsize=11
@@ -194,7 +195,7 @@ def draw_scatter(before: Sequence[Scatter], after: Sequence[Scatter]) -> Figure:
     """Every parameter from shot to shot, before and after."""
     count = len(before)
     columns = 3 if count > 4 else 2
-    figure = _figure(11, 1.9 * -(-count // columns) + 0.6)
+    figure = new_figure(11, 1.9 * -(-count // columns) + 0.6)
     panels = figure.subplots(-(-count // columns), columns, squeeze=False).ravel()
     figure.suptitle("shot to shot: red before, blue after; bars: a shot's own standard deviation", fontsize=11)
     known = {s.name: s for s in after}
@@ -216,7 +217,7 @@ def draw_scatter(before: Sequence[Scatter], after: Sequence[Scatter]) -> Figure:
 
 def draw_torque(torque: MissingTorqueMap) -> Figure:
     """The missing torque over angle and velocity, its standard deviation, and cuts through the middle."""
-    figure = _figure(12, 4.0)
+    figure = new_figure(12, 4.0)
     left, right, cuts = figure.subplots(1, 3)
     figure.suptitle(f"missing torque per inertia (would lower χ² by {plain(torque.gain)})", fontsize=11)
     phi, phi_dot, value, std = (np.array(x, float) for x in (torque.phi, torque.phi_dot, torque.value, torque.std))

@@ -1,0 +1,186 @@
+"""How one shot answers if a parameter changes along it: a column for every knot of a trace, in compressed form.
+
+A parameter's own derivative is, at every moment, what a change of the start would do: d y / d p = a(t) d y / d theta +
+b(t) d y / d A, for the angle and for the velocity. What the parameter does between t and t + dt is da and db; with a
+window in time it is a(t) = integral of window da. So neither the motion nor its answer is integrated again.
+
+a and b move slowly, the derivatives by the start quickly: their products are summed over blocks of about a period
+first, and columns are only ever written as slow factors of a few carriers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.linalg import solve_triangular
+
+from platform_daemon.estimation import STATE, Array, DipoleObservation, FitState, RingDownModel, Trajectory, Workspace
+
+from ..regression.linearised_shot import LinearisedShot
+from ..shots.shot import PreparedShot
+
+_FEWEST_BLOCKS, _MOST_BLOCKS = 120, 600
+_SAME = 1e-12  # determinant over the sizes, below which two derivatives are one: the rotor rests
+_THETA, _W, _AMPLITUDE = 0, 1, 2  # places among the parameters of a state
+F_NAT, MOMENT, ZERO = "f_nat_hz", "m_r_am2", "zero_offset_rad"
+
+
+@dataclass(frozen=True)
+class Moving:
+    """A parameter that may move: public name, its place in the state, and public over internal unit."""
+
+    name: str
+    place: int
+    unit: float = 1.0
+
+
+def moving_parameters_of(model: RingDownModel, state: FitState, quantity: str) -> list[Moving]:
+    """Natural frequency, free coefficients of the torques, the moment of a dipole, the zero of an angle."""
+    found = [Moving(F_NAT, _W, 0.5 / math.pi)]
+    for k, c in enumerate(model.coefficients, 3):
+        if not c.hidden and model.parameters[c.name].fixed is None:
+            found.append(Moving(c.name, k))
+    if isinstance(state.observation, DipoleObservation):
+        found.append(Moving(MOMENT, 3 + len(model.coefficients)))
+    if quantity == "angle":
+        found.append(Moving(ZERO, state.size - 1))
+    return found
+
+
+@dataclass(frozen=True)
+class SlowMotion:
+    """A shot in blocks of about a period.
+
+    Attributes:
+        time_s: (n + 1,) of their edges.
+        amplitude, peak_speed: (n + 1,) of the swing, rad and rad/s.
+        turned, grown: (parameters of the state's motion, n) by how much each changes theta and A of the start within
+            each block.
+    """
+
+    time_s: Array
+    amplitude: Array
+    peak_speed: Array
+    turned: Array
+    grown: Array
+
+
+def slow_motion(started: PreparedShot, model: RingDownModel, state: FitState) -> SlowMotion:
+    """Of a shot at a state.  Raises LostTrajectoryError."""
+    d, times = state.dynamics, started.time_s
+    periods = (times[-1] - times[0]) * d.w / (2.0 * math.pi)
+    blocks = int(min(max(periods, _FEWEST_BLOCKS), _MOST_BLOCKS))
+    dt_s = float(times[-1] - times[0]) / blocks
+    first, last = math.floor(times[0] / dt_s), math.ceil(times[-1] / dt_s) + 1
+    if model.time_dependent:
+        basis = Trajectory(model, d, last * dt_s).basis(first, last, dt_s, STATE)
+    else:
+        basis = Workspace(model).basis(d, first, last, dt_s, STATE)
+    chain = d.chain(model)
+    size = chain.shape[0]
+    rows = np.tensordot(chain.T, basis[2 : 2 + 2 * size].reshape(size, 2, -1), 1)
+    rows[_W, 1] += basis[1] / d.w  # of phi' itself; v is in units of w
+    (phi_t, v_t), (phi_a, v_a) = rows[_THETA], rows[_AMPLITUDE]
+    det = phi_t * v_a - v_t * phi_a
+    known = np.abs(det) > _SAME * (np.abs(phi_t * v_a) + np.abs(v_t * phi_a) + 1e-300)
+    safe = np.where(known, det, 1.0)
+    turned = np.where(known, (rows[:, 0] * v_a - rows[:, 1] * phi_a) / safe, 0.0)
+    grown = np.where(known, (rows[:, 1] * phi_t - rows[:, 0] * v_t) / safe, 0.0)
+    both = known[1:] & known[:-1]
+    amplitude = np.arccos(np.clip(np.cos(basis[0]) - 0.5 * basis[1] ** 2, -1.0, 1.0))
+    return SlowMotion(
+        np.arange(first, last) * dt_s, amplitude, 2.0 * d.w * np.sin(0.5 * amplitude),
+        np.where(both, np.diff(turned), 0.0), np.where(both, np.diff(grown), 0.0),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class KnotResponses:
+    """What one shot tells of traces; the order is parameter by parameter, knot by knot.
+
+    Attributes:
+        information, gradient: (k, k), (k,) beside the shot's own parameters.
+        follows: (parameters, k) by how much the shot's own value of each parameter answers to a trace, internal unit.
+        variance: (parameters,) of that value.
+        motion: the shot in blocks.
+        carriers: quick rows (carriers, rows); slow: (k, carriers, blocks) by what they are multiplied.
+    """
+
+    information: Array
+    gradient: Array
+    follows: Array
+    variance: Array
+    motion: SlowMotion
+    carriers: Array
+    slow: Array
+
+    def left(self, linear: LinearisedShot, time_s: Array, trace: Array) -> LinearisedShot:
+        """The shot with the residual that a trace (k,) leaves; time_s: of its instants."""
+        factors = np.tensordot(trace, self.slow, 1)
+        edges = self.motion.time_s
+        middle, channels = 0.5 * (edges[1:] + edges[:-1]), linear.residual.size // time_s.size
+        answer = np.zeros(linear.residual.size)
+        for carrier, factor in zip(self.carriers, factors, strict=True):
+            answer += carrier * np.tile(np.interp(time_s, middle, factor), channels)
+        return replace(linear, residual=linear.beside(linear.residual - answer))
+
+
+def splines(time_s: Array, knots: Array) -> Array:
+    """Windows (knots, n) that add up to one: cubic splines that are 1 at one knot and 0 at all others."""
+    return np.asarray(CubicSpline(knots, np.eye(knots.size))(time_s).T)
+
+
+def knot_responses(
+    started: PreparedShot, linear: LinearisedShot, model: RingDownModel, moving: list[Moving], knots: Array
+) -> KnotResponses:
+    """Of one shot at its state of the declared model; knots: times, s.  Raises LostTrajectoryError."""
+    motion = slow_motion(started, model, linear.seen.state)
+    windows = splines(0.5 * (motion.time_s[1:] + motion.time_s[:-1]), knots)
+    base, free = linear.seen.base, linear.free
+    beside = [m.place for m in moving if m.place >= 3 + len(model.coefficients)]
+    carriers = base[[_THETA, _AMPLITUDE, *beside]]
+    factors = np.zeros((len(moving), knots.size, carriers.shape[0], windows.shape[1]))
+    for k, m in enumerate(moving):
+        if m.place in beside:
+            factors[k, :, 2 + beside.index(m.place)] = windows
+            continue
+        for carrier, rate in enumerate((motion.turned[m.place], motion.grown[m.place])):
+            done = windows * rate
+            factors[k, :, carrier] = np.cumsum(done, axis=1) - 0.5 * done
+    slow = factors.reshape(-1, carriers.shape[0], windows.shape[1])
+    own = np.concatenate([linear.own, linear.q], axis=1)
+    sums = _block_sums(started, carriers, np.concatenate([carriers, own.T, linear.residual[None]]), motion.time_s)
+    gram, inside, gradient = np.split(sums, [carriers.shape[0], -1], axis=1)
+    weighted = np.einsum("kcn,cdn->kdn", slow, gram)
+    whole = weighted.reshape(slow.shape[0], -1) @ slow.reshape(slow.shape[0], -1).T
+    within = np.einsum("kcn,cpn->kp", slow, inside)
+    of_residual = np.einsum("kcn,cn->k", slow, gradient[:, 0])
+    answer = np.zeros((free.size, slow.shape[0]))
+    answer[free] = -solve_triangular(linear.triangle, within[:, linear.own.shape[1] :].T) * linear.scale[:, None]
+    places = [m.place for m in moving]
+    return KnotResponses(
+        whole - within @ within.T,
+        of_residual - within @ (own.T @ linear.residual),
+        answer[places],
+        np.diag(linear.own_covariance())[places],
+        motion,
+        carriers,
+        slow,
+    )
+
+
+def _block_sums(started: PreparedShot, carriers: Array, others: Array, edges_s: Array) -> Array:
+    """Sums of products of whitened rows over the instants of every block, (carriers, others, blocks)."""
+    times, blocks = started.time_s, edges_s.size - 1
+    place = np.clip(np.searchsorted(edges_s, times, side="right") - 1, 0, blocks - 1)
+    begins = np.flatnonzero(np.diff(place, prepend=-1))
+    shape = (-1, times.size)
+    wide = others.reshape(others.shape[0], *(-1, times.size))
+    out = np.zeros((carriers.shape[0], others.shape[0], blocks))
+    for k, carrier in enumerate(carriers):
+        products = np.einsum("ocm,cm->om", wide, carrier.reshape(shape))
+        out[k][:, place[begins]] = np.add.reduceat(products, begins, axis=1)
+    return out

@@ -1,0 +1,161 @@
+"""All parameters that may move, of all groups of shots that start alike, in one set of linear equations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+
+import numpy as np
+
+from platform_daemon.estimation import Array
+
+from ..regression.information import solved
+from ..regression.joint_fit import JointFit
+from ..regression.linearised_shot import LinearisedShot
+from .knot_responses import KnotResponses, knot_responses, moving_parameters_of, splines
+from .trace_shapes import Course
+
+_FEWEST_KNOTS, _MOST_KNOTS = 4, 10
+_ALIKE = 1.15  # ratio of the amplitudes of shots that share a trace
+_MOST_GROUPS = 4
+_STRUCTURED = 1.1  # chi^2 per degree of freedom from which a residual is no noise
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left: by how much gains are to be divided, and the number of independent values that tell it."""
+
+    factor: float
+    values: float
+
+
+class TraceEquations:
+    """Steps between knots as unknowns: parameter by parameter, group by group.
+
+    Attributes:
+        moving: the parameters. groups: numbers of the shots that start alike; courses: of each group; shots: answers
+        of each shot of each group.
+    """
+
+    def __init__(self, at: JointFit, pool: Executor) -> None:
+        self._at, self._pool = at, pool
+        self._known: dict[tuple[int, ...], Left] = {}
+        quantity = at.started[0].shot.record.quantity
+        self.moving = moving_parameters_of(at.hypothesis.model, at.states[0], quantity)
+        self.groups = _groups([abs(s.dynamics.amplitude) for s in at.states])
+        self._knots = [self._knots_of(g) for g in self.groups]
+        which = [(k, n) for n, group in enumerate(self.groups) for k in group]
+        answers = list(pool.map(lambda pair: self._one(*pair), which))
+        self.shots = [[r for r, (_, n) in zip(answers, which, strict=True) if n == m] for m in range(len(self._knots))]
+        self.courses = [self._course(n) for n in range(len(self.groups))]
+        self._information, self._gradient = self._summed()
+
+    def _knots_of(self, group: Sequence[int]) -> Array:
+        at = self._at
+        begin = min(float(at.started[k].time_s[0]) for k in group)
+        end = max(float(at.started[k].time_s[-1]) for k in group)
+        periods = (end - begin) * at.states[group[0]].dynamics.w / (2.0 * math.pi)
+        return np.linspace(begin, end, int(min(max(0.5 * periods, _FEWEST_KNOTS), _MOST_KNOTS)))
+
+    def _one(self, k: int, group: int) -> KnotResponses:
+        at = self._at
+        return knot_responses(at.started[k], at.linear[k], at.hypothesis.model, self.moving, self._knots[group])
+
+    def _course(self, group: int) -> Course:
+        """Time, amplitude and speed at the knots, means over the shots."""
+        knots, found = self._knots[group], []
+        for r in self.shots[group]:
+            both = np.stack([r.motion.amplitude, r.motion.peak_speed], axis=1)
+            found.append(np.linalg.lstsq(splines(r.motion.time_s, knots).T, both, rcond=None)[0].T)
+        amplitude, speed = (np.mean([f[n] for f in found], axis=0) for n in range(2))
+        return Course(knots, amplitude, speed)
+
+    def _summed(self) -> tuple[Array, Array]:
+        """Of the steps between knots: parameter by parameter, group by group."""
+        sizes = [knots.size - 1 for knots in self._knots]
+        each, count = sum(sizes), len(self.moving)
+        information, gradient = np.zeros((count * each, count * each)), np.zeros(count * each)
+        begin = 0
+        for size, shots in zip(sizes, self.shots, strict=True):
+            to_knots = np.kron(np.eye(count), stairs(size))
+            where = np.concatenate([np.arange(begin, begin + size) + m * each for m in range(count)])
+            for r in shots:
+                information[np.ix_(where, where)] += to_knots.T @ r.information @ to_knots
+                gradient[where] += to_knots.T @ r.gradient
+            begin += size
+        return information, gradient
+
+    def _places(self, m: int) -> np.ndarray:
+        each = self._gradient.size // len(self.moving)
+        return np.arange(m * each, (m + 1) * each)
+
+    def beside(self, m: int, others: Sequence[int]) -> tuple[Array, Array]:
+        """Information and gradient of a parameter's steps beside those of others."""
+        mine = self._places(m)
+        matrix, gradient = self._information[np.ix_(mine, mine)], self._gradient[mine]
+        if not others:
+            return matrix, gradient
+        known = np.concatenate([self._places(o) for o in others])
+        cross = self._information[np.ix_(known, mine)]
+        within = solved(self._information[np.ix_(known, known)], np.column_stack([cross, self._gradient[known]]))
+        return matrix - cross.T @ within[:, :-1], gradient - cross.T @ within[:, -1]
+
+    def gain(self, which: Sequence[int]) -> float:
+        """Fall of chi^2 if these parameters may take any course."""
+        if not which:
+            return 0.0
+        places = np.concatenate([self._places(m) for m in which])
+        gradient = self._gradient[places]
+        return float(gradient @ solved(self._information[np.ix_(places, places)], gradient))
+
+    def left(self, which: Sequence[int]) -> Left:
+        """If these parameters move: as the joint fit's noise factor, from what their best course leaves."""
+        key = tuple(sorted(which))
+        if key not in self._known:
+            self._known[key] = self._left(key)
+        return self._known[key]
+
+    def _left(self, which: tuple[int, ...]) -> Left:
+        at, places = self._at, sum(self._places(m).size for m in which)
+        excess = max(1.0, (at.chi2 - self.gain(which)) / max(at.dof - places, 1.0))
+        if excess < _STRUCTURED:
+            return Left(excess, at.dof - places)
+        rests = list(self._pool.map(lambda pair: pair[0].left(*pair[1:]), self._traces(which)))
+        chi2 = sum(r.chi2 for r in rests)
+        samples = sum(r.chi2 * r.samples_per_value for r in rests) / chi2
+        return Left(max(1.0, chi2 / at.dof) * samples, at.dof / samples - places)
+
+    def _traces(self, which: Sequence[int]) -> list[tuple[KnotResponses, LinearisedShot, Array, Array]]:
+        """Each shot's answers, its look, its instants, and the best course of these parameters (k,)."""
+        steps = np.zeros(self._gradient.size)
+        if which:
+            places = np.concatenate([self._places(m) for m in which])
+            steps[places] = solved(self._information[np.ix_(places, places)], self._gradient[places])
+        by_parameter, found, begin = steps.reshape(len(self.moving), -1), [], 0
+        for group, course, shots in zip(self.groups, self.courses, self.shots, strict=True):
+            end = begin + course.time_s.size - 1
+            trace = (by_parameter[:, begin:end] @ stairs(end - begin).T).ravel()
+            begin = end
+            at = self._at
+            found += [(r, at.linear[k], at.started[k].time_s, trace) for k, r in zip(group, shots, strict=True)]
+        return found
+
+
+def stairs(size: int) -> Array:
+    """From steps (size,) to values at the knots (size + 1,); 0 at the first."""
+    return np.vstack([np.zeros(size), np.tril(np.ones((size, size)))])
+
+
+def _groups(amplitudes: Sequence[float]) -> list[list[int]]:
+    """Shots of like amplitude, the largest first."""
+    order = sorted(range(len(amplitudes)), key=lambda k: -amplitudes[k])
+    groups = [[order[0]]]
+    for k in order[1:]:
+        apart = amplitudes[groups[-1][0]] > _ALIKE * amplitudes[k]
+        if apart and len(groups) < _MOST_GROUPS:
+            groups.append([k])
+        else:
+            groups[-1].append(k)
+    return groups
