@@ -69,7 +69,7 @@ _TABLE = (
        "excess of a dry friction at rest per inertia, -sgn(φ') a_c exp(-|φ'|/v_c)"),
     _P("stribeck_coulomb_speed_rad_per_s", "v_c", "$v_c$", "rad/s", "rad s⁻¹", 1.0,
        "speed at which that has fallen to 1/e"),
-    _P("cubic_restoring_per_rad2", "k_3", "$k_3$", "1/rad^2", "rad⁻²", 1.0, "restoring torque -k_3 ω² φ³ beside it"),
+    _P("cubic_restoring", "k_3", "$k_3$", "1", "", 1.0, "restoring torque -k_3 ω² φ³ beside it"),
     _P("frequency_drift_per_s", "d", "$d$", "1/s", "s⁻¹", 1.0, "relative change of f_nat per second"),
     _P("frequency_settling_per_s", "d_0", "$d_0$", "1/s", "s⁻¹", 1.0,
        "relative change of f_nat per second at the first sample, that dies away"),

@@ -177,7 +177,7 @@ def test_the_answer_to_any_torque_agrees_with_the_derivative_of_a_known_one(mode
     place = 3 + [c.name for c in model.coefficients].index("lambda_per_s")
     # A lambda of 1/s is a damping of 1/w; both begin at different times, which the shot's own parameters take up.
     assert np.linalg.norm(linear.beside(column)) < 1e-3 * np.linalg.norm(column)
-    assert np.linalg.norm(column) == pytest.approx(w * np.linalg.norm(linear.seen.base[place]), rel=0.1)
+    assert np.linalg.norm(column) == pytest.approx(w * np.linalg.norm(linear.base()[:, place]), rel=0.1)
 
 
 def test_a_refit_follows_a_bent_valley_to_its_end():

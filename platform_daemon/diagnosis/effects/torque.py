@@ -53,7 +53,7 @@ STRIBECK_OF_PENDULUM = Effect(
     "lambda(window) rises faster than 1/phi as the motion dies", "friction that falls with the speed: Stribeck 1902",
 )  # fmt: skip
 CUBIC = Effect(
-    "cubic_restoring", "1/rad^2", 0, (_AMPLITUDE,), "f_nat(window) follows phi^2",
+    "cubic_restoring", "1", 0, (_AMPLITUDE,), "f_nat(window) follows phi^2",
     "a spring that stiffens, a stretched wire: Duffing 1918",
 )  # fmt: skip
 _STRIBECK_SPEEDS = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)  # rad/s

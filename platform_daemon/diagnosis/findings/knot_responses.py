@@ -139,7 +139,7 @@ def knot_responses(
     """Of one shot at its state of the declared model; knots: times, s.  Raises LostTrajectoryError."""
     motion = slow_motion(started, model, linear.seen.state)
     windows = splines(0.5 * (motion.time_s[1:] + motion.time_s[:-1]), knots)
-    base, free = linear.seen.base, linear.free
+    base, free = linear.base().T, linear.free
     beside = [m.place for m in moving if m.place >= 3 + len(model.coefficients)]
     carriers = base[[_THETA, _AMPLITUDE, *beside]]
     factors = np.zeros((len(moving), knots.size, carriers.shape[0], windows.shape[1]))

@@ -13,6 +13,4 @@ def cubic_restoring(phi, sin_phi, cos_phi, v, sigma, c, j, grad):  # type: ignor
     return c[j] * grad[j], -3.0 * c[j] * phi * phi, 0.0
 
 
-CUBIC_RESTORING = TorqueTerm(
-    "cubic_restoring", (Coefficient("cubic_restoring_per_rad2", "1/rad^2", 0, 1e-2),), cubic_restoring
-)
+CUBIC_RESTORING = TorqueTerm("cubic_restoring", (Coefficient("cubic_restoring", "1", 0, 1e-2),), cubic_restoring)
