@@ -25,7 +25,8 @@ def test_white_noise_and_the_steps_of_an_encoder_are_told_to_a_tenth(seconds, ra
 def test_an_encoder_that_is_read_more_often_than_it_counts_has_at_least_the_noise_of_its_steps():
     read, _ = swinging(10.0, 10_000.0, counts=100, noise=0.01)
     sd = float(estimate_noise(RingDownRecord(read[None], 10_000.0, "angle")).sd[0])
-    assert 0.01 / np.sqrt(12.0) <= sd * (1.0 + 1e-9) < 4.0 * 0.01  # the angle was divided by a scale and multiplied again
+    rounding = 1.0 + 1e-9  # the angles were divided by a scale and multiplied again
+    assert 0.01 / np.sqrt(12.0) <= sd * rounding < 4.0 * 0.01
 
 
 def test_a_jump_and_a_kink_are_no_noise():
