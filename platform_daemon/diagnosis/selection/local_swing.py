@@ -144,7 +144,7 @@ class Blocks:
         lowest = [k for k in range(len(found)) if found[k] == min(found[max(0, k - 1) : k + 2])]
         polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k])) for k in lowest)]
         least = min(polished)[0]
-        return [s for chi2, s in polished if chi2 < least * (1.0 + _AS_GOOD / self.y.size)]
+        return [s for chi2, s in polished if chi2 <= least * (1.0 + _AS_GOOD / self.y.size)]
 
     def polished(self, around: float) -> float:
         """A loss near one, not necessarily whole, that explains best."""
