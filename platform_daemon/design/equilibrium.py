@@ -18,8 +18,8 @@ from .dipole import Vectors, cross, dipole_force, dot, rotated, stator_field, un
 from .geometry import Placement, StaticResonator
 
 TOLERANCE = 1e-10  # of what is left of force and torque, where F_m at the distance of the magnets is 3
-LONGEST_STEP = 0.2  # d or rad
-SHORTEST_STEP = 1e-9  # d or rad
+LONGEST_STEP = 0.2  # rad, round a sphere wider than d: d
+SHORTEST_STEP = 1e-9  # of the same
 # A flat jewel without tilt restores with the third power: there Newton's steps shorten by a third only, and go on until
 # the stiffness itself drowns in rounding.
 SMALLEST_STIFFNESS = 1e-15
@@ -133,7 +133,7 @@ def equilibria(resonator: StaticResonator, start: Placement) -> Equilibria:
     for _ in range(MOST_STEPS):
         here, now = mechanics.only(todo), state.only(todo)
         slope, basis = _slope(here, now)
-        step = _step(slope, _stiffness(here, now, basis), longest[todo], resonator.curvature)
+        step = _step(slope, _stiffness(here, now, basis), longest[todo])
         new = here.moved(now, *_as_vectors(step, basis))
         lower = here.energy(new) <= here.energy(now) + 1e-13
         longest[todo] *= np.where(lower, np.minimum(2.0, LONGEST_STEP / longest[todo]), 0.25)
@@ -152,15 +152,18 @@ def equilibria(resonator: StaticResonator, start: Placement) -> Equilibria:
     return Equilibria(rested, centre, moment, _failures(resonator, mechanics, start, state))
 
 
-def _tangents(normal: Vectors) -> Vectors:
-    """Two unit vectors across each normal, (n, 2, 3)."""
+def _tangents(normal: Vectors, length: float) -> Vectors:
+    """Two vectors of a length across each normal and each other, (n, 2, 3)."""
     first = unit(cross(np.tile([0.0, 1.0, 0.0], (normal.shape[0], 1)) + 0.1 * np.roll(normal, 1, axis=1), normal))
-    return np.stack([first, cross(normal, first)], axis=1)
+    return length * np.stack([first, cross(normal, first)], axis=1)
 
 
 def _slope(mechanics: _Mechanics, state: _State) -> tuple[NDArray[Any], Vectors]:
-    """Slope in the degrees of freedom, (n, 2) or (n, 5), and the tangents that the first two are along."""
-    basis = _tangents(state.towards_anchor)
+    """Slope in the degrees of freedom, (n, 2) or (n, 5), and the tangents that the first two are along.
+
+    They count in d, on a sphere of less than that radius in rad: a tight cup has the same numbers as a wide one.
+    """
+    basis = _tangents(state.towards_anchor, 1 / max(1.0, mechanics.curvature))
     return _in_degrees_of_freedom(mechanics.slope(state), basis), basis
 
 
@@ -187,15 +190,13 @@ def _stiffness(mechanics: _Mechanics, state: _State, basis: Vectors) -> NDArray[
     return (matrix + matrix.transpose(0, 2, 1)) / 2
 
 
-def _step(
-    slope: NDArray[Any], stiffness: NDArray[np.float64], longest: NDArray[np.float64], curvature: float
-) -> NDArray[np.float64]:
-    """Newton's step, downhill in every direction, at most so long, nor further round the sphere than so many rad."""
+def _step(slope: NDArray[Any], stiffness: NDArray[np.float64], longest: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Newton's step, downhill in every direction, at most so long."""
     values, vectors = np.linalg.eigh(stiffness)
     along = np.einsum("nij,ni->nj", vectors, slope)
     step = -np.einsum("nij,nj->ni", vectors, along / np.maximum(np.abs(values), SMALLEST_STIFFNESS))
-    length = np.maximum(np.abs(step).max(axis=1), curvature * np.abs(step[:, :2]).max(axis=1))
-    return np.asarray(step * np.minimum(1.0, longest / np.maximum(length, 1e-300))[:, None])
+    length = np.maximum(np.abs(step).max(axis=1), 1e-300)
+    return np.asarray(step * np.minimum(1.0, longest / length)[:, None])
 
 
 def _failures(resonator: StaticResonator, mechanics: _Mechanics, start: Placement, state: _State) -> NDArray[np.str_]:
@@ -210,5 +211,5 @@ def _failures(resonator: StaticResonator, mechanics: _Mechanics, start: Placemen
     failure[dot(state.towards_anchor, start.towards_anchor) < 0] = risen
     apart = np.sqrt(dot(centre, centre))
     failure[apart < 2 * resonator.radius_m / resonator.distance_m] = "the rotor would touch the stator"
-    failure[np.abs(slope).max(axis=1) * apart**4 > TOLERANCE] = "no position of rest was found"
+    failure[np.abs(slope).max(axis=1) * apart**4 > TOLERANCE] = "no position of rest was found near where the rotor was"
     return failure

@@ -22,6 +22,8 @@ Defect = Literal["stator_tilt", "rotor_tilt", "jewel_tilt", "lateral"]
 Pivot = Literal["contact", "rotor_centre", "stator_centre"]
 Direction = Literal["along", "across"]
 X, Y, Z = np.eye(3)
+SMALLEST_M, LARGEST_M = 1e-9, 1e3
+TIGHTEST = 1e7  # in 1/d, of the sphere on which the bearing lets the rotor move
 
 
 @dataclass(frozen=True)
@@ -39,8 +41,10 @@ class StaticResonator:
     span_m: float
 
     def __post_init__(self) -> None:
-        if not all(0 < x < math.inf for x in (self.radius_m, self.remanence_t, self.distance_m)):
-            raise ValueError("radius, remanence and distance must be positive and finite")
+        if not all(SMALLEST_M <= x <= LARGEST_M for x in (self.radius_m, self.distance_m)):
+            raise ValueError("radius and distance must be between 1 nm and 1 km")
+        if not 0 < self.remanence_t < math.inf:
+            raise ValueError("the remanence must be positive and finite")
         if not self.distance_m > 2 * self.radius_m:
             raise ValueError("the magnets overlap: their distance must be more than two radii")
         if not self.span_m > (self.radius_m if self.bearing == "jewel" else 0.0):
@@ -49,6 +53,8 @@ class StaticResonator:
                 if self.bearing == "jewel"
                 else "the length of the thread must be positive"
             )
+        if self.curvature > TIGHTEST:
+            raise ValueError("the bearing leaves the rotor no play")
 
     @property
     def curvature(self) -> float:

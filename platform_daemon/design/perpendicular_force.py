@@ -35,7 +35,8 @@ class StaticAnalysis:
         centre_m: C, centre of the rotor at rest, (n, 3).
         displacement_m: |dy_C|, distance of C from the axis of the bearing (of a tilted jewel: from its own), (n,).
         axis: unit vector of the new axis, from C towards the anchor A, (n, 3).
-        alpha_rad: angle between this axis and the rotor's moment; without defect 90 deg, (n,).
+        moment: unit vector of the rotor's moment at rest, (n, 3).
+        alpha_rad: angle between the axis and the moment; without defect 90 deg, (n,).
         reference_point_m: D, where the axis leaves the rotor at the bearing, (n, 3).
         force_n, torque_nm: on the rotor at C, by the stator, (n, k, 3).
         perpendicular_force_n: F_perp = |M_D,perp| / r, (n, k).
@@ -46,6 +47,7 @@ class StaticAnalysis:
     centre_m: Vectors
     displacement_m: NDArray[np.float64]
     axis: Vectors
+    moment: Vectors
     alpha_rad: NDArray[np.float64]
     reference_point_m: Vectors
     force_n: NDArray[np.float64]
@@ -75,6 +77,7 @@ def static_analysis(
         centre_m=centre * d,
         displacement_m=np.sqrt(dot(apart, apart)) * d,
         axis=axis,
+        moment=found.moment,
         alpha_rad=np.arctan2(np.linalg.norm(cross(axis, found.moment), axis=1), dot(axis, found.moment)),
         reference_point_m=centre * d + outwards * r,
         force_n=force * unit_force,

@@ -219,7 +219,14 @@ def test_defects_that_a_bearing_cannot_have(bearing: Bearing, defect: Defect) ->
 
 @pytest.mark.parametrize(
     ("bearing", "span", "word"),
-    [("jewel", 1.0, "fit"), ("jewel", -2.0, "fit"), ("thread", 0.0, "positive"), ("thread", math.nan, "positive")],
+    [
+        ("jewel", 1.0, "fit"),
+        ("jewel", -2.0, "fit"),
+        ("thread", 0.0, "positive"),
+        ("thread", math.nan, "positive"),
+        ("jewel", 1 + 1e-12, "play"),
+        ("thread", 1e-12, "play"),
+    ],
 )
 def test_bearings_that_do_not_exist(bearing: Bearing, span: float, word: str) -> None:
     with pytest.raises(ValueError, match=word):
@@ -229,5 +236,5 @@ def test_bearings_that_do_not_exist(bearing: Bearing, span: float, word: str) ->
 def test_magnets_that_overlap_or_are_none() -> None:
     with pytest.raises(ValueError, match="overlap"):
         StaticResonator("thread", 1.5e-3, 1.3, 2.9e-3, 12e-3)
-    with pytest.raises(ValueError, match="finite"):
+    with pytest.raises(ValueError, match="remanence"):
         StaticResonator("thread", 1.5e-3, math.inf, 4.7e-3, 12e-3)
