@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, WithJsonSchema
 from typing_extensions import TypeAliasType
 
 from .base import Absent, Schema, Vector, example
@@ -17,7 +17,10 @@ JewelPivot = TypeAliasType("JewelPivot", Literal["contact", "rotor_centre", "sta
 """About what a jewel is tilted."""
 LateralDirection = TypeAliasType("LateralDirection", Literal["along", "across"])
 """Of a displacement, against the stator's magnetisation."""
-Infinite = TypeAliasType("Infinite", Literal["inf"])
+# Told as a list of one, because generated clients take a constant for the whole of a union.
+Infinite = TypeAliasType(
+    "Infinite", Annotated[Literal["inf"], WithJsonSchema({"type": "string", "enum": ["inf"], "title": "Infinite"})]
+)
 """What JSON has no number for."""
 Ratio = float | Infinite
 """A length over the rotor's radius; "inf": a flat jewel, or a thread that does not tilt."""
