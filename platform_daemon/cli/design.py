@@ -57,8 +57,8 @@ def defects(
     force: ForceOption = False,
 ) -> None:
     """Equivalent perpendicular force of a manufacturing defect: what pushes the rotor into side modes."""
-    from platform_daemon.analysis import checked_defect, defects_report, force_curves
-    from platform_daemon.reports import defects_text, save_defects_png
+    from platform_daemon.analysis import checked_defect, defects_report
+    from platform_daemon.reports import defects_text
     from platform_daemon.settings import load_specimen
 
     must_not_exist(json_file, force, ".json")
@@ -80,6 +80,9 @@ def defects(
     print(defects_text(report))
     write_json(json_file, report)
     if png is not None:
+        from platform_daemon.analysis import force_curves
+        from platform_daemon.reports import save_defects_png  # here, because matplotlib is loaded with it
+
         save_defects_png(force_curves(checked, specimen), png)
         print(png)
 
