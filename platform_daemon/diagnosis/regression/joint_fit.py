@@ -6,10 +6,10 @@ the model's channels (Candidate.change), additive effects are linear.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -67,18 +67,23 @@ class JointFit:
 
         What a model leaves over goes on from sample to sample: it is worth as few values as are independent.
         """
-        excess = max(1.0, self.chi2_per_dof)
-        return excess if excess < _STRUCTURED else excess * self._samples_per_value
-
-    @property
-    def _samples_per_value(self) -> float:
-        """Of the residuals: so many samples tell as much as one would alone."""
-        pairs = [(a.chi2, a.samples_per_value) for a in self.linear]
-        return sum(chi2 * each for chi2, each in pairs) / sum(chi2 for chi2, _ in pairs)
+        return noise_factor(self.chi2_per_dof, ((a.chi2, partial(_samples_per_value, a)) for a in self.linear))
 
     def full_state(self, k: int) -> FitState:
         """Of shot k, with the torque strengths among its coefficients."""
         return self.hypothesis.extended(self.states[k], self.strengths)
+
+
+def _samples_per_value(of: LinearisedShot) -> float:
+    return of.samples_per_value
+
+
+def noise_factor(chi2_per_dof: float, left: Iterable[tuple[float, Callable[[], float]]]) -> float:
+    """By how much gains are to be divided; left: chi^2 of each shot, and how many samples tell as much as one."""
+    if chi2_per_dof < _STRUCTURED:
+        return max(1.0, chi2_per_dof)
+    pairs = [(chi2, each()) for chi2, each in left]
+    return chi2_per_dof * sum(chi2 * each for chi2, each in pairs) / sum(chi2 for chi2, _ in pairs)
 
 
 def fit_jointly(

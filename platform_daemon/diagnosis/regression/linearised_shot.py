@@ -52,11 +52,15 @@ class LinearisedShot:
 
     @property
     def samples_per_value(self) -> float:
-        """So many samples of the residual tell as much as one independent value would: 1 for white noise.
+        """So many samples of the residual tell as much as one independent value would: 1 for white noise."""
+        return self.samples_per_value_of(self.residual)
+
+    def samples_per_value_of(self, residual: Array) -> float:
+        """The same of what else may be left, flat (rows,).
 
         The sum of the squares of its correlations, without what chance adds to these.
         """
-        rows: Array = self.residual.reshape(self.seen.residual.shape)
+        rows: Array = residual.reshape(self.seen.residual.shape)
         n = int(self.seen.residual.shape[1])
         size = next_fast_len(2 * n, real=True)
         power = np.abs(rfft(rows, size, axis=1)) ** 2

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from platform_daemon.estimation import LostTrajectoryError
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis
-from ..regression.joint_fit import JointFit, fit_jointly, starting_point
+from ..regression.joint_fit import JointFit, fit_jointly, noise_factor, starting_point
 from ..regression.score_test import score_table
 from .sign_constraints import without_gain_of_energy
 
@@ -69,20 +70,42 @@ def refined_own(at: JointFit, c: Candidate, pool: Executor) -> Candidate:
     for share in (1.0, 0.3):
         if c.near is not None:
             scale = share * bin_hz if c.detail.tau_s is None else share
-            c = max(c.near(scale), key=lambda v: own_gain(at, v, pool)[0])
+            c = max(c.near(scale), key=lambda v: own_gain(at, v, pool).fall)
     return c
 
 
-def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> tuple[float, int]:
-    """What an additive effect of every shot's own gains: fall of chi^2 over the noise factor, and its columns."""
+@dataclass(frozen=True)
+class OwnGain:
+    """What an additive effect of every shot's own gains.
 
-    def one(k: int) -> tuple[float, int]:
+    Attributes:
+        fall: of chi^2. noise_factor: of what it leaves over, by which the fall is to be divided.
+        columns: of all shots together.
+    """
+
+    fall: float
+    noise_factor: float
+    columns: int
+
+    @property
+    def gain(self) -> float:
+        """Fall of chi^2 over the noise factor."""
+        return self.fall / self.noise_factor
+
+
+def own_gain(at: JointFit, candidate: Candidate, pool: Executor) -> OwnGain:
+    """The effect is judged by what it leaves: before, it may be most of the residual itself."""
+
+    def one(k: int) -> tuple[float, float, Callable[[], float], int]:
         linear = at.linear[k]
         assert candidate.columns is not None
         columns = at.started[k].white(candidate.columns(linear.seen)).T
-        rest = linear.beside(columns)
-        q, _ = np.linalg.qr(rest)
-        return float(np.sum((q.T @ linear.beside(linear.residual)) ** 2)), columns.shape[1]
+        q, _ = np.linalg.qr(linear.beside(columns))
+        residual = linear.beside(linear.residual)
+        along = q.T @ residual
+        left = residual - q @ along
+        return float(along @ along), float(left @ left), lambda: linear.samples_per_value_of(left), columns.shape[1]
 
     parts = list(pool.map(one, range(len(at.linear))))
-    return sum(p[0] for p in parts) / at.noise_factor, sum(p[1] for p in parts)
+    factor = noise_factor(sum(p[1] for p in parts) / at.dof, [(p[1], p[2]) for p in parts])
+    return OwnGain(sum(p[0] for p in parts), factor, sum(p[3] for p in parts))

@@ -164,7 +164,7 @@ class _Search:
         """True if a tone that does not decay explains more than the decaying one."""
         f, bin_hz = side.detail.frequency_hz or 0.0, 1.0 / float(at.started[0].time_s[-1])
         near = [c for c in lines if any(abs(g - f) < bin_hz for g in c.tones_hz)]
-        return bool(near) and max(own_gain(at, c, self._pool)[0] for c in near) >= own_gain(at, side, self._pool)[0]
+        return bool(near) and max(own_gain(at, c, self._pool).fall for c in near) >= own_gain(at, side, self._pool).fall
 
     def score_table(self, at: JointFit) -> ScoreTable:
         """Of everything that can be common to the shots and is not in a refit already."""
@@ -216,9 +216,9 @@ class _Search:
         for c in offered:
             if _same_effect_in(c, at):
                 continue
-            gain, directions = own_gain(at, c, self._pool)
-            if gain * at.noise_factor > floor:
-                log_p = log_chance(gain, directions, self._trials * c.trials)
+            seen = own_gain(at, c, self._pool)
+            if seen.fall > floor:
+                log_p = log_chance(seen.gain, seen.columns, self._trials * c.trials)
                 if best is None or log_p < best[0]:
                     best = log_p, c
         return best
