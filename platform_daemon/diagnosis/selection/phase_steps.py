@@ -16,7 +16,7 @@ from scipy.fft import irfft, rfft
 
 from platform_daemon.estimation import Array
 
-from .local_swing import Blocks, Stretch, block_means, waves, window
+from .local_swing import Blocks, Stretch, Window, block_means, waves, window
 from .significance import log_chance
 
 _ALIKE = 0.005  # frequencies for which one set of waves serves
@@ -30,6 +30,7 @@ _BESIDE = (-0.12, -0.06, -0.02, 0.0, 0.02, 0.06, 0.12)  # of a period
 _MOST_MOVES = 4  # of the place of a step
 _LOOKED_AT = 6  # windows of either kind
 _FOLLOWED = 1.5  # chi^2 per value of waves that follow the swing
+_OUT = 5.0  # times the misfit of a neighbour
 _ODD = 20.0  # times the usual misfit
 _KICK = 25.0  # by which the fall of chi^2 must exceed that by a kick
 
@@ -180,11 +181,31 @@ def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
         if there == at:
             break
         at = there
+    if not _stands_out(stretch, at):
+        return None
     far = wide.split(at - begin)
     if far.chi2(far.polished(size)) < _FOLLOWED * far.y.size:
         return _judged(far, far.polished(size), wide.time[at - begin], stretch.sd, at)
     parts = seen.split(at - first)
     return _judged(parts, parts.polished(size), seen.time[at - first], stretch.sd, at)
+
+
+def _stands_out(stretch: Stretch, at: int) -> bool:
+    """The misfit of the window is far above that of its neighbours: a second mode is all along, a loss is not."""
+    seen, first = window(stretch, at, _SCALES[-1] * stretch.periods)
+    here, width = _misfit(seen, at - first), seen.time.size
+    beside = []
+    for place in (at - width, at + width):
+        if 0.5 * width < place < stretch.samples.shape[1] - 0.5 * width:
+            other, begin = window(stretch, place, _SCALES[-1] * stretch.periods)
+            beside.append(_misfit(other, place - begin))
+    return not beside or here > _OUT * min(beside)
+
+
+def _misfit(seen: Window, at: int) -> float:
+    """chi^2 of waves without a loss, beyond what noise gives."""
+    parts = seen.split(at)
+    return max(0.0, parts.chi2(0.0) - parts.y.size)
 
 
 def _size(wide: Blocks, near: Blocks) -> float:
