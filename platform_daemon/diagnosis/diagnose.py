@@ -37,7 +37,7 @@ from .regression.parameters import Mean, means, widened, window_disagreement
 from .regression.prediction import unpredicted
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.confounders import gain_of
-from .selection.data_integrity import DataDefect, data_defects, without_gaps
+from .selection.data_integrity import DataDefect, data_defects, merged, without_gaps
 from .selection.omnibus_test import omnibus_test
 from .selection.stepwise import ProgressCallback, Selection, select_effects
 from .selection.tone_free_noise import with_tone_free_noise
@@ -112,8 +112,8 @@ def _diagnose(
     tell("checks of the data", 0.0)
     started, refused, flawed, gaps = _prepared(shots, model, pool)
     tell("fit of the declared model", 0.1)
-    found, late = _selected(started, model, tell, pool)
-    gaps = [*gaps, *late]
+    found, late = _selected(started, model, gaps, tell, pool)
+    gaps = merged([*gaps, *late])
     tell("prediction of held-out data", 0.8)
     seen, before, after, dropped, passed = validate_effects(found, pool)
     final = seen.joint_fit
@@ -195,14 +195,18 @@ def _not_accepted(
 
 
 def _selected(
-    started: list[PreparedShot], model: RingDownModel, tell: ProgressCallback, pool: Executor
+    started: list[PreparedShot],
+    model: RingDownModel,
+    local: Sequence[DataDefect],
+    tell: ProgressCallback,
+    pool: Executor,
 ) -> tuple[Selection, list[DataDefect]]:
     """What is found, and losses of samples that only a model of the motion shows.
 
     What a model lacks looks like such losses, and they look like physics: both are tried, and what leaves less stays.
     """
     found = _effects(started, model, tell, pool)
-    mended, gaps = without_gaps(started, model, pool)
+    mended, gaps = without_gaps(started, model, pool, local)
     if gaps:
         beside = _effects(mended, model, tell, pool)
         return (beside, gaps) if _leaves_less(beside, found) else (found, [])
@@ -210,7 +214,7 @@ def _selected(
     if not best.hypothesis.torques:
         return found, []
     known = [replace(s, state=best.full_state(k)) for k, s in enumerate(best.started)]
-    mended, gaps = without_gaps(known, best.hypothesis.augmented, pool)
+    mended, gaps = without_gaps(known, best.hypothesis.augmented, pool, local)
     if not gaps:
         return found, []
     beside = _effects([replace(m, state=s.state) for m, s in zip(mended, started, strict=True)], model, tell, pool)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -75,14 +75,43 @@ def likeliest_jump(started: PreparedShot, hypothesis: Hypothesis) -> bool:
 
 
 def without_gaps(
-    started: Sequence[PreparedShot], model: RingDownModel, pool: Executor
+    started: Sequence[PreparedShot], model: RingDownModel, pool: Executor, known: Sequence[DataDefect] = ()
 ) -> tuple[list[PreparedShot], list[DataDefect]]:
-    """Shots with the samples put back that their clocks have lost, and where that was."""
-    results = list(pool.map(lambda pair: _mended(pair[0], pair[1], model), enumerate(started)))
+    """Shots with the samples put back that their clocks have lost, and where that was.
+
+    known: losses that were put back already; of these a few samples may be too many.
+    """
+
+    def one(pair: tuple[int, PreparedShot]) -> tuple[PreparedShot, list[DataDefect]]:
+        places = {f.at: round(f.value or 0.0) for f in known if f.shot == pair[0] and f.at is not None}
+        return _mended(*pair, model, places)
+
+    results = list(pool.map(one, enumerate(started)))
     return [r[0] for r in results], [f for r in results for f in r[1]]
 
 
-def _mended(k: int, started: PreparedShot, model: RingDownModel) -> tuple[PreparedShot, list[DataDefect]]:
+def merged(gaps: Sequence[DataDefect]) -> list[DataDefect]:
+    """Losses of one shot at one place as one: what was put back first, and what was missing or too much then."""
+    found: dict[tuple[int, int | None], DataDefect] = {}
+    for gap in gaps:
+        first = found.get((gap.shot, gap.at))
+        if first is not None:
+            size = round(first.value or 0.0) + (gap.value or 0.0)
+            where = f"{first.where.split(':')[0]}: {round(size)} samples are missing before sample {gap.at}"
+            gap = replace(gap, value=size, where=where, log_p=min(first.log_p, gap.log_p))
+        found[gap.shot, gap.at] = gap
+    return list(found.values())
+
+
+def _known_place(at: int, samples: int, places: Mapping[int, int], reach: float) -> int | None:
+    """Where samples were put back close by, more of them than are now too many."""
+    near = [p for p, count in places.items() if abs(p - at) < reach and count + samples >= 1]
+    return min(near, key=lambda p: abs(p - at), default=None)
+
+
+def _mended(
+    k: int, started: PreparedShot, model: RingDownModel, places: Mapping[int, int]
+) -> tuple[PreparedShot, list[DataDefect]]:
     """Gap after gap, each with a new fit."""
     found: list[DataDefect] = []
     hypothesis = Hypothesis(model)
@@ -99,10 +128,15 @@ def _mended(k: int, started: PreparedShot, model: RingDownModel) -> tuple[Prepar
         at, there, there_sd = _located(started, model, state, index)
         step, sd = _size(linear, started, at)
         samples = round(step)
-        whole = samples >= 1 and abs(step - samples) < max(_WHOLE * samples, 5.0 * sd)
+        known = _known_place(at, samples, places, 0.25 * started.shot.rate_hz * 2.0 * math.pi / state.dynamics.w)
+        whole = (samples >= 1 or (samples and known is not None)) and abs(step - samples) < max(
+            _WHOLE * abs(samples), 5.0 * sd
+        )
         # A torque bends the phase slowly; a gap steps it at one place.
-        if not (whole and abs(there - step) < 5.0 * there_sd + _WHOLE * samples):
+        if not (whole and abs(there - step) < 5.0 * there_sd + _WHOLE * abs(samples)):
             break
+        at = at if known is None else known
+        places = {**places, at: places.get(at, 0) + samples}
         started = _filled(started, at, samples)
         linear, state = _settled(replace(started, state=state), hypothesis)
         started = replace(started, state=state)
@@ -191,15 +225,22 @@ def _size(linear: LinearisedShot, started: PreparedShot, at: int) -> tuple[float
 
 
 def _filled(started: PreparedShot, at: int, count: int) -> PreparedShot:
-    """The shot with samples put in before sample `at`, on a cubic through their neighbours."""
-    record = started.shot.record
-    y = record.samples
+    """The shot with samples put in before sample `at`, on a cubic through their neighbours; or with fewer."""
+    y = started.shot.record.samples
+    if count < 0:
+        late = y[:, -1:] + (y[:, -1:] - y[:, -2:-1]) * np.arange(1, 1 - count)
+        return _with(started, np.concatenate([y[:, :at], y[:, at - count :], late], axis=1))
     around = np.concatenate([np.arange(-4, 0), np.arange(count, count + 4)])
     which = np.clip(np.concatenate([np.arange(at - 4, at), np.arange(at, at + 4)]), 0, y.shape[1] - 1)
     cubic = np.polynomial.polynomial.polyfit(around, y[:, which].T, 3)
     new = np.polynomial.polynomial.polyval(np.arange(count), cubic)
-    samples = np.concatenate([y[:, :at], new.reshape(y.shape[0], count), y[:, at:]], axis=1)[:, : y.shape[1]]
-    record = replace(record, samples=samples)
+    new = new.reshape(y.shape[0], count)
+    return _with(started, np.concatenate([y[:, :at], new, y[:, at:]], axis=1)[:, : y.shape[1]])
+
+
+def _with(started: PreparedShot, samples: Array) -> PreparedShot:
+    """The shot with other samples, as many as before."""
+    record = replace(started.shot.record, samples=samples)
     # A step of the phase spreads over the spectrum: noise that was measured beside the signal held some of it.
     noise = started.shot.noise if "blank" in started.shot.noise.source else estimate_noise(record)
     shot = replace(started.shot, record=record, noise=noise)
