@@ -1,7 +1,7 @@
 """z residual against field of a specimen in the simulated world, and the field at which side modes become visible.
 
 python -m tests.campaigns.side_mode_threshold thread_imperfect jewel_imperfect
-python -m tests.campaigns.side_mode_threshold thread_imperfect --from-ut 200 --to-ut 300 --tilt-deg 0.5 --side-damping 25
+python -m tests.campaigns.side_mode_threshold thread_imperfect --from-ut 200 --to-ut 300 --tilt-deg 0.5
 
 The protocol is the paper's ("Measurement Sequence"): 10 periods of 212 Hz along x, raised in steps of 10 uT until the z
 channel shows side modes.  The world is without noise and without scatter from shot to shot, the rotor starts at rest,
@@ -11,47 +11,11 @@ and the criterion is the truth's own: the largest z residual of the RX window.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from typing import Any
 
-import numpy as np
-
-from drivers.specimen import Specimen
 from sim_backend.world.side_motion import VISIBLE_AM2_PER_S
-from tests.kit.simulated_bench import CLOCK, QUIET, Bench, specimen
+from tests.kit.side_modes import changed, truths
 
 RANGES_UT = {"thread": (200, 300), "jewel": (480, 640)}
-RX_S = {"thread": 2.0, "jewel": 1.0}
-
-
-def changed(
-    name: str, tilt_deg: float | None = None, side_damping: float | None = None, friction: float | None = None
-) -> Specimen:
-    """A shipped specimen with another stator tilt, side damping 1/s or T_f/I rad/s^2, and always the same way up."""
-    tables: dict[str, Any] = specimen(name).model_dump(exclude_none=True)
-    tables["rotor"]["orientation_scatter_rad"] = 0.0
-    if tilt_deg is not None:
-        tables["defects"] = {**tables.get("defects", {}), "stator_tilt_rad": float(np.radians(tilt_deg))}
-    if side_damping is not None:
-        tables["rotor"]["side_damping_per_s"] = side_damping
-    if friction is not None:
-        tables["measured"]["tf_over_i_rad_per_s2"] = friction
-    return Specimen.model_validate(tables)
-
-
-def truths(mounted: Specimen, fields_ut: range) -> Iterator[tuple[int, dict[str, Any]]]:
-    """The truth of one shot at each field, from rest."""
-    bench = Bench(None, **QUIET)
-    bench.backend.mount(mounted)
-    for field_ut in fields_ut:
-        bench.backend.world.hold_still()
-        bench.shot(field_ut * 1e-6, rx=int(RX_S[mounted.variant] * CLOCK.rate_hz))
-        yield field_ut, bench.truth()
-
-
-def threshold_ut(mounted: Specimen, fields_ut: range) -> int | None:
-    """The first field of the range at which side modes are visible, uT; None: at none."""
-    return next((field_ut for field_ut, truth in truths(mounted, fields_ut) if truth["side_modes_visible"]), None)
 
 
 def main() -> None:
@@ -76,11 +40,8 @@ def main() -> None:
             first = field_ut if seen and first is None else first
             values = f"{truth['amplitude_tx_end_deg']:13.2f}   {truth['z_residual_am2_per_s']:18.3f}"
             print(f"  {field_ut:10d}   {values}{'   visible' if seen else ''}")
-        print(
-            f"  main mode {truth['main_mode_hz']:.3f} Hz, decay {truth['main_mode_decay_per_s']:.4f} 1/s, side modes ",
-            end="",
-        )
-        print(", ".join(f"{f:.1f}" for f in truth["side_modes_hz"]), "Hz")
+        print(f"  main mode {truth['main_mode_hz']:.3f} Hz, decay {truth['main_mode_decay_per_s']:.4f} 1/s")
+        print(f"  side modes {', '.join(f'{f:.1f}' for f in truth['side_modes_hz'])} Hz")
         print(f"  first above {VISIBLE_AM2_PER_S} Am2/s: {first} uT\n")
 
 

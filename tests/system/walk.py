@@ -29,7 +29,10 @@ from tests.kit.pages import ROOT, Block, blocks, shows
 
 PAGES = (
     "README.md",
-    *(f"docs/{name}.md" for name in ("tasks", "rest", "calibration", "diagnosis", "emulator", "adding-a-driver")),
+    *(
+        f"docs/{name}.md"
+        for name in ("tasks", "rest", "calibration", "diagnosis", "emulator", "adding-a-driver", "simulated-resonator")
+    ),
 )
 PORTS = ("8212", "8786")  # of the daemon and of Dask, as the pages print them
 BLOCK_S = 600.0  # no block takes longer; ...
