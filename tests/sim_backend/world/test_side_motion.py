@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 
 from drivers.errors import ConfigError
 from sim_backend.rotor.rotor import rotation_matrix
+from sim_backend.world.shot import after, simulate
 from sim_backend.world.side_motion import VISIBLE_AM2_PER_S, true_dm_dt, z_residual
 from sim_backend.world.truth import record
 from tests.kit.side_modes import changed, threshold_ut
@@ -107,6 +109,17 @@ def test_a_shot_that_is_cut_short_is_known_up_to_its_end():
     assert 0 < known < RX
     assert record(setup, result, 22.0, [])["rotor_model"] == "rigid_body"
     assert abs(known / CLOCK.rate_hz - (0.1 - setup.rx_start_s())) < 1e-3
+
+
+def test_an_open_ended_shot_goes_on_from_leg_to_leg():
+    bench, _ = still("jewel_imperfect", 490e-6)
+    setup, whole = bench.backend.world.player.result()
+    first = replace(setup, stop_s=0.1, open_ended=True)
+    before = simulate(first)
+    following = after(first, before, bench.line_up(0.0, rx=RX), ())
+    result = simulate(replace(following, stop_s=setup.stop_s - 0.1))
+    assert result.phi_rad == pytest.approx(whole.phi_rad, abs=1e-6)
+    assert np.all(np.isfinite(result.heard.volts))
 
 
 def orientations(seed, shots=30):
