@@ -58,6 +58,11 @@ min_max_decimate: Smallest and largest value per bucket, (c, buckets) each, and 
 ring_down_plot_data: What to draw of one frame.
 planned_precision: Smallest possible standard deviations per window, of the specimen's own variant or of another
     model.
+checked_defect: What is asked for of a defect, or what, where and why it makes no sense.
+ForceCurves: What a picture of a defect shows.
+force_curves: Perpendicular force over the size of a defect.
+defects_report: Every size of a defect at every deflection.
+design_report: What follows from magnets and bearing alone, and the paper's procedure in six steps.
 fit_table: On-line fits of a series.
 amplitude_course: (start in s, phi_max in degrees, its standard deviation) of the good windows.
 flatness_lines: For the terminal.

@@ -54,6 +54,11 @@ from .plot_data import RingDownPlotData as RingDownPlotData
 from .plot_data import min_max_decimate as min_max_decimate
 from .plot_data import ring_down_plot_data as ring_down_plot_data
 from .precision import planned_precision as planned_precision
+from .resonator.checked_defect import checked_defect as checked_defect
+from .resonator.curves import ForceCurves as ForceCurves
+from .resonator.curves import force_curves as force_curves
+from .resonator.defects import defects_report as defects_report
+from .resonator.numbers import design_report as design_report
 from .series_table import fit_table as fit_table
 from .sliding import amplitude_course as amplitude_course
 from .sliding import flatness_lines as flatness_lines

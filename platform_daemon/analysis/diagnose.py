@@ -24,6 +24,7 @@ from platform_daemon.estimation import (
     RefusedError,
     RingDownModel,
     SeriesNoise,
+    estimate_noise,
     screen_free_swing,
 )
 
@@ -275,10 +276,8 @@ def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loade
             code, advice = refused.code.name.lower(), refused.advice or refused.code.value.rpartition("; ")[2]
             loaded.leave_out(name, f"{code}: {refused.seen}", advice)
             return
-    model = noise.for_shot(signal.record).model
-    if model is None:
-        loaded.leave_out(name, "its noise cannot be measured: too few samples", "record for longer, or faster")
-        return
+    # A short record says nothing about others, and something about itself.
+    model = noise.for_shot(signal.record).model or estimate_noise(signal.record)
     loaded.shots.append(DiagnosisShot(name, signal.record, model, None, name))
 
 

@@ -20,7 +20,7 @@ LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that 
     "get_fit": {"get_derived": _ID, "get_envelopes": {**_ID, "frame": "$response.body#/result/frames/0/frame"}},
     "start_diagnosis": {"get_diagnosis": _ID, "cancel_diagnosis": _ID},
     "get_diagnosis": {"get_report": _ID, "adopt_model": _ID},
-    "add_resonator": {"get_resonator": _LABEL},
+    "add_resonator": {"get_resonator": _LABEL, "get_design": _LABEL},
     "add_sequence": {"get_sequence": _LABEL},
     "adopt_model": {"get_model": _LABEL, "retire_model": _LABEL},
     "list_recordings": {"get_recording": {"identifier": "$response.body#/recordings/0/identifier"}},

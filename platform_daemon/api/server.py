@@ -14,11 +14,22 @@ from platform_daemon.engine import Engine
 from . import problems
 from .context import Context
 from .openapi import complete_schema
-from .routes import acquisitions, calibrations, catalogue, derived, diagnoses, fits, models, platform, recordings
+from .routes import (
+    acquisitions,
+    calibrations,
+    catalogue,
+    derived,
+    design,
+    diagnoses,
+    fits,
+    models,
+    platform,
+    recordings,
+)
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
 Long work is a job: POST answers 202 with a Location, GET it for progress and result, DELETE it to cancel.
-Errors are RFC 9457 problem details with a remedy.  All values are in SI units, named in every key."""
+Errors are RFC 9457 problem details with a remedy.  Every key names the unit of its value: SI, or what people set."""
 
 TAGS = {
     "platform": "State of the hardware, outputs off, and what problems mean",
@@ -28,6 +39,7 @@ TAGS = {
     "recordings": "What was measured, with its dm/dt",
     "fits": "Of stored recordings",
     "derived": "What follows from fits, recordings and plans",
+    "design": "What magnets and bearing alone say of a resonator, and manufacturing defects",
     "diagnoses": "What the declared model lacks",
     "models": "Declared models, and those that were adopted from diagnoses",
 }
@@ -55,6 +67,7 @@ def create_api(context: Context) -> FastAPI:
         recordings,
         fits,
         derived,
+        design,
         diagnoses,
         models,
     ):

@@ -2,6 +2,7 @@
 
 bench: `platform-daemon bench fit`: kept for those who call it.
 calibrate: `platform-daemon calibrate receive | transmit`.
+design: `platform-daemon design | defects`: what a design says, and what manufacturing defects do to it.
 devices: `platform-daemon devices | reset-amplifier | config check`.
 diagnose: `platform-daemon diagnose`: what the declared model lacks, with proof by data that were not used.
 diagnose_live: `platform-daemon diagnose --live`: measure, diagnose, run the proposed next measurement, diagnose

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,6 +50,7 @@ def diagnose(
     from platform_daemon.reports import summary_text
     from platform_daemon.store import read_calibration
 
+    began = time.perf_counter()
     other = None if calibration is None else (read_calibration(calibration), str(calibration))
     must_not_exist(json_file, force, ".json")
     must_not_exist(html, force, ".html", ".htm")
@@ -59,8 +61,13 @@ def diagnose(
         )
         with progress() as display:
             found = diagnose_input(specimen, display.tell)
-        known = {"files": tuple(map(str, specimen.files)), "recordings": file_digests(specimen.files)}
-        report = diagnosis_report(found).model_copy(update=known)
+        report = diagnosis_report(found).model_copy(
+            update={
+                "files": tuple(map(str, specimen.files)),
+                "recordings": file_digests(specimen.files),
+                "seconds": time.perf_counter() - began,  # what the user waited, reading of the files included
+            }
+        )
         print(summary_text(report))
         write_json(json_file, report)
         write_page(html, found, report)

@@ -17,6 +17,7 @@ from platform_daemon import __version__
 
 from .bench import bench_app
 from .calibrate import calibrate_app
+from .design import defects, design
 from .devices import config_app, devices, reset_amplifier
 from .diagnose import diagnose
 from .diagnose_live import FilesOrLive
@@ -44,6 +45,8 @@ app.command()(emulate)
 app.command()(fit)
 app.command()(harmonics)
 app.command()(predict)
+app.command()(design)
+app.command()(defects)
 app.command()(slide)
 app.command(cls=FilesOrLive)(diagnose)
 app.command()(serve)

@@ -236,9 +236,13 @@ def _effects(
 def _ambiguity(named: AcceptedEffect, final: JointFit, pool: Executor) -> Ambiguity:
     """An effect and its look-alikes, and what further measurements would make of them."""
     effect = named.candidate
-    # Of an effect with a hidden scale any value stands for all.
-    others = {(c.effect.id, c.detail): c for r in named.confounders if (c := r.candidate).effect is not effect.effect}
-    alike = tuple(others.values()) or tuple(r.candidate for r in named.confounders)
+    # Of an effect with a hidden scale its likeliest value stands for all.
+    others: dict[object, Candidate] = {}
+    there = [t.term for t in final.hypothesis.torques]
+    for c in (r.candidate for r in named.confounders):
+        if c.effect is not effect.effect and (c.term is None or c.term not in there):
+            others.setdefault((c.effect.id, c.detail) if c.term is None else c.term.name, c)
+    alike = tuple(others.values()) or tuple(r.candidate for r in named.confounders if r.candidate.term is effect.term)
 
     def expected(key: str) -> list[float] | None:
         return discrimination(final, effect, alike, key, pool)

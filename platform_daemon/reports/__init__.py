@@ -3,6 +3,10 @@
 print_calibration: Sensitivity by channel, or field and inductance by coil.
 print_devices: A row per device.
 diagnosis_html: The page in UTF-8.
+defects_text: Forces for the terminal.
+design_text: Numbers of a design and the six steps, for the terminal.
+defects_png: The picture of a defect as PNG.
+save_defects_png: Write it to a file.
 summary_text: For the terminal.
 save_png: Write the picture as PNG.
 save_sliding_png: Write the picture as PNG.

@@ -150,7 +150,7 @@ def _lines(report: DiagnosisReport) -> list[str]:
     lines += [f"integrity: {flaw.id}: {flaw.where}" for flaw in report.integrity]
     lines += [f"next: {next_line(n)}" for n in report.next_measurements[:_LIKELY]]
     lines += [f"note: {note}" for note in report.notes]
-    return [*lines, f"declared model {report.model}; {report.seconds:.3g} s"]
+    return [*lines, f"declared model {report.model}; {report.seconds:.3g} s of wall time"]
 
 
 def next_line(proposal: NextMeasurement) -> str:

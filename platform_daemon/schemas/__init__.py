@@ -6,6 +6,8 @@ SeriesReport: What `measure --json` writes.
 SettleCheck: How much of the swing remains when the next shot begins, by the expected damping.
 ShotSummary: One shot as it would be played.
 AdoptionRequest: Adoption of what a diagnosis names.
+DefectsRequest: A manufacturing defect in some sizes, at some deflections.
+
 DiagnosisRequest: A diagnosis of one specimen.
 PredictionRequest: A planned measurement, of which the smallest standard deviations are asked.
 RecordingFitRequest: A fit of a stored recording.
@@ -31,6 +33,15 @@ OrientationDeviation: Angles between the orientations of a series and one of ref
 OrientationErrors: Orientation errors of a series with a calibration.
 SeriesQuantities: What the frames of a series tell together.
 UnfittedFrameQuantities: A frame without a fit.
+DefectCase: A defect of one size at one deflection.
+DefectsReport: Equivalent perpendicular force of a manufacturing defect.
+DesignReport: What follows from magnets and bearing alone.
+FrictionReport: Dry friction of a jewel bearing by design.
+MagnetValues: The two spheres.
+MeasuredValues: What was measured on the specimen and overrides its design.
+PrintedFriction: Friction as the paper prints it, which does not follow from the mu that it prints.
+ProcedureStep: A step of the paper's six.
+StaticProcedure: From a manufacturing error to its perpendicular force in six steps.
 DataDefectReport: Something in the data that is not as it should be.
 DefectKind: What can be wrong with the data themselves.
 DiagnosisReport: What the declared model lacks.

@@ -4,6 +4,7 @@ from .acquisitions import SeriesReport as SeriesReport
 from .acquisitions import SettleCheck as SettleCheck
 from .acquisitions import ShotSummary as ShotSummary
 from .analysis_requests import AdoptionRequest as AdoptionRequest
+from .analysis_requests import DefectsRequest as DefectsRequest
 from .analysis_requests import DiagnosisRequest as DiagnosisRequest
 from .analysis_requests import PredictionRequest as PredictionRequest
 from .analysis_requests import RecordingFitRequest as RecordingFitRequest
@@ -29,6 +30,15 @@ from .derived import OrientationDeviation as OrientationDeviation
 from .derived import OrientationErrors as OrientationErrors
 from .derived import SeriesQuantities as SeriesQuantities
 from .derived import UnfittedFrameQuantities as UnfittedFrameQuantities
+from .design import DefectCase as DefectCase
+from .design import DefectsReport as DefectsReport
+from .design import DesignReport as DesignReport
+from .design import FrictionReport as FrictionReport
+from .design import MagnetValues as MagnetValues
+from .design import MeasuredValues as MeasuredValues
+from .design import PrintedFriction as PrintedFriction
+from .design import ProcedureStep as ProcedureStep
+from .design import StaticProcedure as StaticProcedure
 from .diagnosis import DataDefectReport as DataDefectReport
 from .diagnosis import DefectKind as DefectKind
 from .diagnosis import DiagnosisReport as DiagnosisReport

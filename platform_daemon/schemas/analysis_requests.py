@@ -1,13 +1,14 @@
-"""What is asked of stored data and of plans: fits, diagnoses, adopted models, predictions."""
+"""What is asked of stored data and of plans: fits, diagnoses, adopted models, predictions, defects."""
 
 from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .base import Finite, NamedWindow, Positive, Request, Window
+from .design import Bearing, Defect, Infinite, JewelPivot, LateralDirection
 from .parameters import PAPER_NOISE_AM2_PER_S
 from .requests import ModelName
 
@@ -132,3 +133,54 @@ class PredictionRequest(Request):
     """Further torque terms, as quadratic_drag."""
     expected: dict[str, Finite] = Field(default={})
     """Expected values that the resonator's file does not hold, by public name, SI."""
+
+
+MOST_CASES = 20_000
+_Quarter = Annotated[float, Field(ge=-90, le=90, allow_inf_nan=False)]
+_Sizes = Field(min_length=1, max_length=1000)
+_Shift = Annotated[float, Field(ge=-1000, le=1000, allow_inf_nan=False)]
+
+
+class DefectsRequest(Request):
+    """A manufacturing defect in some sizes, at some deflections; at most 20 000 cases."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"bearing": "jewel", "defect": "stator_tilt", "eps_deg": [0.5, 2.0], "phi_deg": [30.0]},
+                {"bearing": "thread", "defect": "lateral", "dy_mm": [0.1], "thread_length_over_r": "inf"},
+            ]
+        }
+    )
+
+    bearing: Bearing
+    """How the rotor is held."""
+    defect: Defect
+    """stator_tilt, lateral; of a thread rotor_tilt, of a jewel jewel_tilt."""
+    eps_deg: Annotated[list[_Quarter], _Sizes] | None = None
+    """Error angles of a tilt, degrees; beyond 90 the magnet is the other way round."""
+    dy_mm: Annotated[list[_Shift], _Sizes] | None = None
+    """Sizes of a displacement, mm."""
+    phi_deg: Annotated[list[_Quarter], _Sizes] = Field(default=[30.0])
+    """Deflections about the new axis, degrees; beyond 90 the magnets repel each other."""
+    cup_radius_over_r: Finite | Infinite | None = None
+    """R/r of a jewel bearing, "inf": flat; null: the resonator's, else the paper's 5/3."""
+    thread_length_over_r: Finite | Infinite | None = None
+    """l/r of a thread bearing, "inf": it does not tilt; null: the resonator's, else the paper's 8."""
+    pivot: JewelPivot | None = None
+    """About what a jewel is tilted; null: the contact."""
+    direction: LateralDirection | None = None
+    """Of a displacement, against the stator's magnetisation; null: along."""
+    resonator: ModelName | None = None
+    """Name of a resonator, one of GET /resonators, of which the magnets are; null: the paper's design point."""
+
+    @property
+    def sizes(self) -> list[float]:
+        """Degrees of a tilt, mm of a displacement."""
+        return (self.dy_mm if self.defect == "lateral" else self.eps_deg) or []
+
+    @model_validator(mode="after")
+    def _bounded(self) -> DefectsRequest:
+        if (cases := len(self.sizes) * len(self.phi_deg)) > MOST_CASES:
+            raise ValueError(f"{cases} cases are more than {MOST_CASES}: ask for fewer sizes or deflections")
+        return self

@@ -244,7 +244,7 @@ class DiagnosisReport(Schema):
     next_measurements: tuple[NextMeasurement, ...]
     """What to measure next, the best first."""
     seconds: float
-    """Computing time, s."""
+    """Wall time, s: of a command from its start on, of a job without the reading of the files."""
     model: str
     """The declared or adopted model that was diagnosed."""
     scatter: dict[str, FiniteOrNull]

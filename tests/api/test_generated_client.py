@@ -137,6 +137,21 @@ def test_a_running_series_is_cancelled(api: Any) -> None:
     assert not asked(api, "get_platform").power_amplifier.enabled
 
 
+def test_design_and_defects_are_typed_down_to_the_vectors_of_a_step(api: Any) -> None:
+    m = api.models
+    steps = asked(api, "get_design", "jewel").procedures[0].steps
+    assert steps[1].values["centre_m"][1] == steps[1].values["dy_c_m"] > 0
+    flat = m.DefectsRequest(
+        bearing=m.Bearing.JEWEL, defect=m.Defect.LATERAL, dy_mm=[0.5], cup_radius_over_r=m.Infinite.INF
+    )
+    found = asked(api, "compute_defects", body=flat)
+    assert found.cup_radius_over_r is m.Infinite.INF
+    assert found.cases[0].dy_c_m > 4.9e-4
+    assert asked(api, "draw_defects", body=flat).payload.read().startswith(b"\x89PNG")
+    wrong = m.DefectsRequest(bearing=m.Bearing.THREAD, defect=m.Defect.JEWEL_TILT, eps_deg=[1.0])
+    assert asked(api, "compute_defects", body=wrong).where == "defect"
+
+
 def test_what_cannot_be_done_is_a_typed_problem(api: Any) -> None:
     found = asked(api, "get_recording", "nothing")
     assert isinstance(found, api.models.Problem)

@@ -308,6 +308,7 @@ def test_every_operation_declares_its_problems_and_binary_answers_as_what_they_a
     assert content["download_recording"] == {"application/x-hdf5": binary}
     assert content["get_dmdt_npy"] == content["get_dmdt_h5"] == {"application/octet-stream": binary}
     assert content["get_dmdt"]["application/octet-stream"] == binary
+    assert content["draw_defects"] == {"image/png": binary}
     assert list(content["get_report"]) == ["text/html"]
 
 

@@ -31,8 +31,9 @@ PAGES = (
     "README.md",
     *(
         f"docs/{name}.md"
-        for name in ("tasks", "rest", "calibration", "diagnosis", "emulator", "adding-a-driver", "simulated-resonator")
+        for name in ("tasks", "design", "rest", "calibration", "diagnosis", "emulator", "adding-a-driver")
     ),
+    "docs/simulated-resonator.md",
 )
 PORTS = ("8212", "8786")  # of the daemon and of Dask, as the pages print them
 BLOCK_S = 600.0  # no block takes longer; ...

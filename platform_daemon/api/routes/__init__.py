@@ -4,6 +4,7 @@ acquisitions: Acquisitions as jobs: ask (202), watch, cancel.
 calibrations: Calibrations as jobs: ask (202), watch, say that the dipole is turned, cancel.
 catalogue: What can be measured and how: resonators and sequences that ship, those of the lab, and those added here.
 derived: What follows from fits and plans: derived quantities, sliding windows, harmonics, predicted precision.
+design: What a design says of a resonator, and what manufacturing defects do to it; computed at once, nothing moves.
 diagnoses: Diagnoses of stored recordings as jobs.
 fits: Fits of stored recordings as jobs.
 models: Adopted models: listed, shown with their evidence, retired, never deleted.

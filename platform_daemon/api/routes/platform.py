@@ -25,7 +25,7 @@ from ..problems import problem_kinds, problems
 router = APIRouter(tags=["platform"])
 PATHS = (
     *("platform", "devices", "acquisitions", "calibrations", "recordings", "fits", "diagnoses", "models"),
-    *("resonators", "sequences", "health", "ready", "docs", "openapi.json"),
+    *("resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
 )
 
 

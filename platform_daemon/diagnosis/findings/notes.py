@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from ..effects.effect import Candidate
 from ..regression.joint_fit import JointFit
 from ..regression.parameters import Mean
-from ..selection.sign_constraints import negative_losses
+from ..selection.sign_constraints import negative_effects, negative_losses
 from ..selection.stepwise import Selection
 from ..shots.initial_fits import UnfittedShot
 
@@ -44,6 +44,10 @@ def notes(
     for k in negative_losses(final):
         name = final.hypothesis.model.coefficients[k].name
         said.append(f"{name} comes out negative, which physics forbids: it stands for a loss that falls with the swing")
+    said += [
+        f"{name} comes out negative: with what else is lost, the loss as a whole falls with the swing"
+        for name in negative_effects(final)
+    ]
     if final.chi2_per_dof > 1.05:
         said.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
     return tuple(said)

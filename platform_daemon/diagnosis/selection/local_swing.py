@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -15,6 +16,7 @@ _HARMONICS = (1, 2, 3, 4)
 _DEGREES = 3  # of the change of every harmonic within a window
 _FINE = 160  # points per period, for the size of a step
 _SHIFTS = 24  # per period, at which the size of a step is tried first
+_SHARED = 1e-13
 _AS_GOOD = 25.0  # above the least chi^2 per value
 
 
@@ -102,11 +104,26 @@ class Blocks:
     frequency: float
     half: float
 
+    @cached_property
+    def _products(self) -> tuple[tuple[Array, Array, Array, Array], float]:
+        """Waves times waves and waves times samples, of what is before the place and behind it; samples squared."""
+        rows = self.weight * waves(self.time, self.frequency, self.half)[0]
+        early, late = rows[:, ~self.after], rows[:, self.after]
+        before, behind = self.y[:, ~self.after], self.y[:, self.after]
+        return (early @ early.T, early @ before.T, late @ late.T, late @ behind.T), float(np.sum(self.y**2))
+
     def fitted(self, size: float) -> tuple[Array, float]:
-        """Sizes of the waves (channels, columns) with so many samples lost, and chi^2."""
-        rows = self.weight * waves(np.where(self.after, self.time + size, self.time), self.frequency, self.half)[0]
-        inside = _sizes(rows, self.y)
-        return inside, float(np.sum((self.y - inside @ rows) ** 2))
+        """Sizes of the waves (channels, columns) with so many samples lost, and chi^2.
+
+        Waves at later times are the same waves, turned and mixed: the samples are summed over once for all sizes.
+        """
+        (early, before, late, behind), power = self._products
+        later = _later(size, self.frequency, self.half)
+        square, along = early + later @ late @ later.T, before + later @ behind
+        # At few samples per period high harmonics look like low ones: the weight on the diagonal shares between them.
+        inside = np.linalg.solve(square + _SHARED * np.trace(square) / len(square) * np.eye(len(square)), along)
+        chi2 = power - 2.0 * float(np.sum(inside * along)) + float(np.sum(inside * (square @ inside)))
+        return np.asarray(inside.T), max(chi2, 0.0)
 
     def chi2(self, size: float) -> float:
         """With so many samples lost."""
@@ -127,7 +144,7 @@ class Blocks:
         lowest = [k for k in range(len(found)) if found[k] == min(found[max(0, k - 1) : k + 2])]
         polished = [(self.chi2(s), s) for s in (self.polished(float(tried[k])) for k in lowest)]
         least = min(polished)[0]
-        return [s for chi2, s in polished if chi2 < least * (1.0 + _AS_GOOD / self.y.size)]
+        return [s for chi2, s in polished if chi2 <= least * (1.0 + _AS_GOOD / self.y.size)]
 
     def polished(self, around: float) -> float:
         """A loss near one, not necessarily whole, that explains best."""
@@ -143,6 +160,20 @@ def window(stretch: Stretch, near: int, periods: float) -> tuple[Window, int]:
     first, last = max(0, near - half), min(stretch.samples.shape[1], near + half)
     y = stretch.samples[:, first:last] / stretch.sd[:, None]
     return Window(y, np.arange(last - first) - float(near - first), frequency, float(half)), first
+
+
+def _later(size: float, frequency: float, scale: float) -> Array:
+    """(columns, columns): waves(time + size) from waves(time)."""
+    shift = size / scale
+    slow = np.array(
+        [[math.comb(d, k) * shift ** (d - k) if k <= d else 0.0 for k in range(_DEGREES)] for d in range(_DEGREES)]
+    )
+    turned = np.eye(2 * len(_HARMONICS) + 1)
+    for k, h in enumerate(_HARMONICS):
+        c, s = math.cos(2.0 * math.pi * h * frequency * size), math.sin(2.0 * math.pi * h * frequency * size)
+        turned[2 * k + 1 : 2 * k + 3, 2 * k + 1 : 2 * k + 3] = [[c, -s], [s, c]]
+    n = _DEGREES * len(turned)
+    return (slow[:, None, :, None] * turned[None, :, None, :]).reshape(n, n)
 
 
 def _sizes(rows: Array, y: Array) -> Array:

@@ -175,7 +175,7 @@ def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
         margin = _MARGIN / seen.frequency
         if not margin < at - first < seen.time.size - margin:
             return None
-        size = wide.split(at - begin).sizes()[0]
+        size = _size(wide.split(at - begin), seen.split(at - first))
         there = first + seen.place(at - first, size)
         if there == at:
             break
@@ -185,6 +185,15 @@ def _measured(stretch: Stretch, near: int) -> PhaseStep | None:
         return _judged(far, far.polished(size), wide.time[at - begin], stretch.sd, at)
     parts = seen.split(at - first)
     return _judged(parts, parts.polished(size), seen.time[at - first], stretch.sd, at)
+
+
+def _size(wide: Blocks, near: Blocks) -> float:
+    """The least loss that explains well; where waves do not follow a large swing for long, that of the short window."""
+    size = wide.sizes()[0]
+    if wide.chi2(size) < _FOLLOWED * wide.y.size:
+        return size
+    other = near.sizes()[0]
+    return other if near.chi2(other) < _FOLLOWED * near.y.size else size
 
 
 def _begun(stretch: Stretch, near: int) -> int:

@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from platform_daemon.estimation import Array, LostTrajectoryError
+from platform_daemon.estimation import Array, FitState, LostTrajectoryError
 
 from ..effects.effect import Candidate
 from ..regression.hypothesis import Hypothesis
-from ..regression.information import solved
+from ..regression.information import inverse, solved
 from ..regression.joint_fit import JointFit, fit_jointly
 from ..regression.linearised_shot import LinearisedShot, common_information
 from ..shots.linearisation import linearise_signal
@@ -26,6 +26,7 @@ from .sign_constraints import without_gain_of_energy
 _MOST_STEPS = 8
 _FURTHEST = math.log(2.5)  # of one step in the logarithm of a scale
 _SETTLED = 0.02  # of that logarithm
+_WELL_KNOWN = 0.03  # sd of that logarithm below which the valley is straight
 _VARIED = (0.7, 0.9, 1.1, 1.4)  # times a scale, to see what moves with it
 
 
@@ -37,18 +38,51 @@ def at_best_scales(at: JointFit, pool: Executor) -> JointFit:
     return at
 
 
+@dataclass(frozen=True)
+class _Along:
+    """A joint fit to first order with the logarithm of one scale as a further common strength, the last.
+
+    Attributes:
+        shots: with its column. step: (q + 1,) to the least chi^2. covariance: (q + 1, q + 1), of white noise.
+    """
+
+    at: JointFit
+    effect: Candidate
+    shots: tuple[LinearisedShot, ...]
+    step: Array
+    covariance: Array
+
+    def begun(self, step: Array) -> tuple[float, list[FitState], Array]:
+        """(scale, states, strengths) after a step (q + 1,), the shots' own parameters at their best beside it."""
+        states = [s.moved(a.own_step(step)) for s, a in zip(self.at.states, self.shots, strict=True)]
+        return self.effect.hidden[0] * math.exp(step[-1]), states, self.at.strengths + step[:-1]
+
+    def following(self, moved: float) -> Array:
+        """Step (q + 1,) whose scale moves so far, and everything else with it."""
+        return np.asarray(self.covariance[:, -1] / self.covariance[-1, -1] * moved)
+
+
+def _along(at: JointFit, c: Candidate, pool: Executor) -> _Along:
+    """Raises LostTrajectoryError."""
+    place = at.hypothesis.strength_places()[at.hypothesis.torques.index(c)] + 1
+    wide = tuple(pool.map(lambda k: _beside_scale(at, k, place, c.hidden[0]), range(len(at.linear))))
+    matrix, gradient = common_information(wide, at.hypothesis.size + 1)
+    return _Along(at, c, wide, solved(matrix, gradient), inverse(matrix))
+
+
 def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
     """Gauss-Newton on one scale, shorter where it would not go down."""
     for _ in range(_MOST_STEPS):
         c = next(t for t in at.hypothesis.torques if t.effect.id == effect)
         assert c.scale_limits is not None
-        step, common = _step(at, c, pool)
+        along = _along(at, c, pool)
+        step = float(along.step[-1])
         low, high = (math.log(limit / c.hidden[0]) for limit in c.scale_limits)
         for fraction in (1.0, 0.3, 0.1):
             moved = min(max(fraction * step, low, -_FURTHEST), high, _FURTHEST)
             if abs(moved) < _SETTLED:
                 return at
-            found = with_scale(at, c, c.hidden[0] * math.exp(moved), pool, moved / step * common)
+            found = _with_scale(along, moved / step * along.step, pool)
             if found is not None and found.chi2 < at.chi2:
                 break
         else:
@@ -60,14 +94,6 @@ def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
     return at
 
 
-def _step(at: JointFit, c: Candidate, pool: Executor) -> tuple[float, Array]:
-    """(of the logarithm of the scale, of the common strengths (q,)), to first order."""
-    place = at.hypothesis.strength_places()[at.hypothesis.torques.index(c)] + 1
-    wide = list(pool.map(lambda k: _beside_scale(at, k, place, c.hidden[0]), range(len(at.linear))))
-    step = solved(*common_information(wide, at.hypothesis.size + 1))
-    return float(step[-1]), step[:-1]
-
-
 def _beside_scale(at: JointFit, k: int, place: int, scale: float) -> LinearisedShot:
     """Shot k with the scale's logarithm as a further common strength."""
     a, model = at.linear[k], at.hypothesis.augmented
@@ -76,29 +102,32 @@ def _beside_scale(at: JointFit, k: int, place: int, scale: float) -> LinearisedS
     return replace(a, columns=np.column_stack([a.columns, column]))
 
 
-def with_scale(
-    at: JointFit, like: Candidate, scale: float, pool: Executor, common: Array | None = None
-) -> JointFit | None:
-    """The joint fit with another scale of an effect; None where the motion is lost.
-
-    common: step of the strengths (q,) that goes with it; None: none.
-    """
+def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
+    """The joint fit with another scale of an effect; None where the motion is lost."""
+    at, like = along.at, along.effect
     assert like.at_scale is not None
-    other, step = like.at_scale(scale), np.zeros(at.hypothesis.size) if common is None else common
+    scale, states, strengths = along.begun(step)
+    other = like.at_scale(scale)
     effects: Sequence[Candidate] = [other if c.effect is like.effect else c for c in at.hypothesis.effects]
     hypothesis: Hypothesis = replace(at.hypothesis, effects=tuple(effects), gone=())
     try:
-        begun = fit_jointly(at.started, hypothesis, pool, at.states, at.strengths + step)
-        return without_gain_of_energy(begun, pool)
+        return without_gain_of_energy(fit_jointly(at.started, hypothesis, pool, states, strengths), pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
 
 
 def strength_spread(at: JointFit, c: Candidate, pool: Executor) -> float:
-    """By how much a strength moves with its scale, per standard deviation of the latter."""
+    """By how much a strength moves with its scale, per standard deviation of the latter.
+
+    To first order where the scale is well known; by refits where its valley may be bent.
+    """
+    along = _along(at, c, pool)
+    sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
+    if 0.0 < sd < _WELL_KNOWN:
+        return abs(float(along.following(sd)[_column(at, c)]))
     here, spread = _strength(at, c), 0.0
     for times in _VARIED:
-        found = with_scale(at, c, c.hidden[0] * times, pool)
+        found = _with_scale(along, along.following(math.log(times)), pool)
         if found is not None:
             rise = (found.chi2 - at.chi2) / at.noise_factor
             spread = max(spread, abs(_strength(found, c) - here) / math.sqrt(max(rise, 1.0)))
@@ -106,5 +135,10 @@ def strength_spread(at: JointFit, c: Candidate, pool: Executor) -> float:
 
 
 def _strength(at: JointFit, like: Candidate) -> float:
+    return float(at.strengths[_column(at, like)])
+
+
+def _column(at: JointFit, like: Candidate) -> int:
+    """Of an effect's strength among the common ones."""
     pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
-    return next(float(at.strengths[s][0]) for c, s in pairs if c.effect is like.effect)
+    return next(s.start for c, s in pairs if c.effect is like.effect)

@@ -44,6 +44,13 @@ def signs_allowed(at: JointFit) -> bool:
     return all(c.allows(float(at.strengths[s][0])) for c, s in pairs)
 
 
+def negative_effects(at: JointFit) -> tuple[str, ...]:
+    """Named losses whose strengths come out negative: allowed beside a larger loss, but no friction by itself."""
+    pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
+    lossy = [(c, s) for c, s in pairs if c.term is not None and c.term.loses_energy]
+    return tuple(c.effect.id for c, s in lossy if float(at.strengths[s][0]) < 0.0)
+
+
 def step_allowed(blocks: Sequence[CandidateBlock], score: ScoreResult) -> bool:
     """The same for a linear step."""
     place = 0

@@ -18,7 +18,7 @@ from ..regression.joint_fit import JointFit
 from ..shots.thread_pool import InThisThread
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
-from .sign_constraints import signs_allowed
+from .sign_constraints import negative_effects, signs_allowed
 from .significance import LEVEL, log_chance
 
 _LARGEST_SET = 3
@@ -123,10 +123,16 @@ def _better(best: TorqueSet, allowed: Sequence[JointFit], trials: float, pool: E
     rivals = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_RIVALS]
     scored = [TorqueSet(f, cross_validate(f, pool)) for f in rivals]
     least = min((s.error for s in scored), default=0.0)
-    for one in sorted(scored, key=lambda s: (s.error > _AS_GOOD * least, _parameters(s.fitted), s.error)):
+    for one in sorted(scored, key=lambda s: _rank(s, least)):
         if _sure(best.fitted, one.fitted, trials) and _predicts(best, one):
             return one
     return best
+
+
+def _rank(one: TorqueSet, least: float) -> tuple[bool, int, int, float]:
+    """Of sets that predict as well: friction that takes energy, then few parameters."""
+    feeding = len(negative_effects(one.fitted))
+    return one.error > _AS_GOOD * least, feeding, _parameters(one.fitted), one.error
 
 
 def _sure(smaller: JointFit, larger: JointFit, trials: float) -> bool:

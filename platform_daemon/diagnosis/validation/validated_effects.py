@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import Executor
 from dataclasses import replace
 
@@ -15,8 +16,10 @@ from ..regression.joint_fit import JointFit, fit_jointly, starting_point
 from ..regression.score_test import ScoreTable
 from ..selection.confounders import Confounder, confounders, gain_of
 from ..selection.sign_constraints import without_gain_of_energy
+from ..selection.significance import log_chance
 from ..selection.stepwise import Selection
 
+_LIKELY = math.log(0.05)  # logarithm of a chance above which an effect is dropped again
 _OPTIONS = 4  # look-alikes that held-out data choose from
 _BETTER = 2.0  # fall of the held-out chi^2 for which a look-alike takes the place of what is fitted best
 ReplacedEffects = dict[object, tuple[Confounder, ...]]  # what was passed over for a look-alike, by the look-alike's key
@@ -31,7 +34,7 @@ def validate_effects(
     for a look-alike.
     """
     before = cross_validate(found.base, pool)
-    (seen, passed), dropped = _best_predicting(found, pool), []
+    (seen, passed), dropped = _best_predicting(_still_sure(found, pool), pool), []
     after = cross_validate(seen.joint_fit, pool) if seen.joint_fit.hypothesis.effects else before
     while seen.joint_fit.hypothesis.effects:
         at = seen.joint_fit
@@ -46,11 +49,27 @@ def validate_effects(
     return seen, before, after, tuple(dropped), passed
 
 
+def _still_sure(found: Selection, pool: Executor) -> Selection:
+    """Without common effects that no longer gain beside those that were found, or sharpened, after them."""
+    best = found.best
+    while best.hypothesis.common:
+        chances = {c: _log_chance(best, c, found.trials) for c in best.hypothesis.common}
+        worst = max(best.hypothesis.common, key=lambda c: chances[c])
+        if chances[worst] < _LIKELY:
+            break
+        best = without(best, worst, found.base, pool)
+    return found if best is found.best else replace(found, best=best, score_table=found.score_table_of(best))
+
+
+def _log_chance(at: JointFit, effect: Candidate, trials: float) -> float:
+    return log_chance(gain_of(at, effect), effect.size, trials * effect.trials)
+
+
 def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, ReplacedEffects]:
     """The best refit, or one with look-alikes that predicts better; what was passed over for them."""
     seen, passed = found.score_table, ReplacedEffects()
     for effect in seen.joint_fit.hypothesis.common:
-        alike = [r for r in confounders(seen, effect, pool) if r.indistinguishable and r.joint_fit is not None]
+        alike = [r for r in confounders(seen, effect, pool) if r.indistinguishable and _sure(r, found.trials)]
         if not alike:
             continue
         first, gain = cross_validate(seen.joint_fit, pool), gain_of(seen.joint_fit, effect)
@@ -61,6 +80,11 @@ def _best_predicting(found: Selection, pool: Executor) -> tuple[ScoreTable, Repl
             passed[best.candidate.key] = tuple(replace(r, rise=r.rise - best.rise) for r in others)
             seen = found.score_table_of(best.joint_fit)
     return seen, passed
+
+
+def _sure(rival: Confounder, trials: float) -> bool:
+    """It is no chance by itself: of what is looked for at many places, some place nearly always gains a little."""
+    return rival.joint_fit is not None and _log_chance(rival.joint_fit, rival.candidate, trials) < _LIKELY
 
 
 def _worse(rival: Confounder, first: CrossValidation, pool: Executor) -> float:

@@ -19,6 +19,9 @@ from ..record import RingDownRecord
 _ORDER = 8
 _PER_PERIOD = 24.0  # samples at least: of a sine of 1 rad the differences then leave 1e-7 rad
 _MEANS_PER_PERIOD = 60.0  # the same of means: kinks, where dry friction changes its sign, stand in few of them
+_WAVE_PERIODS, _HARMONICS, _DEGREES = 3.0, 4, 3  # of windows at fewer samples than that
+_FREE = 6  # samples beyond the columns of a window
+_DETUNED = tuple(0.01 * k for k in range(85, 111))  # times the frequency of the line
 _FEWEST = 32  # differences
 _CELLS = 4  # per period: what breaks the motion's smoothness stands in few of them
 _BROKEN = 25.0  # times the usual power: a kink or a jump, no noise
@@ -41,7 +44,40 @@ def angle_noise_sd(record: RingDownRecord, frequency_hz: float) -> float | None:
             break
         levels.append(level)
         block, fewest = 2 * block, _MEANS_PER_PERIOD
+    if not levels:
+        levels = _beside_waves(y, rate / frequency_hz)
     return max(*levels, _step(y) / math.sqrt(12.0)) if levels else None
+
+
+def _beside_waves(y: Array, per_period: float) -> list[float]:
+    """The level of what is no sum of harmonics of slowly changing size in windows of few periods; none if too few.
+
+    For records with few samples per period, whose differences hold the swing itself.
+    """
+    width = round(_WAVE_PERIODS * per_period)
+    harmonics = min(_HARMONICS, int(0.45 * per_period))
+    columns = _DEGREES * (2 * harmonics + 1)
+    if harmonics < 2 or width < columns + _FREE or y.size < 2 * width:
+        return []
+    starts = range(0, y.size - width + 1, width // 2)
+    time = np.asarray(np.arange(width) - 0.5 * (width - 1), dtype=np.float64)
+    left = np.full(len(starts), np.inf)
+    windows = np.stack([y[k : k + width] for k in starts], axis=1)
+    for share in _DETUNED:  # a large swing is slower than a small one
+        q = np.linalg.qr(_waves(time, share / per_period, harmonics))[0]
+        rest = windows - q @ (q.T @ windows)
+        left = np.minimum(left, np.sum(rest**2, axis=0))
+    # A kick or a jump stands in few windows; of chi^2 the median is a little below the mean.
+    free = width - columns
+    return [math.sqrt(float(np.median(left)) / free / (1.0 - 2.0 / (9.0 * free)) ** 3)]
+
+
+def _waves(time: Array, frequency: float, harmonics: int) -> Array:
+    """(n, columns): harmonics of a frequency in cycles per sample, with sizes that change as polynomials."""
+    turns = 2.0 * math.pi * frequency * time[:, None] * np.arange(1, harmonics + 1)
+    sizes = (time[:, None] / time[-1]) ** np.arange(_DEGREES)
+    waves = np.concatenate([np.ones((time.size, 1)), np.cos(turns), np.sin(turns)], axis=1)
+    return np.asarray((waves[:, :, None] * sizes[:, None, :]).reshape(time.size, -1))
 
 
 def _level(y: Array, block: int, per_period: float) -> float:

@@ -1,5 +1,6 @@
 """Pictures; matplotlib is loaded when the first one is drawn.
 
+defects: Picture of a manufacturing defect like the paper's figures: its perpendicular force over its size.
 diagnosis: Pictures of a diagnosis: what is left over before and after, in time, by frequency and by harmonic.
 parameter_trace: Picture of a constant that moves along the ring-down: against time, amplitude and peak speed.
 ring_down: Pictures of a ring-down for people who would rather look than read.

@@ -6,6 +6,8 @@ from tests.system.golden.cli_fits import JEWEL
 from tests.system.golden.workplace import Workplace
 
 _MEASURE = ("measure", "--resonator", "jewel", "--out", "x.h5")
+_TILT = ("defects", "--bearing", "jewel", "--defect", "stator_tilt")
+_JEWEL_TILT = ("defects", "--bearing", "jewel", "--defect", "jewel_tilt")
 BAD: dict[str, tuple[str, ...]] = {
     "no-command": (),
     "unknown-command": ("fitt",),
@@ -34,6 +36,12 @@ BAD: dict[str, tuple[str, ...]] = {
     "predict-deflection": ("predict", "--resonator", "jewel", "--deflection-deg", "100"),
     "predict-noise": ("predict", "--resonator", "jewel", "--noise", "a,b"),
     "predict-expect": ("predict", "--resonator", "jewel", "--with-term", "quadratic_drag"),
+    "design-resonator": ("design", "--resonator", "spring"),
+    "defects-thread-jewel": ("defects", "--bearing", "thread", "--defect", "jewel_tilt", "--eps-deg", "1"),
+    "defects-size": (*_TILT, "--dy-mm", "1"),
+    "defects-no-number": (*_TILT, "--eps-deg", "nan"),
+    "defects-convex": (*_TILT, "--eps-deg", "1", "--cup-radius-over-r", "-2"),
+    "defects-no-rest": (*_JEWEL_TILT, "--eps-deg", "1,70", "--cup-radius-over-r", "inf"),
     "diagnose-observable": ("diagnose", JEWEL, "--observable", "colour"),
     "diagnose-missing": ("diagnose", "missing.h5"),
     "adopt-no-json": ("adopt", "text.h5", "--name", "x"),

@@ -26,6 +26,7 @@ def routes(place: Workplace) -> None:
         _recordings(daemon, made)
         _fits(daemon, made)
         _predictions(daemon)
+        _design(daemon)
         _diagnoses(daemon)
         _calibrations(daemon)
         _problems(daemon)
@@ -117,6 +118,17 @@ def _predictions(daemon: Daemon) -> None:
     daemon.ask("predict/thread", "POST", "/predict", json=body)
 
 
+def _design(daemon: Daemon) -> None:
+    daemon.ask("design/paper", "GET", "/design")
+    daemon.ask("design/thread", "GET", "/resonators/thread/design")
+    daemon.ask("design/own", "GET", "/resonators/own@1/design")
+    tilt = {"bearing": "jewel", "defect": "jewel_tilt", "eps_deg": [0.5, 2.0], "phi_deg": [10.0, 30.0]}
+    daemon.ask("design/tilt", "POST", "/defects", json=tilt)
+    shift = {"bearing": "thread", "defect": "lateral", "dy_mm": [0.2], "direction": "along", "resonator": "own"}
+    daemon.ask("design/lateral", "POST", "/defects", json=shift)
+    daemon.ask("design/picture", "POST", "/defects/picture", json=shift)
+
+
 def _diagnoses(daemon: Daemon) -> None:
     series = daemon.job("diagnoses/series-measured", "/acquisitions", {**THREAD, "shots": 3, "blank_shots": 1})
     recording = series["result"]["recording"]
@@ -156,7 +168,16 @@ def _calibrations(daemon: Daemon) -> None:
 
 def _problems(daemon: Daemon) -> None:
     """404, 405, 422 and text that is no JSON; the kinds of problems."""
-    unknown = ("nothing", "acquisitions/x", "calibrations/x", "recordings/x", "fits/x", "diagnoses/x", "models/x")
+    unknown = (
+        "nothing",
+        "acquisitions/x",
+        "calibrations/x",
+        "recordings/x",
+        "fits/x",
+        "diagnoses/x",
+        "models/x",
+        "resonators/x/design",
+    )
     for path in (*unknown, "recordings/x/file", "recordings/x/frames/0/dmdt", "fits/x/derived", "problems/x"):
         daemon.ask(f"problems/404-{path.replace('/', '-')}", "GET", f"/{path}")
     for kind in ("sequence-rejected", "unknown-id", "platform-error", "device-fault", "storage-error"):
@@ -186,6 +207,9 @@ BAD: dict[str, tuple[str, dict[str, object]]] = {
     "diagnosis-observable": ("diagnoses", {"recordings": [JEWEL], "observable": "colour"}),
     "predict": ("predict", {"resonator": "jewel", "windows": []}),
     "predict-variant": ("predict", {"resonator": "jewel", "variant": "spring"}),
+    "defects": ("defects", {"bearing": "thread", "defect": "jewel_tilt", "eps_deg": [1.0]}),
+    "defects-sizes": ("defects", {"bearing": "jewel", "defect": "lateral", "eps_deg": [1.0]}),
+    "defects-picture": ("defects/picture", {"bearing": "jewel", "defect": "stator_tilt", "eps_deg": []}),
     "calibration-kind": ("calibrations", {"kind": "both"}),
     "calibration-frequencies": ("calibrations", {"kind": "receive", "frequencies_hz": [212.0]}),
     "adoption": ("calibrations/adopt", {"kind": "receive", "calibration": "x"}),

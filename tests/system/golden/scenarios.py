@@ -8,12 +8,13 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from tests.system.golden import cli_bad, cli_diagnoses, cli_fits, cli_platform, rest, rest_faults
+from tests.system.golden import cli_bad, cli_design, cli_diagnoses, cli_fits, cli_platform, rest, rest_faults
 from tests.system.golden.workplace import TREE, Workplace
 
 SCENARIOS: dict[str, Callable[[Workplace], None]] = {
     "cli-fits": cli_fits.fits,
     "cli-windows": cli_fits.windows,
+    "cli-design": cli_design.design,
     "cli-series": cli_platform.series,
     "cli-platform": cli_platform.platform,
     "cli-emulated": cli_platform.emulated,

@@ -1,0 +1,68 @@
+"""What a design says of a resonator, and what manufacturing defects do to it; computed at once, nothing moves."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Response
+
+from drivers.specimen import Specimen
+from platform_daemon.analysis import checked_defect, defects_report, design_report, force_curves
+from platform_daemon.engine import UnknownId
+from platform_daemon.reports import defects_png
+from platform_daemon.schemas import DefectsReport, DefectsRequest, DesignReport
+
+from ..context import Context, Shared
+from ..problems import problems
+
+router = APIRouter(tags=["design"])
+Name = Annotated[str, Path(description="NAME, or NAME@VERSION of what was added", examples=["jewel"])]
+PNG: dict[int | str, dict[str, Any]] = {
+    200: {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}
+}
+
+
+@router.get("/design", summary="The paper's design point")
+def get_paper_design() -> DesignReport:
+    """Moment, frequency, forces and friction by the paper's equations, and its six steps for both bearings."""
+    return design_report()
+
+
+@router.get("/resonators/{name}/design", summary="What the design of a resonator says", responses=problems(404, 422))
+def get_design(name: Name, context: Shared) -> DesignReport:
+    """The same of a resonator: what follows from its magnets and bearing alone, beside what was measured.
+
+    As `platform-daemon design --json` writes it.
+    """
+    shelf = context.engine.catalogue.resonators
+    if name not in shelf.files():
+        raise UnknownId(f"no resonator is called {name!r}", where=name, remedy="GET /resonators lists all")
+    return design_report(shelf.named(name))
+
+
+@router.post("/defects", summary="What a manufacturing defect does", responses=problems(415, 422))
+def compute_defects(body: DefectsRequest, context: Shared) -> DefectsReport:
+    """Equivalent perpendicular force for every size of a defect at every deflection, at most 20 000 cases.
+
+    As `platform-daemon defects --json` writes it.
+    """
+    return defects_report(checked_defect(body, _resonator(body.resonator, context)))
+
+
+@router.post(
+    "/defects/picture",
+    summary="The same as a picture",
+    response_class=Response,
+    responses={**PNG, **problems(415, 422)},
+)
+def draw_defects(body: DefectsRequest, context: Shared) -> Response:
+    """PNG like the paper's figures: force over the size of the defect, by deflection and by cup radius or thread."""
+    specimen = _resonator(body.resonator, context)
+    checked = checked_defect(body, specimen)
+    checked.analysed(body.sizes, body.phi_deg)
+    return Response(defects_png(force_curves(checked, specimen)), media_type="image/png")
+
+
+def _resonator(name: str | None, context: Context) -> Specimen | None:
+    """None: the paper's design point.  Raises InputError."""
+    return None if name is None else context.engine.catalogue.resonators.named(name)
