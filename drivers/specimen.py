@@ -12,6 +12,10 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Coordinate = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 Position = Annotated[tuple[Coordinate, Coordinate, Coordinate], Field(strict=False)]
 Vector = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
+Tilt = Annotated[float, Field(ge=-0.6, le=0.6, allow_inf_nan=False)]
+Length = Annotated[float, Field(ge=-1e-2, le=1e-2, allow_inf_nan=False)]
+DOWN = (0.0, 0.0, -9.81)  # m/s^2, world axes
+Offset = Annotated[tuple[Length, Length], Field(strict=False)]
 
 
 class _Section(BaseModel):
@@ -61,6 +65,41 @@ class Pose(_Section):
     rodrigues_rad: Vector = Field(description="Rodrigues vector, rad, from u, v, w to world axes.")
 
 
+class RotorModel(_Section):
+    """How the simulated platform moves the rotor; nothing else reads it."""
+
+    model: Literal["single_axis", "rigid_body"] = Field(
+        description="single_axis: one angle about the main axis; rigid_body: five degrees of freedom, with side modes."
+    )
+    side_damping_per_s: NonNegative = Field(
+        default=0.0, description="Viscous damping of the side modes, 1/s; rigid_body only."
+    )
+    gravity_m_per_s2: Vector = Field(
+        default=DOWN, description="Acceleration of gravity in world axes, m/s^2; rigid_body only."
+    )
+    orientation_scatter_rad: Annotated[float, Field(ge=0, le=0.1, allow_inf_nan=False)] = Field(
+        default=0.0,
+        description="Standard deviation, per axis, by which the resonator is turned anew in every shot, rad.",
+    )
+
+
+class Defects(_Section):
+    """Manufacturing errors (paper, "Types of manufacturing errors in MMRs"); tilts are about v.  rigid_body only."""
+
+    stator_tilt_rad: Tilt = Field(default=0.0, description="Tilt of the stator's moment, rad.")
+    rotor_tilt_rad: Tilt = Field(
+        default=0.0, description="Tilt of the rotor's moment against the thread, rad; thread only."
+    )
+    jewel_tilt_rad: Tilt = Field(default=0.0, description="Tilt of the jewel, rad; jewel only.")
+    jewel_tilt_pivot: Literal["contact", "rotor", "stator"] = Field(
+        default="contact",
+        description="Where the jewel is tilted about: first contact point, rotor's centre, stator's centre.",
+    )
+    stator_offset_m: Offset = Field(
+        default=(0.0, 0.0), description="Lateral displacement of the stator along u and v, m."
+    )
+
+
 class Specimen(_Section):
     """One resonator (paper eq:Thread_ODE_norm, eq:Jewel_ODE_norm)."""
 
@@ -71,6 +110,10 @@ class Specimen(_Section):
     thread: ThreadBearing | None = Field(None, description="The thread; null: it is a jewel bearing.")
     measured: Measured
     pose: Pose
+    rotor: RotorModel = Field(
+        RotorModel(model="single_axis"), description="How the simulated platform moves the rotor."
+    )
+    defects: Defects | None = Field(None, description="Manufacturing errors; null: none.")
 
     @model_validator(mode="after")
     def _bearing_fits_variant(self) -> Specimen:
@@ -78,4 +121,20 @@ class Specimen(_Section):
             raise ValueError(f"a {self.variant} resonator needs the table [{self.variant}] and no other bearing")
         if self.variant == "thread" and self.measured.tf_over_i_rad_per_s2:
             raise ValueError("the thread's equation of motion has no dry friction: leave tf_over_i_rad_per_s2 out")
+        return self
+
+    @model_validator(mode="after")
+    def _defects_fit_rotor(self) -> Specimen:
+        asked = {
+            "[defects]": self.defects is not None,
+            "rotor.side_damping_per_s": self.rotor.side_damping_per_s > 0,
+            "rotor.gravity_m_per_s2": self.rotor.gravity_m_per_s2 != DOWN,
+        }
+        if self.rotor.model == "single_axis" and any(asked.values()):
+            found = ", ".join(name for name, there in asked.items() if there)
+            raise ValueError(f"{found}: a single_axis rotor has no side modes; choose rotor.model = 'rigid_body'")
+        if self.defects is not None and self.variant == "thread" and self.defects.jewel_tilt_rad:
+            raise ValueError("a thread resonator has no jewel: leave defects.jewel_tilt_rad out")
+        if self.defects is not None and self.variant == "jewel" and self.defects.rotor_tilt_rad:
+            raise ValueError("a jewel's rotor aligns itself: leave defects.rotor_tilt_rad out")
         return self

@@ -78,9 +78,10 @@ def _slow_pole(p, kappa, y, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_filtered(pieces, connected, times, w_u, w_v, weight, tau, out):  # type: ignore[no-untyped-def]
-    """Add weight times the response of one pole to w_u g_u + w_v g_v at rising `times` (n,) onto out (n,).
+def add_filtered(pieces, connected, times, per_g, weight, tau, out):  # type: ignore[no-untyped-def]
+    """Add weight times the response of one pole to the sum of per_g g at rising `times` (n,) onto out (n,).
 
+    per_g: (2,) for g_u, g_v, or (3,) with g_w for pieces that have it.
     connected: (pieces,) bool, False: the input is zero.  Times before the first piece get nothing.
     """
     p, q, series = np.zeros(NODES), np.zeros(NODES), np.zeros(TAYLOR)
@@ -92,7 +93,11 @@ def add_filtered(pieces, connected, times, w_u, w_v, weight, tau, out):  # type:
         start = pieces[j, 0]
         h = pieces[j, 1]
         for k in range(NODES):
-            p[k] = w_u * pieces[j, 4 + NODES + k] + w_v * pieces[j, 4 + 2 * NODES + k] if connected[j] else 0.0
+            total = 0.0
+            if connected[j]:
+                for axis in range(per_g.size):
+                    total += per_g[axis] * pieces[j, 4 + (1 + axis) * NODES + k]
+            p[k] = total
         kappa = 2.0 * tau / h
         slow = kappa > 0.5
         offset = 0.0
@@ -131,11 +136,13 @@ def receive_v(
 ) -> NDArray[np.float64]:
     """Noise-free signal of every channel at the ADC: (channel, n) float64, V.
 
-    pieces (k, PIECE_SLOTS), connected (k,) bool; times_s (n,) rising; per_g_v (channel, 2): volts at the ADC per
-    g_u and g_v (rad/s), that is -m_r P [e_u e_v] (eq:u(t,p,R), eq:projection).
+    pieces (k, PIECE_SLOTS), connected (k,) bool; times_s (n,) rising; per_g_v (channel, 2 or 3): volts at the ADC per
+    g_u, g_v and, of a rigid body, g_w (rad/s), that is -m_r P [e_u e_v e_w] (eq:u(t,p,R), eq:projection).
     """
     out = np.zeros((len(chain.poles_hz), times_s.size))
-    for row, weights, poles, delay_s in zip(out, per_g_v, chain.poles_hz, chain.residual_delay_s, strict=True):
+    for row, weights, poles, delay_s in zip(
+        out, np.ascontiguousarray(per_g_v), chain.poles_hz, chain.residual_delay_s, strict=True
+    ):
         for part in partials(poles):
-            add_filtered(pieces, connected, times_s - delay_s, *weights, part.weight, part.tau_s, row)
+            add_filtered(pieces, connected, times_s - delay_s, weights, part.weight, part.tau_s, row)
     return out

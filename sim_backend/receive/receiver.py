@@ -81,7 +81,7 @@ def signal_v(
     """The rotor's signal at the ADC, without noise: (channel, n) float64, V; u = -P dm/dt (eq:u(t,p,R))."""
     if setup.rotor is None:
         return np.zeros((3, times_s.size))
-    axes, undeclared = setup.rotor.rotation[:, :2], setup.options.undeclared
+    axes, undeclared = setup.rotor.axes, setup.options.undeclared
     per_g = mixing(undeclared) @ (-setup.rotor.m_r_am2 * setup.lna_gain * setup.sensitivity_t_per_a @ axes)
     chain = chain_as_built(setup.options.receive.in_place(), undeclared)
     volts = receive_v(pieces, connected, times_s, per_g, chain)

@@ -23,6 +23,9 @@ FILES = (
     "rotor/kernel.py",
     "rotor/motion.py",
     "rotor/rest.py",
+    "rotor/rigid_body/acceleration.py",
+    "rotor/rigid_body/integrator.py",
+    "rotor/rigid_body/motion.py",
     "rotor/torque.py",
     "rotor/trajectory.py",
 )

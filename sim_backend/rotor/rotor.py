@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.constants import mu_0
 
 from drivers.errors import ConfigError
-from drivers.specimen import JewelBearing, Magnets, Specimen
+from drivers.specimen import Defects, JewelBearing, Magnets, Specimen
 
 
 @dataclass(frozen=True)
@@ -32,11 +32,32 @@ class RotorDesign:
 
 
 @dataclass(frozen=True)
+class BodyDesign:
+    """What a rotor with five degrees of freedom needs besides: geometry, defects, what acts on its side modes.
+
+    distance_m: of the centres, such that the stator's design moment gives the measured f_nat with the measured m_r;
+    hertz_m_per_n13: contact radius over the cube root of the force (eq:a), 0 without a jewel; gravity_m_per_s2: in
+    world axes, (3,) float64.
+    """
+
+    radius_m: float
+    mass_kg: float
+    distance_m: float
+    thread_length_m: float
+    cup_radius_m: float
+    hertz_m_per_n13: float
+    side_damping_per_s: float
+    gravity_m_per_s2: NDArray[np.float64]
+    defects: Defects
+
+
+@dataclass(frozen=True)
 class Rotor:
     """The resonator as it is now; the coefficients of eq:Thread_ODE_norm and eq:Jewel_ODE_norm follow from it.
 
     inertia_kg_m2 is always the design value; b_0_t is the field that makes m_r B_0 / I = omega_nat^2 (eq:omega_nat)
-    with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64.
+    with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64;
+    body: what the rigid body has besides, None: one degree of freedom.
     """
 
     variant: str
@@ -47,11 +68,17 @@ class Rotor:
     tf_over_i_rad_per_s2: float
     rotation: NDArray[np.float64]
     position_m: NDArray[np.float64]
+    body: BodyDesign | None = None
 
     @property
     def omega_rad_per_s(self) -> float:
         """Natural angular frequency (eq:omega_nat)."""
         return 2 * np.pi * self.f_nat_hz
+
+    @property
+    def axes(self) -> NDArray[np.float64]:
+        """Axes along which its moment changes, in columns: e_u, e_v (3, 2), of a rigid body e_w as well (3, 3)."""
+        return self.rotation if self.body else self.rotation[:, :2]
 
     @property
     def b_0_t(self) -> float:
@@ -111,7 +138,7 @@ def design(specimen: Specimen) -> RotorDesign:
 def effective(specimen: Specimen) -> Rotor:
     """The specimen with measured values in place of design values wherever it has them.  Raises as `design`."""
     plan, measured = design(specimen), specimen.measured
-    return Rotor(
+    rotor = Rotor(
         variant=specimen.variant,
         inertia_kg_m2=plan.inertia_kg_m2,
         f_nat_hz=_first(measured.f_nat_hz, plan.f_nat_hz),
@@ -120,6 +147,22 @@ def effective(specimen: Specimen) -> Rotor:
         tf_over_i_rad_per_s2=_first(measured.tf_over_i_rad_per_s2, plan.tf_over_i_rad_per_s2),
         rotation=rotation_matrix(np.array(specimen.pose.rodrigues_rad)),
         position_m=np.array(specimen.pose.position_m),
+    )
+    return replace(rotor, body=_body(specimen, plan, rotor)) if specimen.rotor.model == "rigid_body" else rotor
+
+
+def _body(specimen: Specimen, plan: RotorDesign, rotor: Rotor) -> BodyDesign:
+    magnets, jewel = specimen.magnets, specimen.jewel
+    return BodyDesign(
+        radius_m=magnets.radius_m,
+        mass_kg=2.5 * plan.inertia_kg_m2 / magnets.radius_m**2,
+        distance_m=float(np.cbrt(mu_0 * plan.m_stator_am2 / (4 * np.pi * rotor.b_0_t))),
+        thread_length_m=specimen.thread.length_m if specimen.thread else 0.0,
+        cup_radius_m=jewel.cup_radius_m if jewel else 0.0,
+        hertz_m_per_n13=contact_radius_m(magnets, jewel, 1.0) if jewel else 0.0,
+        side_damping_per_s=specimen.rotor.side_damping_per_s,
+        gravity_m_per_s2=np.array(specimen.rotor.gravity_m_per_s2),
+        defects=specimen.defects or Defects(),
     )
 
 

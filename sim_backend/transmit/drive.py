@@ -59,14 +59,17 @@ class Cut:
         tau = times_s - self.start_s
         return np.sum([term.at(tau) for term in self.currents[coil]], axis=0) if self.currents[coil] else 0.0 * tau
 
-    def field_terms(self, per_ampere_uv_t: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Terms of the field along u, v for `torque.field`: (n, 5); per_ampere_uv_t: (coil, 2) T/A."""
+    def field_terms(self, per_ampere_t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Terms of the field at the rotor: (n, 5) for `torque.field`, (n, 6) for the rigid body.
+
+        per_ampere_t: (coil, 2) along u, v or (coil, 3) along u, v, w, T/A.
+        """
         rows = [
-            (t.amplitude_a * b[0], t.amplitude_a * b[1], t.omega_rad_per_s, t.phase_rad, t.rate_per_s)
-            for b, terms in zip(per_ampere_uv_t, self.currents, strict=True)
+            [*(t.amplitude_a * b[:2]), t.omega_rad_per_s, t.phase_rad, t.rate_per_s, *(t.amplitude_a * b[2:])]
+            for b, terms in zip(per_ampere_t, self.currents, strict=True)
             for t in terms
         ]
-        return np.array(rows, dtype=np.float64).reshape(-1, 5)
+        return np.array(rows, dtype=np.float64).reshape(-1, 3 + per_ampere_t.shape[1])
 
 
 @dataclass(frozen=True)

@@ -9,5 +9,6 @@ variation.py      what changes from shot to shot: temperature, friction, wear
 faults.py         things that go wrong on purpose
 incidents.py      when power could reach the coils, and every time the interlock failed
 truth.py          the truth of a shot, in the words of the paper and of the fit's report
+side_motion.py    the true motion out of the plane, and the modes of small motions
 warm_up.py        compiles the numba kernels ahead of the first shot
 """

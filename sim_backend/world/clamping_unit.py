@@ -9,12 +9,12 @@ from drivers.specimen import Specimen
 from sim_backend.options import SimulatedOptions
 from sim_backend.receive.reference_dipole import Dipole
 from sim_backend.rotor.decay import Resting, at_rest, decayed
+from sim_backend.rotor.dynamics import dynamics
 from sim_backend.rotor.rotor import Rotor
-from sim_backend.rotor.torque import parameters
 from sim_backend.transmit.coils import sensitivity_t_per_a
 
 from .shot import conductance
-from .variation import friction_factor, rotor_now
+from .variation import friction_factor, rotor_now, scattered
 
 
 class ClampingUnit:
@@ -25,6 +25,7 @@ class ClampingUnit:
         self.specimen: Specimen | None = None
         self.resting = Resting()
         self._rotor: Rotor | None = None
+        self._last: Rotor | None = None  # as it was in the last shot
         self._instead: tuple[Dipole | None, NDArray[np.float64]] | None = None  # of the rotor, and where
         self._worn: dict[str, int] = {}
 
@@ -32,7 +33,7 @@ class ClampingUnit:
         """Put a resonator in; at rest unless it is the one already there, which goes on as it is."""
         self._instead = None
         if specimen != self.specimen:
-            self.specimen, self._rotor = specimen, rotor
+            self.specimen, self._rotor, self._last = specimen, rotor, None
             self.hold_still(now_s)
 
     def insert(self, dipole: Dipole | None, position_m: NDArray[np.float64], now_s: float, *, empty: bool) -> None:
@@ -43,27 +44,29 @@ class ClampingUnit:
     def hold_still(self, now_s: float) -> None:
         """Let the rotor hang at rest, if there is one."""
         if self._rotor is not None:
-            self.resting = at_rest(now_s, parameters(self._rotor, undeclared=self._options.undeclared))
+            self.resting = at_rest(now_s, dynamics(self._rotor, self._options.undeclared))
 
     def for_shot(self, deviation_k: float, rng: np.random.Generator) -> Rotor | None:
         """The rotor as it is in the shot that begins, with its wear; None: there is none, or something in its place."""
+        self._last = None
         if self._rotor is None or self.specimen is None or self._instead is not None:
             return None
         worn = self._worn.get(self.specimen.name, 0)
         self._worn[self.specimen.name] = worn + 1
-        return rotor_now(
-            self._rotor, self._options.effects, deviation_k, friction_factor(self._options.effects, rng, worn)
-        )
+        friction = friction_factor(self._options.effects, rng, worn)
+        turned = scattered(self._rotor, self.specimen.rotor.orientation_scatter_rad, rng)
+        self._last = rotor_now(turned, self._options.effects, deviation_k, friction)
+        return self._last
 
     def seen_from_coils(self, rotor: Rotor | None) -> tuple[Dipole | None, NDArray[np.float64]]:
         """The dipole in the rotor's place, if there is one, and the place, m."""
         return self._instead or (None, rotor.position_m if rotor else np.zeros(3))
 
-    def rest_until(self, now_s: float, last: Rotor | None, *, closed: bool) -> Resting:
-        """The rotor now, after its free decay; last: as it was in the last shot; closed: coils on the amplifier."""
-        rotor = last or self._rotor
+    def rest_until(self, now_s: float, *, closed: bool) -> Resting:
+        """The rotor now, after its free decay as it was in the last shot; closed: coils on the amplifier."""
+        rotor = self._last or self._rotor
         if rotor is None or self._instead is not None:
             return Resting(now_s)
-        along_uv = sensitivity_t_per_a(self._options.coils, rotor.position_m) @ rotor.rotation[:, :2]
-        braking = conductance(self._options, rotor, along_uv) if closed else None
-        return decayed(self.resting, now_s, rotor, braking, self._options.undeclared)
+        along = sensitivity_t_per_a(self._options.coils, rotor.position_m) @ rotor.axes
+        braking = conductance(self._options, rotor, along) if closed else None
+        return decayed(self.resting, now_s, dynamics(rotor, self._options.undeclared), braking)

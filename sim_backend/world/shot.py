@@ -20,9 +20,9 @@ from sim_backend.receive.contacts import Contacts
 from sim_backend.receive.extra_signal import listening_tail_s
 from sim_backend.receive.receiver import Heard, listen
 from sim_backend.receive.shot_setup import BOUNCE, Earlier, ShotSetup
-from sim_backend.rotor.motion import NO_FIELD, PIECE_SLOTS, START, Motion, move
+from sim_backend.rotor.dynamics import dynamics
+from sim_backend.rotor.motion import NO_FIELD, PIECE_SLOTS, START, Motion
 from sim_backend.rotor.rotor import Rotor
-from sim_backend.rotor.torque import parameters
 from sim_backend.rotor.trajectory import states
 from sim_backend.transmit.drive import Cut, Interval, both, cuts, high_intervals, sources
 
@@ -166,24 +166,18 @@ def _motion(setup: ShotSetup, stages: list[Cut]) -> tuple[Motion, NDArray[np.boo
     now = Motion(np.zeros((0, PIECE_SLOTS)), setup.phi_rad, setup.phi_dot_rad_per_s, False, setup.hidden)
     if setup.rotor is None:
         return now, np.zeros(0, dtype=np.bool_)
-    along_uv = setup.sensitivity_t_per_a @ setup.rotor.rotation[:, :2]  # a field along w has no torque about w
-    braking = conductance(setup.options, setup.rotor, along_uv)
+    along = setup.sensitivity_t_per_a @ setup.rotor.axes  # a field along w has no torque about w
+    braking = conductance(setup.options, setup.rotor, along)
+    model = dynamics(setup.rotor, setup.options.undeclared)
     pieces, flags = [], []
     for cut in stages:
         closed = cut.position is SwitchPosition.TRANSMIT
-        terms = cut.field_terms(along_uv) if closed else NO_FIELD
-        q = _torques(setup, setup.rotor, braking if closed else None, cut.start_s)
-        now = move(cut.start_s, cut.stop_s, now.phi_rad, now.phi_dot_rad_per_s, q, terms, now.hidden)
+        terms = cut.field_terms(along) if closed else NO_FIELD
+        drift_from_s = setup.rx_start_s() - cut.start_s
+        now = model.advance(cut.start_s, cut.stop_s, now, terms, braking if closed else None, drift_from_s)
         pieces.append(now.pieces)
         flags.append(np.full(len(now.pieces), cut.position is SwitchPosition.RECEIVE))
     return replace(now, pieces=np.concatenate(pieces)), np.concatenate(flags)
-
-
-def _torques(
-    setup: ShotSetup, rotor: Rotor, braking: NDArray[np.float64] | None, start_s: float
-) -> NDArray[np.float64]:
-    """Parameters for a stretch that begins at start_s after the trigger."""
-    return parameters(rotor, braking, setup.options.undeclared, setup.rx_start_s() - start_s)
 
 
 def _in_context(
@@ -191,20 +185,23 @@ def _in_context(
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Pieces and their flags, with the last of the leg before, and with the free swing beyond the end that some
     undeclared effects listen to."""
-    pieces = np.concatenate([setup.earlier.pieces, motion.pieces])
-    connected = np.concatenate([setup.earlier.connected, connected])
+    pieces = motion.pieces
+    if setup.earlier.leg:
+        pieces = np.concatenate([setup.earlier.pieces, pieces])
+        connected = np.concatenate([setup.earlier.connected, connected])
     tail_s = listening_tail_s(setup.options.undeclared, setup.timeline.clock.rate_hz)
     if setup.rotor is None or tail_s == 0.0:
         return pieces, connected
     end_s = setup.stop_s
-    q = _torques(setup, setup.rotor, None, end_s)
-    more = move(end_s, end_s + tail_s, motion.phi_rad, motion.phi_dot_rad_per_s, q, NO_FIELD, motion.hidden).pieces
+    model = dynamics(setup.rotor, setup.options.undeclared)
+    more = model.advance(end_s, end_s + tail_s, motion, drift_from_s=setup.rx_start_s() - end_s).pieces
     return np.concatenate([pieces, more]), np.append(connected, np.full(len(more), connected[-1]))
 
 
-def conductance(options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """(2, 2) sum of b b^T Re(1/Z) over the closed transmit loops at f_nat, for `torque.parameters`; None: effect off.
+def conductance(options: SimulatedOptions, rotor: Rotor, along: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """(k, k) sum of b b^T Re(1/Z) over the closed transmit loops at f_nat, for the torques; None: effect off.
 
+    along: (coil, k) field per ampere along u, v and, of a rigid body, w, T/A.
     The loop current that the rotor induces is taken in its steady state at f_nat; its reactive part would only shift
     the frequency by a few parts per million.
     """
@@ -214,7 +211,7 @@ def conductance(options: SimulatedOptions, rotor: Rotor, along_uv: NDArray[np.fl
     ohms = [c.resistance_ohm + options.amplifier.output_impedance_ohm for c in options.coils.in_order()]
     henries = [c.inductance_h for c in options.coils.in_order()]
     admittance = [(1 / complex(r, rotor.omega_rad_per_s * x)).real for r, x in zip(ohms, henries, strict=True)]
-    return effect.scale * np.einsum("c,ci,cj->ij", np.array(admittance), along_uv, along_uv)
+    return effect.scale * np.einsum("c,ci,cj->ij", np.array(admittance), along, along)
 
 
 def amplifier_v(setup: ShotSetup, times_s: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -16,6 +16,7 @@ from sim_backend.rotor.rotor import Rotor
 from sim_backend.rotor.trajectory import energy_amplitude_rad, largest_angle_rad, states
 
 from .shot import ShotResult
+from .side_motion import side_record
 
 FLIP = np.diag([1.0, -1.0, -1.0])
 
@@ -101,7 +102,7 @@ def _rotor_record(setup: ShotSetup, rotor: Rotor, result: ShotResult) -> dict[st
         "contact_lost": rotor.variant == "jewel" and largest_angle_rad(result.pieces) > np.pi / 2,
         "inertia_kg_m2": rotor.inertia_kg_m2,
         "b_0_t": rotor.b_0_t,
-    }
+    } | side_record(setup, result)
 
 
 def _state(setup: ShotSetup, result: ShotResult, sample: int) -> tuple[float, float] | None:

@@ -113,10 +113,9 @@ class World:
 
     def _setup(self, timeline: Timeline, feed: Feed | None, now_s: float) -> ShotSetup:
         """The shot that begins now."""
-        last = self.player.setup.rotor if self.player.setup is not None else None
-        rotor = self.unit.for_shot(self.temperature.deviation_k(now_s), self.rng(FRICTION, self.shots))
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
-        resting = self.unit.rest_until(now_s, last, closed=closed)
+        resting = self.unit.rest_until(now_s, closed=closed)
+        rotor = self.unit.for_shot(self.temperature.deviation_k(now_s), self.rng(FRICTION, self.shots))
         dipole, where = self.unit.seen_from_coils(rotor)
         return ShotSetup(
             options=self.options,

@@ -28,7 +28,13 @@ def test_a_folder_of_resonators_is_offered_by_name_and_checked_first(tmp_path):
     lab.mkdir()
     (lab / "t07.toml").write_text(locate("resonators", "thread").read_text())
     with daemon(tmp_path / "data", "--resonators", lab) as address:
-        assert set(httpx2.get(f"{address}/resonators").json()) == {"jewel", "thread", "t07"}
+        assert set(httpx2.get(f"{address}/resonators").json()) == {
+            "jewel",
+            "jewel_imperfect",
+            "thread",
+            "thread_imperfect",
+            "t07",
+        }
         asked = {"resonator": "t07", "sequence": {"rx_s": 0.6}}
         assert httpx2.post(f"{address}/acquisitions/dry-run", json=asked).json()["variant"] == "thread"
     (lab / "broken.toml").write_text("variant = 1\n")

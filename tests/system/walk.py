@@ -33,6 +33,7 @@ PAGES = (
         f"docs/{name}.md"
         for name in ("tasks", "design", "rest", "calibration", "diagnosis", "emulator", "adding-a-driver")
     ),
+    "docs/simulated-resonator.md",
 )
 PORTS = ("8212", "8786")  # of the daemon and of Dask, as the pages print them
 BLOCK_S = 600.0  # no block takes longer; ...

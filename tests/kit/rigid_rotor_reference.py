@@ -1,0 +1,110 @@
+"""The rigid rotor a second time: Lagrange's equations from energies alone, differentiated numerically, slow and plain.
+
+Coordinates: u and v components of n, and three angles of the rotor.  First derivatives are complex steps, exact to
+rounding; the kinetic energy's second ones are central differences.  Integrated by LSODA.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+MU_0_OVER_4_PI = 1.25663706127e-6 / (4 * np.pi)
+TINY, SMALL = 1e-30, 1e-5
+
+
+@dataclass(frozen=True)
+class Reference:
+    """SI; vectors in u, v, w.  friction: mu, m/N^(1/3), slowest slip m/s, slowest spin rad/s; None: frictionless.
+
+    field: amplitude T and angular frequency rad/s of a sine along it.
+    """
+
+    jewel: bool
+    mass: float
+    inertia: float
+    link: float
+    arm: float
+    anchor: np.ndarray
+    stator: np.ndarray
+    stator_moment: np.ndarray
+    body_moment: np.ndarray
+    weight: np.ndarray
+    friction: tuple[float, float, float, float] | None = None
+    field: tuple[np.ndarray, float] = (np.zeros(3), 0.0)
+
+    def rotation(self, q):
+        (a, b, c), (x, y, z) = np.cos(q[2:]), np.sin(q[2:])
+        about_u = np.array([[1, 0, 0], [0, a, -x], [0, x, a]])
+        about_v = np.array([[b, 0, y], [0, 1, 0], [-y, 0, b]])
+        about_w = np.array([[c, -z, 0], [z, c, 0], [0, 0, 1]])
+        return about_w @ about_v @ about_u
+
+    def n(self, q):
+        return np.array([q[0], q[1], np.sqrt(1 - q[0] ** 2 - q[1] ** 2)])
+
+    def centre(self, q):
+        held = self.anchor - self.link * self.n(q)
+        return held if self.jewel else held - self.arm * self.rotation(q)[:, 2]
+
+    def moment(self, q):
+        return self.rotation(q) @ self.body_moment
+
+    def potential(self, q, t, centre=None):
+        c, m = self.centre(q) if centre is None else centre, self.moment(q)
+        x = c - self.stator
+        d = np.sqrt(x @ x)
+        magnets = MU_0_OVER_4_PI * (m @ self.stator_moment / d**3 - 3 * (m @ x) * (self.stator_moment @ x) / d**5)
+        return magnets - m @ self.field[0] * np.sin(self.field[1] * t) - self.weight @ c
+
+    def jacobians(self, q):
+        """Of the centre's velocity and of the angular velocity, by the rates of the coordinates: (3, 5) each."""
+        here, linear, angular = self.rotation(q), np.zeros((3, 5)), np.zeros((3, 5))
+        for k in range(5):
+            step = q + TINY * 1j * np.eye(5)[k]
+            linear[:, k] = self.centre(step).imag / TINY
+            spin = self.rotation(step).imag / TINY @ here.T
+            angular[:, k] = [spin[2, 1], spin[0, 2], spin[1, 0]]
+        return linear, angular
+
+    def mass_matrix(self, q):
+        linear, angular = self.jacobians(q)
+        return self.mass * linear.T @ linear + self.inertia * angular.T @ angular
+
+    def contact(self, q, rates, t):
+        """Generalised force of the jewel's friction."""
+        mu, hertz, slowest_slip, slowest_spin = self.friction
+        linear, angular = self.jacobians(q)
+        c, n = self.centre(q), self.n(q)
+        pull = [-self.potential(q, t, c + TINY * 1j * np.eye(3)[k]).imag / TINY for k in range(3)]
+        velocity, omega = linear @ rates, angular @ rates
+        load = self.mass * velocity @ velocity / self.link - n @ pull
+        slip, spin = velocity - self.arm * np.cross(omega, n), omega @ n
+        a = hertz * load ** (1 / 3)
+        size, turn = np.linalg.norm(slip), np.hypot(spin, slowest_spin)
+        force = -mu * load * slip / (np.hypot(size, slowest_slip) + 8 * a * turn / (3 * np.pi))
+        torque = 3 * np.pi / 16 * a * mu * load * spin / (turn + 15 * np.pi / 16 * size / a)
+        return linear.T @ force + angular.T @ (np.cross(-self.arm * n, force) - torque * n)
+
+    def acceleration(self, t, q, rates):
+        slope = np.array([self.potential(q + TINY * 1j * np.eye(5)[k], t).imag / TINY for k in range(5)])
+        change = [(self.mass_matrix(q + SMALL * e) - self.mass_matrix(q - SMALL * e)) / (2 * SMALL) for e in np.eye(5)]
+        inertial = np.array([0.5 * rates @ change[k] @ rates for k in range(5)])
+        inertial -= sum(rates[k] * change[k] for k in range(5)) @ rates
+        push = self.contact(q, rates, t) if self.friction else 0.0
+        return np.linalg.solve(self.mass_matrix(q), inertial - slope + push)
+
+    def moved(self, q, seconds):
+        """Moment's unit vector and n, (3,) each, after so many seconds from rest at q (5,)."""
+        found = solve_ivp(
+            lambda t, y: np.concatenate([y[5:], self.acceleration(t, y[:5], y[5:])]),
+            (0.0, seconds),
+            np.concatenate([q, np.zeros(5)]),
+            method="LSODA",
+            rtol=1e-10,
+            atol=1e-12,
+        )
+        end = found.y[:5, -1]
+        return self.moment(end) / np.linalg.norm(self.body_moment), self.n(end)
