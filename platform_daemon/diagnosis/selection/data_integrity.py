@@ -119,10 +119,10 @@ def _mended(
         linear, state = _settled(started, hypothesis)
     except LostTrajectoryError:
         return started, found
-    # Beside a model that does not follow the motion any misfit of the phase looks like a loss.
-    while len(found) < _MOST_GAPS and linear.chi2 < _FOLLOWED * started.dof:
+    while len(found) < _MOST_GAPS:
         place = _strongest(linear)
-        if place is None:
+        # Beside a model that does not follow the motion any misfit of the phase looks like a loss.
+        if place is None or linear.chi2 - (place[2] / place[3]) ** 2 > _FOLLOWED * started.dof:
             break
         log_p, index, _, _ = place
         at, there, there_sd = _located(started, model, state, index)

@@ -27,6 +27,7 @@ from platform_daemon.estimation import (
 from .shot import DiagnosisShot, PreparedShot, grids_for, whitening_for
 
 _LEFT = 0.12  # of the first amplitude: what is below says little and may be stuck
+_FIRST_PART = 8  # of a window
 
 
 @dataclass(frozen=True)
@@ -72,14 +73,28 @@ def _nearer_mirror_image(state: FitState, reference: FitState, model: RingDownMo
 
 def _start(shot: DiagnosisShot, model: RingDownModel) -> PreparedShot | UnfittedShot:
     try:
-        _, fitted = find_minimum(task_of(shot.record, "d30", shot.noise, {}), model)
-        state = by_convention(fitted.state, model)
+        state = by_convention(_minimum(shot, model), model)
         last = _end(shot, model, state)
     except (RefusedError, LostTrajectoryError) as error:
         return UnfittedShot(shot, str(error))
     frequency_hz = state.dynamics.w / (2.0 * math.pi)
     grids = grids_for(shot.record, last, frequency_hz)
     return PreparedShot(shot, state, grids, whitening_for(shot, grids, frequency_hz))
+
+
+def _minimum(shot: DiagnosisShot, model: RingDownModel) -> FitState:
+    """Of the whole window; where a model that lacks much finds none there, of an angle's first eighth.
+
+    Raises RefusedError, LostTrajectoryError.
+    """
+    try:
+        return find_minimum(task_of(shot.record, "d30", shot.noise, {}), model)[1].state
+    except RefusedError:
+        if shot.record.quantity != "angle":
+            raise
+        record = shot.record
+        part = replace(record, valid_to=record.valid_from + (record.end - record.valid_from) // _FIRST_PART)
+        return find_minimum(task_of(part, "d30", shot.noise, {}), model)[1].state
 
 
 def _end(shot: DiagnosisShot, model: RingDownModel, state: FitState) -> int:
