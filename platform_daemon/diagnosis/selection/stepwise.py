@@ -105,6 +105,19 @@ def select_effects(
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class _Own:
+    """An effect that every shot has for itself, and the logarithm of its chance.
+
+    Attributes:
+        log_p: by the noise of what it leaves. beside: by that of what there is, as common effects are judged.
+    """
+
+    candidate: Candidate
+    log_p: float
+    beside: float
+
+
 class _Search:
     """State of a search."""
 
@@ -125,9 +138,9 @@ class _Search:
         while True:
             own = self._best_own(best) if additive < _MOST_ADDITIVE else None
             common = self._best_common(seen)
-            if own is not None and own[0] < min(LEVEL, common):
+            if own is not None and own.log_p < LEVEL and (common >= LEVEL or own.beside < common):
                 # What stands beside the signal is taken out first: the sets start anew beside it.
-                sharp = refined_own(best, own[1], self._pool)
+                sharp = refined_own(best, own.candidate, self._pool)
                 root = refit(root.hypothesis.plus(sharp), root, self._pool) or root
                 best = refit(best.hypothesis.plus(sharp), best, self._pool) or best
                 first = self.score_table(root)
@@ -207,20 +220,21 @@ class _Search:
             trials *= b.candidate.trials
         return log_chance(score.gain, sum(b.candidate.size for b in blocks), trials)
 
-    def _best_own(self, at: JointFit) -> tuple[float, Candidate] | None:
+    def _best_own(self, at: JointFit) -> _Own | None:
         """The most surprising effect that every shot has for itself."""
         lines, sides = self._scan(at)
         offered = [*lines, *(c for c in sides if not c.shared)]
         floor = _NEGLIGIBLE * max(self._base.chi2 - at.chi2, 0.0)
-        best: tuple[float, Candidate] | None = None
+        best: _Own | None = None
         for c in offered:
             if _same_effect_in(c, at):
                 continue
             seen = own_gain(at, c, self._pool)
             if seen.fall > floor:
-                log_p = log_chance(seen.gain, seen.columns, self._trials * c.trials)
-                if best is None or log_p < best[0]:
-                    best = log_p, c
+                trials = self._trials * c.trials
+                log_p = log_chance(seen.gain, seen.columns, trials)
+                if best is None or log_p < best.log_p:
+                    best = _Own(c, log_p, log_chance(seen.fall / at.noise_factor, seen.columns, trials))
         return best
 
     def _grown(
