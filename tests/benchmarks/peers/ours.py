@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from .columns import COLUMNS, Model, model_of, smooth_sign
+from .columns import COLUMNS, Model, Torque, model_of, smooth_sign
 from .datasets import Task, write_angles, write_dmdt
 from .sindy import overview
 
@@ -89,8 +89,7 @@ def _with_effects(base: Model, named: list[Any], w: float, task: Task) -> tuple[
     for e in named:
         name, strength, detail = e["id"], e["strength"]["value"], e["detail"]
         if name in COLUMNS:
-            scale = w**2 if name in ("torsion_stiffness", "restoring_anharmonicity") else 1.0
-            terms[name] = terms.get(name, 0.0) + strength * scale
+            terms[name] = terms.get(name, 0.0) + strength * _IN_COLUMNS.get(name, lambda w: 1.0)(w)
         elif name == "clock_gap" and len(task.train) == 1:
             time_s = task.train[0].time_s
             gaps.append((float(time_s[detail["sample"]]), strength * float(time_s[1] - time_s[0])))
@@ -99,20 +98,46 @@ def _with_effects(base: Model, named: list[Any], w: float, task: Task) -> tuple[
         else:
             left_out.append(name)
     plain = model_of(terms, base.speed)
-    sign, at_once = smooth_sign(base.speed), plain.torque
+    torques = [plain.torque, *(_FURTHER[name](strength, detail, terms, w, task) for name, strength, detail in further)]
 
     def torque(phi: float, v: float, t: float) -> float:
-        total = at_once(phi, v, t)
-        for name, strength, detail in further:
-            if name == "frequency_drift":
-                d = strength / (w / (2.0 * math.pi)) * (t - start_s)
-                total -= w**2 * math.sin(phi) * d * (2.0 + d)
-            else:
-                dry = terms.get("hertz_friction", 0.0) * max(math.cos(phi), 0.0) ** (4.0 / 3.0)
-                speed = detail.get("stribeck_speed_rad_per_s") or math.inf
-                total -= sign(v) * strength * dry * math.exp(-abs(v) / speed)
-        return total
+        return sum(one(phi, v, t) for one in torques)
 
-    start_s = float(np.min(task.scored.time_s))
     every = dict(terms) | {name: strength for name, strength, _ in further}
     return replace(plain, torque=torque if further else plain.torque, terms=every, gaps=tuple(gaps)), left_out
+
+
+# From the unit of a report to that of a column.
+_IN_COLUMNS = {
+    "torsion_stiffness": lambda w: w**2,
+    "restoring_anharmonicity": lambda w: w**2,
+    "cubic_restoring": lambda w: -(w**2),
+}
+
+
+def _stribeck(strength: float, detail: Mapping[str, Any], terms: Mapping[str, float], w: float, task: Task) -> Torque:
+    """Dry friction that falls with the speed: of its own size, or a share of the declared friction of a contact."""
+    sign, own = smooth_sign(overview(task)[1]), detail.get("stribeck_coulomb_speed_rad_per_s")
+    speed = own or detail.get("stribeck_speed_rad_per_s") or math.inf
+    declared = terms.get("hertz_friction", 0.0)
+
+    def torque(phi: float, v: float, t: float) -> float:
+        dry = strength if own else strength * declared * max(math.cos(phi), 0.0) ** (4.0 / 3.0)
+        return -sign(v) * dry * math.exp(-abs(v) / speed)
+
+    return torque
+
+
+def _drift(strength: float, detail: Mapping[str, Any], terms: Mapping[str, float], w: float, task: Task) -> Torque:
+    """Linear in time, or settling."""
+    tau_s, start_s = detail.get("tau_s"), float(np.min(task.scored.time_s))
+
+    def torque(phi: float, v: float, t: float) -> float:
+        since = t - start_s if tau_s is None else tau_s * -math.expm1(-(t - start_s) / tau_s)
+        d = strength / (w / (2.0 * math.pi)) * since
+        return -(w**2) * math.sin(phi) * d * (2.0 + d)
+
+    return torque
+
+
+_FURTHER = {"stribeck_friction": _stribeck, "frequency_drift": _drift}
