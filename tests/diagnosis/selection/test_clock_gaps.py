@@ -7,6 +7,7 @@ import pytest
 
 from platform_daemon.diagnosis import DiagnosisShot
 from platform_daemon.diagnosis.selection.clock_gaps import filled_angles
+from platform_daemon.diagnosis.selection.data_integrity import DataDefect, merged
 from platform_daemon.estimation import RingDownRecord, estimate_noise
 from tests.kit.pendulum import NATURAL_HZ, RATE, swing
 
@@ -41,3 +42,28 @@ def test_a_kick_is_no_loss():
     late = np.arange(quiet.size) - AT
     kicked = quiet + np.where(late > 0, 0.05 * np.sin(2 * np.pi * NATURAL_HZ * 0.95 / RATE * late), 0.0)
     assert searched(kicked)[1] == []
+
+
+def test_a_second_mode_is_no_loss():
+    whole = swing(0.9, 30.0)
+    time = np.arange(whole.size) / RATE
+    beside = whole + 0.03 * np.exp(-time / 15.0) * np.sin(2 * np.pi * 1.6 * NATURAL_HZ * time)
+    assert searched(beside)[1] == []
+
+
+def test_a_loss_in_a_large_swing_that_waves_follow_only_for_a_short_time_is_found():
+    assert searched(np.delete(swing(2.2, 30.0), slice(AT, AT + 2)))[1] == [(AT, 2)]
+
+
+def test_losses_at_one_place_are_one():
+    first = DataDefect("clock_gap", "a: 24 samples are missing before sample 7", 0, 7, 23.54, 0.2, -50.0)
+    rest = DataDefect("clock_gap", "a: -1 samples are missing before sample 7", 0, 7, -0.996, 0.02, -20.0)
+    other = DataDefect("clock_gap", "a: 2 samples are missing before sample 9", 0, 9, 2.0, 0.1, -30.0)
+    one, two = merged([first, other, rest])
+    assert (one.at, one.value, one.sd, one.where) == (
+        7,
+        pytest.approx(23.004),
+        0.02,
+        "a: 23 samples are missing before sample 7",
+    )
+    assert two == other

@@ -33,3 +33,9 @@ def test_a_jump_and_a_kink_are_no_noise():
     read, sd = swinging(60.0, 1000.0, counts=800, noise=0.5)
     read[20_000:] += 0.3
     assert estimate_noise(RingDownRecord(read[None], 1000.0, "angle")).sd[0] == pytest.approx(sd, rel=0.15)
+
+
+@pytest.mark.parametrize(("seconds", "rate"), [(5.0, 20.0), (5.0, 26.0), (30.0, 18.0)])
+def test_few_samples_per_period_tell_the_noise_to_a_third(seconds, rate):
+    read, sd = swinging(seconds, rate, counts=2000, noise=0.5)
+    assert estimate_noise(RingDownRecord(read[None], rate, "angle")).sd[0] == pytest.approx(sd, rel=0.33)
