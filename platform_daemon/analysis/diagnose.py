@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
-from drivers.errors import InputError, PlatformError, RecordingError
+from drivers.errors import InputError, RecordingError
 from platform_daemon.diagnosis import (
     DataDefect,
     Diagnosis,
@@ -20,14 +20,11 @@ from platform_daemon.diagnosis import (
 )
 from platform_daemon.estimation import (
     LostTrajectoryError,
-    Refusal,
-    RefusedError,
     RingDownModel,
     SeriesNoise,
-    estimate_noise,
-    screen_free_swing,
 )
 
+from .diagnosis_shots import LoadedShots, add_angle, add_frames, searched_frames
 from .frames import chosen_frames
 from .measurement import PENDULUM, AngleMeasurement, Calibration, Measurement, VoltageMeasurement, open_measurement
 from .model_registry.resolve import ModelChoice, model_of, notes_of
@@ -36,13 +33,6 @@ Observable = Literal["dmdt", "angle"]
 FramesByFile = Mapping[Path, Sequence[int] | None]
 """Frames of recordings by path, from 0; None, or a path that is missing: all."""
 OBSERVABLES: tuple[Observable, ...] = ("dmdt", "angle")
-
-_NO_FREE_SWING = (Refusal.NOT_FINITE, Refusal.TOO_SHORT, Refusal.NO_SIGNAL, Refusal.NO_DECAY)
-ABSORBED = (
-    "no calibration: every coil has two free sensitivities, of the odd harmonics and of the even ones, which take up "
-    "the gains of the channels, their mixing, the orientation and the moment; effects of these kinds cannot be seen"
-)
-"""What volts cannot tell."""
 
 
 class NothingToDiagnoseError(InputError):
@@ -61,6 +51,8 @@ class DiagnosisInput:
         flaws: seen while the files were read; their `shot` is -1.
         notes: frames that were left out and why, and what had to be assumed.
         files: in the order in which they were named.
+        further: shots that are not searched because they are too many, each read when it is called; None from one
+            that cannot be used.
     """
 
     shots: tuple[DiagnosisShot, ...]
@@ -68,23 +60,7 @@ class DiagnosisInput:
     flaws: tuple[DataDefect, ...]
     notes: tuple[str, ...]
     files: tuple[Path, ...]
-
-
-@dataclass
-class _Loaded:
-    """What has been read so far; remedies: for what was left out, where there is a better one than another record."""
-
-    shots: list[DiagnosisShot]
-    flaws: list[DataDefect]
-    notes: list[str]
-    refusals: list[str] = field(default_factory=list)
-    remedies: list[str] = field(default_factory=list)
-
-    def leave_out(self, name: str, why: str, remedy: str = "") -> None:
-        """A frame that is no good."""
-        self.refusals.append(f"{name} was left out: {why}")
-        self.notes.append(self.refusals[-1])
-        self.remedies += [remedy] if remedy else []
+    further: tuple[Callable[[], DiagnosisShot | None], ...] = ()
 
 
 def load_diagnosis_input(
@@ -110,19 +86,26 @@ def load_diagnosis_input(
         NothingToDiagnoseError: no frame is left.
     """
     measurements, chosen = _opened(files, base or model, observable, calibration)
-    loaded = _Loaded([], [], [*_doubts(measurements), *notes_of(chosen)])
+    loaded = LoadedShots([], [], [*_doubts(measurements), *notes_of(chosen)])
     if isinstance(measurements[0], AngleMeasurement) and not (base or model):
         loaded.notes.append(f"no variant was named: the declared model is {PENDULUM}, a pendulum with viscous damping")
     angles = [m for m in measurements if isinstance(m, AngleMeasurement)]
     shared = SeriesNoise()
-    for one in angles:
-        if one.series.finite:
-            shared.learn(one.signal(0).record)
-    for one in angles:
-        _add_angle(one, shared, loaded)
-    for recorded in measurements:
-        if isinstance(recorded, VoltageMeasurement):
-            _add_frames(recorded, loaded, chosen_frames(recorded, (frames or {}).get(recorded.path)))
+    for swing in angles:
+        if swing.series.finite:
+            shared.learn(swing.signal(0).record)
+    for swing in angles:
+        add_angle(swing, shared, loaded)
+    recorded = [
+        (m, chosen_frames(m, (frames or {}).get(m.path))) for m in measurements if isinstance(m, VoltageMeasurement)
+    ]
+    for (one, numbers), searched in zip(recorded, searched_frames(recorded), strict=True):
+        add_frames(one, numbers, searched, loaded)
+    if loaded.further:
+        loaded.notes.append(
+            f"of {len(loaded.shots) + len(loaded.further)} shots {len(loaded.shots)}, evenly spread, are searched and "
+            "fitted together; what is found is tried on the others"
+        )
     return _specimen(loaded, model_of(chosen), tuple(m.path for m in measurements))
 
 
@@ -192,7 +175,7 @@ def _check_channels(measurements: Sequence[Measurement]) -> None:
 def diagnose_input(specimen: DiagnosisInput, tell: ProgressCallback) -> Diagnosis:
     """Diagnose, and add what was seen while reading.  Raises NothingToDiagnoseError."""
     try:
-        found = diagnose_shots(specimen.shots, specimen.model, tell)
+        found = diagnose_shots(specimen.shots, specimen.model, tell, specimen.further)
     except (DiagnosisError, LostTrajectoryError, np.linalg.LinAlgError) as error:
         raise NothingToDiagnoseError(
             "nothing could be diagnosed", where=_named(specimen.files), why=str(error),
@@ -226,68 +209,14 @@ def _doubts(measurements: Sequence[Measurement]) -> list[str]:
     return []
 
 
-def _add_frames(measurement: VoltageMeasurement, loaded: _Loaded, frames: Sequence[int]) -> None:
-    """Good frames of a recording with its noise; blank ones only tell the noise."""
-    noise, sensitivity = measurement.noise(), None
-    if measurement.calibration is not None:
-        sensitivity = np.asarray(measurement.calibration.sensitivity, dtype=np.float64)
-        sensitivity = sensitivity if sensitivity.shape[0] == sensitivity.shape[1] else None
-    elif ABSORBED not in loaded.notes:
-        loaded.notes.append(ABSORBED)
-    unit = "counts" if measurement.recording.counts else ""
-    for k in frames:
-        info = measurement.recording.frame_info[k]
-        name = f"{measurement.path.name} frame {k}"
-        if info.blank:
-            continue
-        if info.verdict != "good":
-            loaded.leave_out(name, info.reason or info.verdict)
-            continue
-        try:
-            signal = measurement.signal(k)
-        except PlatformError as error:
-            loaded.leave_out(name, error.what)
-            continue
-        clipped = signal.clipping()
-        if clipped is not None:
-            loaded.flaws.append(DataDefect("saturation", f"{name}: {clipped}", -1))
-            loaded.leave_out(name, f"saturated: {clipped}", "record excited shots without clipping")
-            continue
-        of_shot = noise.for_shot(signal.record)
-        if of_shot.model is None:
-            loaded.leave_out(name, "its noise cannot be measured")
-            continue
-        loaded.notes += [f"{name}: {note}" for note in (*signal.notes, of_shot.note) if note]
-        group = measurement.path.name
-        loaded.shots.append(DiagnosisShot(name, signal.record, of_shot.model, sensitivity, group, unit))
-
-
-def _add_angle(measurement: AngleMeasurement, noise: SeriesNoise, loaded: _Loaded) -> None:
-    """An angle series is one shot, with a common noise where several are alike."""
-    name, signal = measurement.path.name, measurement.signal(0)
-    loaded.flaws += [DataDefect("clock_gap", f"{name}: {text}", -1) for text in signal.notes]
-    if not measurement.series.finite:
-        loaded.flaws.append(DataDefect("not_finite", f"{name}: samples are not finite numbers", -1))
-    try:
-        screen_free_swing(signal.record)
-    except RefusedError as refused:
-        # What else is wrong is told by the fits, or beside them.
-        if refused.code in _NO_FREE_SWING:
-            code, advice = refused.code.name.lower(), refused.advice or refused.code.value.rpartition("; ")[2]
-            loaded.leave_out(name, f"{code}: {refused.seen}", advice)
-            return
-    # A short record says nothing about others, and something about itself.
-    model = noise.for_shot(signal.record).model or estimate_noise(signal.record)
-    loaded.shots.append(DiagnosisShot(name, signal.record, model, None, name))
-
-
-def _specimen(loaded: _Loaded, model: RingDownModel, files: tuple[Path, ...]) -> DiagnosisInput:
+def _specimen(loaded: LoadedShots, model: RingDownModel, files: tuple[Path, ...]) -> DiagnosisInput:
     """Raises NothingToDiagnoseError if nothing is left."""
     if not loaded.shots:
         why = "; ".join(loaded.refusals[-4:]) or "all frames are blank"
         remedy = "; ".join(dict.fromkeys(loaded.remedies[-4:])) or "record excited shots without clipping"
         raise NothingToDiagnoseError("no shot can be used", where=_named(files), why=why, remedy=remedy)
-    return DiagnosisInput(tuple(loaded.shots), model, tuple(loaded.flaws), _short(loaded.notes), files)
+    notes = _short(loaded.notes)
+    return DiagnosisInput(tuple(loaded.shots), model, tuple(loaded.flaws), notes, files, tuple(loaded.further))
 
 
 def _short(notes: Iterable[str]) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
@@ -44,10 +44,12 @@ from .selection.tone_free_noise import with_tone_free_noise
 from .shots.initial_fits import UnfittedShot, initial_fits
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
+from .validation.further_shots import FurtherShots, further_shots
 from .validation.validated_effects import validate_effects
 
 _NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
 _SURELY_LESS = 30.0  # fall of chi^2
+_SEARCHED = 0.7  # of the time of a series that is too long to be searched as a whole
 _HERTZ_LAW_RAD = 0.5 * math.pi
 
 
@@ -92,18 +94,42 @@ class Diagnosis:
 
 
 def diagnose_shots(
-    shots: Sequence[DiagnosisShot], model: RingDownModel, tell: ProgressCallback = lambda what, share: None
+    shots: Sequence[DiagnosisShot],
+    model: RingDownModel,
+    tell: ProgressCallback = lambda what, share: None,
+    further: Sequence[Callable[[], DiagnosisShot | None]] = (),
 ) -> Diagnosis:
     """Diagnose shots of one specimen that all obey the same declared model.
 
-    tell: called with what is being done and the share that is finished.
+    tell: called with what is being done and the share that is finished. further: shots of the same series that what
+    is found is tried on, each read when it is called; None from one that cannot be used.
 
     Raises:
         DiagnosisError: no shot can be fitted by the declared model.
     """
     began = time.perf_counter()
     with shot_pool() as pool:
-        return _diagnose(list(shots), model, tell, pool, began)
+        share = _SEARCHED if further else 1.0
+        found = _diagnose(list(shots), model, lambda what, done: tell(what, share * done), pool, began)
+        if not further:
+            return found
+
+        def told(done: int) -> None:
+            tell("shots that were not searched", share + (1.0 - share) * done / len(further))
+
+        seen = further_shots(found.final, further, pool, told)
+    said = () if seen is None else (_further_note(seen),)
+    return replace(found, notes=(*said, *found.notes), seconds=time.perf_counter() - began)
+
+
+def _further_note(seen: FurtherShots) -> str:
+    failed = f"; {len(seen.failed)} cannot be fitted: {', '.join(seen.failed[:3])}" if seen.failed else ""
+    if not seen.count:
+        return f"none of the shots that were not searched can be fitted{failed}"
+    return (
+        f"{seen.count} shots that were not searched, each with its own fit: chi2/dof {seen.before:.4g} with the "
+        f"declared model, {seen.after:.4g} with what was found; {seen.worst[1]:.4g} at worst ({seen.worst[0]}){failed}"
+    )
 
 
 def _diagnose(

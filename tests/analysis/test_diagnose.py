@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.analysis.diagnose import ABSORBED, NothingToDiagnoseError, load_diagnosis_input
+from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_diagnosis_input
+from platform_daemon.analysis.diagnosis_shots import ABSORBED
 from platform_daemon.store.reader import open_recording
 from tests.kit.specimen_files import JEWEL, PENDULUM, RUNS, THREAD, copied, pendulum, swing, without
 

@@ -21,10 +21,12 @@ from platform_daemon.estimation import (
 from platform_daemon.schemas import DefectKind
 
 from ..regression.hypothesis import Hypothesis
-from ..regression.linearised_shot import LinearisedShot, linearise_shot
+from ..regression.linearised_shot import LinearisedShot
+from ..regression.own_fit import own_fit
 from ..shots.shot import DiagnosisShot, PreparedShot, whitening_for
 from .significance import log_chance
 
+_NOTHING = np.zeros(0)  # strengths of the declared model alone
 _SURE = -18.0  # logarithm of the chance of a gap in a clock without one
 _MOST_GAPS = 4
 _FOLLOWED = 3.0  # chi^2 per degree of freedom of a model that misses no more than some lost samples
@@ -69,7 +71,7 @@ def data_defects(shots: Sequence[DiagnosisShot]) -> list[DataDefect]:
 def likeliest_jump(started: PreparedShot, hypothesis: Hypothesis) -> bool:
     """True if the phase of a shot's own fit seems to jump somewhere; what a model lacks may look like that too."""
     try:
-        return _strongest(_settled(started, hypothesis)[0]) is not None
+        return _strongest(own_fit(started, hypothesis, _NOTHING)[0]) is not None
     except LostTrajectoryError:
         return False
 
@@ -116,7 +118,7 @@ def _mended(
     found: list[DataDefect] = []
     hypothesis = Hypothesis(model)
     try:
-        linear, state = _settled(started, hypothesis)
+        linear, state = own_fit(started, hypothesis, _NOTHING)
     except LostTrajectoryError:
         return started, found
     while len(found) < _MOST_GAPS:
@@ -138,29 +140,11 @@ def _mended(
         at = at if known is None else known
         places = {**places, at: places.get(at, 0) + samples}
         started = _filled(started, at, samples)
-        linear, state = _settled(replace(started, state=state), hypothesis)
+        linear, state = own_fit(replace(started, state=state), hypothesis, _NOTHING)
         started = replace(started, state=state)
         where = f"{started.shot.name}: {samples} samples are missing before sample {at}"
         found.append(DataDefect("clock_gap", where, k, at, step, sd, log_p))
     return started, found
-
-
-def _settled(started: PreparedShot, hypothesis: Hypothesis) -> tuple[LinearisedShot, FitState]:
-    """The shot's own fit."""
-    state, nothing = started.state, np.zeros(0)
-    linear = linearise_shot(started, hypothesis, state, nothing)
-    for _ in range(8):
-        moved = state.moved(linear.own_step(nothing))
-        try:
-            trial = linearise_shot(started, hypothesis, moved, nothing)
-        except LostTrajectoryError:
-            break
-        if trial.chi2 >= linear.chi2:
-            break
-        fall, linear, state = linear.chi2 - trial.chi2, trial, moved
-        if fall < 0.05:
-            break
-    return linear, state
 
 
 def _strongest(linear: LinearisedShot) -> tuple[float, int, float, float] | None:
