@@ -1,11 +1,13 @@
 """From files to shots of one specimen."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.analysis.diagnose import NothingToDiagnoseError, load_diagnosis_input
+from platform_daemon.analysis.diagnose import NothingToDiagnoseError, diagnose_input, load_diagnosis_input
 from platform_daemon.analysis.diagnosis_shots import ABSORBED
 from platform_daemon.store.reader import open_recording
 from tests.kit.specimen_files import JEWEL, PENDULUM, RUNS, THREAD, copied, pendulum, swing, without
@@ -99,3 +101,20 @@ def test_files_without_a_usable_shot_say_why(tmp_path):
     angle[7] = np.inf
     with pytest.raises(NothingToDiagnoseError, match="not_finite: 1 samples, the first is 7 "):
         load_diagnosis_input([pendulum(tmp_path, t, angle)])
+
+
+def test_of_a_long_series_some_are_searched_and_the_others_tried_one_by_one(tmp_path, monkeypatch):
+    monkeypatch.setattr("platform_daemon.analysis.diagnosis_shots._MOST_SEARCHED", 1)
+    files = [THREAD, copied(tmp_path), copied(tmp_path, name="third.h5")]
+    specimen = load_diagnosis_input(files)
+    assert [s.name for s in specimen.shots] == [
+        f"{THREAD.name} frame 0", "copy.h5 frame 0", "copy.h5 frame 1", "third.h5 frame 1"
+    ]  # fmt: skip
+    assert [load().name for load in specimen.further] == [f"{THREAD.name} frame 1", "third.h5 frame 0"]
+    seen: list[float] = []
+    found = diagnose_input(specimen, lambda what, share: seen.append(share))
+    (note,) = [n for n in found.notes if n.startswith("2 shots that were not searched")]
+    before, after = map(float, re.findall(r"chi2/dof ([\d.]+) with the declared model, ([\d.]+) with", note)[0])
+    assert 0.9 < after <= before < 1.1
+    assert seen == sorted(seen)
+    assert any("of 6 shots 4, evenly spread, are searched" in n for n in found.notes)
