@@ -73,7 +73,7 @@ def _along(at: JointFit, c: Candidate, pool: Executor) -> _Along:
 def _at_best_scale(at: JointFit, effect: str, pool: Executor) -> JointFit:
     """Gauss-Newton on one scale, shorter where it would not go down."""
     for _ in range(_MOST_STEPS):
-        c = next(t for t in at.hypothesis.torques if t.effect.id == effect)
+        c = next(t for t in at.hypothesis.torques if t.effect.id == effect and t.scale_limits is not None)
         assert c.scale_limits is not None
         along = _along(at, c, pool)
         step = float(along.step[-1])
@@ -108,7 +108,7 @@ def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
     assert like.at_scale is not None
     scale, states, strengths = along.begun(step)
     other = like.at_scale(scale)
-    effects: Sequence[Candidate] = [other if c.effect is like.effect else c for c in at.hypothesis.effects]
+    effects: Sequence[Candidate] = [other if c.key == like.key else c for c in at.hypothesis.effects]
     hypothesis: Hypothesis = replace(at.hypothesis, effects=tuple(effects), gone=())
     try:
         return without_gain_of_energy(fit_jointly(at.started, hypothesis, pool, states, strengths), pool)
@@ -139,6 +139,6 @@ def _strength(at: JointFit, like: Candidate) -> float:
 
 
 def _column(at: JointFit, like: Candidate) -> int:
-    """Of an effect's strength among the common ones."""
+    """Of an effect's strength among the common ones, whatever its scale."""
     pairs = zip(at.hypothesis.common, at.hypothesis.slices, strict=True)
-    return next(s.start for c, s in pairs if c.effect is like.effect)
+    return next(s.start for c, s in pairs if c.term is like.term)

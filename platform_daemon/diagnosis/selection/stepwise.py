@@ -291,7 +291,7 @@ def _same_effect_in(candidate: Candidate, at: JointFit) -> bool:
     for c in at.hypothesis.effects:
         if c.effect is not candidate.effect:
             continue
-        if c.hidden or (c.detail.tau_s is not None and c.detail.frequency_hz is None):
+        if c.hidden or candidate.hidden or (c.detail.tau_s is not None and c.detail.frequency_hz is None):
             return True
         if c.detail.frequency_hz and candidate.detail.frequency_hz:
             near = abs(c.detail.frequency_hz - candidate.detail.frequency_hz)
