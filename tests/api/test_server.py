@@ -147,7 +147,7 @@ def test_a_time_range_outside_the_frame_is_a_problem_not_a_clamp(client, recordi
 
 def test_resonators_are_listed_with_their_preset_sequences(client):
     found = client.get("/resonators").json()
-    assert set(found) == {"jewel", "thread"}
+    assert set(found) == {"jewel", "thread", "jewel_imperfect", "thread_imperfect"}
     assert found["thread"]["sequence"]["rx_s"] == 15.0
 
 

@@ -14,7 +14,7 @@ def test_examples_random_requests_walks_and_boundaries_bring_nothing_that_the_sc
     tmp_path: Path,
 ) -> None:
     seed = ("--seed", "1", "--workers", "2")
-    drawn = ("--phases", "examples,fuzzing,stateful", "--max-examples", "2", *seed)
+    drawn = ("--phases", "examples,fuzzing,stateful", "--max-examples", "1", *seed)
     boundaries = ("--phases", "coverage", "--exclude-path-regex", SLOW, *seed)
     for done in attack(tmp_path, drawn, boundaries):
         assert done.returncode == 0, done.stdout

@@ -43,7 +43,7 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path, dtype, channels):
     assert report["parameters_after"]["lambda_per_s"]["value"] == pytest.approx(SMALL.loss_per_s, rel=1e-4)
 
 
-@pytest.mark.parametrize("channels", [1, 2])
+@pytest.mark.parametrize("channels", [1, pytest.param(2, marks=pytest.mark.campaign)])
 def test_dry_friction_is_named_with_fewer_coils(tmp_path, channels):
     path = write_twin(tmp_path / "small.h5", replace(SMALL, dry_rad_per_s2=500.0), frames=2, channels=channels, seed=6)
     _, report = diagnosed(tmp_path, path)
