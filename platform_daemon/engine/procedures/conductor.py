@@ -22,6 +22,7 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import write_file
 
+from ..engine import ShuttingDown
 from ..jobs import Cancelled
 from ..work.series import AcquisitionJob
 from .procedure import Fits, OnlineFits, Procedure, ProcedureJob, Steps
@@ -184,7 +185,12 @@ class ProcedureWork:
     ) -> AcquisitionJob:
         """One attempt, when it has ended."""
         number = attempts.number
-        made = self._steps.begin(request, series, attempts.step.label(number), job)
+        try:
+            made = self._steps.begin(request, series, attempts.step.label(number), job)
+        except ShuttingDown:  # whoever shuts down has cancelled this job, too
+            raise Cancelled from None
+        except PlatformError as error:
+            raise _at(error, attempts.step.named(number)) from None
         while not made.ended.wait(timeout=WATCH_S):
             self._advance(job, attempts.shots + made.progress().done, f"step {number}: {made.phase}")
             if job.cancel_requested.is_set():
