@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from statistics import median, stdev
 
-from platform_daemon.analysis import BLANK
+from platform_daemon import analysis
 from platform_daemon.schemas import FrameFit, StepEstimate, StepReport
 
 from ..work.series import AcquisitionJob
@@ -77,7 +77,7 @@ class StepAttempts:
 
 
 def _reason(frames: Sequence[FrameFit]) -> str:
-    return next((f.reason for f in frames if f.reason and f.reason != BLANK), "no shot was made")
+    return next((f.reason for f in frames if f.reason and f.reason != analysis.BLANK), "no shot was made")
 
 
 def _results(good: Sequence[FrameFit]) -> dict[str, StepEstimate]:
