@@ -12,7 +12,7 @@ from typing_extensions import TypeAliasType
 from .base import Absent, Finite, Given, Request, Schema, Vector, Verdict, example
 from .requests import AcquisitionRequest
 
-MOST_STEPS = 2000
+MOST_STEPS = 1000
 Comparison = TypeAliasType("Comparison", Literal[">", "<", ">=", "<="])
 _Key = Annotated[str, Field(min_length=1, max_length=100)]
 _Number = Annotated[int, Field(ge=-(10**12), le=10**12)] | Finite
