@@ -56,6 +56,8 @@ class JobKind(Generic[JobT]):
         }
         if self.name == "calibration":
             parts["question"] = job.question
+        if self.name == "procedure":
+            parts["paused"] = job.pause_requested.is_set() and not job.state.final
         return self.body(**parts)
 
     def accepted(self, job: AnyJob, response: Response) -> JobT:

@@ -15,6 +15,8 @@ _FRAME = {**_ID, "frame": "$response.body#/shots/0/frame"}
 LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that take something from its answer
     "start_acquisition": {"get_acquisition": _ID, "cancel_acquisition": _ID},
     "get_acquisition": {"get_recording": {"identifier": "$response.body#/result/recording"}},
+    "start_procedure": {"get_procedure": _ID, "cancel_procedure": _ID, "pause_procedure": _ID, "resume_procedure": _ID},
+    "get_procedure": {"get_recording": {"identifier": "$response.body#/result/recording"}},
     "start_calibration": {"get_calibration": _ID, "cancel_calibration": _ID, "continue_calibration": _ID},
     "start_fit": {"get_fit": _ID, "cancel_fit": _ID, "get_derived": _ID},
     "get_fit": {"get_derived": _ID, "get_envelopes": {**_ID, "frame": "$response.body#/result/frames/0/frame"}},

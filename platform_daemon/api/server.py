@@ -24,6 +24,7 @@ from .routes import (
     fits,
     models,
     platform,
+    procedures,
     recordings,
 )
 
@@ -35,6 +36,7 @@ TAGS = {
     "platform": "State of the hardware, outputs off, and what problems mean",
     "catalogue": "Resonators and sequences that have a name",
     "acquisitions": "Series of shots",
+    "procedures": "Several steps, each a series, in one recording: sweeps",
     "calibrations": "Of the receive and of the transmit side",
     "recordings": "What was measured, with its dm/dt",
     "fits": "Of stored recordings",
@@ -63,6 +65,7 @@ def create_api(context: Context) -> FastAPI:
         platform,
         catalogue,
         acquisitions,
+        procedures,
         calibrations,
         recordings,
         fits,

@@ -1,4 +1,4 @@
-"""The command line: `platform-daemon serve | measure | fit | harmonics | slide | diagnose | plot | ...`.
+"""The command line: `platform-daemon serve | measure | sweep | fit | harmonics | slide | diagnose | plot | ...`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device is not what the platform file says;
 3 nothing to fit or diagnose; 130 interrupted.
@@ -32,6 +32,7 @@ from .precision import predict
 from .recordings import info, plot
 from .serve import serve
 from .sliding import slide
+from .sweep import sweep
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 app.add_typer(config_app, name="config")
@@ -51,6 +52,7 @@ app.command()(slide)
 app.command(cls=FilesOrLive)(diagnose)
 app.command()(serve)
 app.command()(measure)
+app.command()(sweep)
 app.command()(info)
 app.command()(plot)
 

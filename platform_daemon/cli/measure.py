@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
 
 from drivers.validation import validated
 from platform_daemon.reports import fit_table_text
@@ -25,10 +24,10 @@ from .options import (
 )
 from .output import must_not_exist, write_json
 from .parsing import parse_axis, parse_window
-from .progress import progress
+from .progress import interrupted_while, prepare_fit
 
 if TYPE_CHECKING:
-    from platform_daemon.engine import AcquisitionJob, Engine
+    from platform_daemon.engine import AcquisitionJob
     from platform_daemon.schemas import AcquisitionResult
 
 
@@ -81,9 +80,9 @@ def measure(
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     try:
-        _prepare_fit()
+        prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
-        interrupted = _interrupted_while(engine, job)
+        interrupted = interrupted_while(engine, job)
     finally:
         engine.close()
     _report_series(job, out, json_file)
@@ -92,18 +91,6 @@ def measure(
     if job.error is not None:
         raise job.error
     _refuse_unusable(job.result)
-
-
-def _interrupted_while(engine: Engine, job: AcquisitionJob) -> bool:
-    """Show the job until it has ended; True if Ctrl-C ended it, with outputs off and its shots put together."""
-    try:
-        with progress() as display:
-            display.watch(job)
-    except KeyboardInterrupt:
-        engine.outputs_off()
-        job.ended.wait(timeout=60)
-        return True
-    return False
 
 
 def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
@@ -146,11 +133,3 @@ def _report_series(job: AcquisitionJob, out: Path, json_file: Path | None) -> No
     if result.file is not None:
         report = SeriesReport(file=str(out), recording=result.recording, shots=result.shots, fit=result.fit)
         write_json(json_file, report)
-
-
-def _prepare_fit() -> None:
-    """Before the first shot: kernels that are compiled or loaded meanwhile would lengthen the time between shots."""
-    from platform_daemon.estimation import warm_up
-
-    with Console(stderr=True).status("preparing the fit (some seconds; longer where nothing is compiled yet)"):
-        warm_up()

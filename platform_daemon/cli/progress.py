@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from platform_daemon.engine import Job
+    from platform_daemon.engine import Engine, Job
 
 
 class _TimeLeft(ProgressColumn):
@@ -87,3 +87,23 @@ def progress() -> Iterator[ProgressDisplay]:
     shown = sys.stdout.isatty()
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown) as bar:
         yield ProgressDisplay(bar)
+
+
+def interrupted_while(engine: Engine, job: Job) -> bool:
+    """Show the job until it has ended; True if Ctrl-C ended it, with outputs off and its shots put together."""
+    try:
+        with progress() as display:
+            display.watch(job)
+    except KeyboardInterrupt:
+        engine.outputs_off()
+        job.ended.wait(timeout=60)
+        return True
+    return False
+
+
+def prepare_fit() -> None:
+    """Before the first shot: kernels that are compiled or loaded meanwhile would lengthen the time between shots."""
+    from platform_daemon.estimation import warm_up
+
+    with Console(stderr=True).status("preparing the fit (some seconds; longer where nothing is compiled yet)"):
+        warm_up()

@@ -15,6 +15,9 @@ reduce_latency: Search for garbage once more, now, and from here on only in what
 Budget: How much may be measured.
 Callbacks: How the loop talks.
 LiveDiagnosis: One loop on one resonator.
+ProcedureFiles: Where a procedure writes.
+ProcedureWork: The work of one procedure, every known step of it checked.
+plan_procedure: The work of a procedure for `Engine.conduct`, every known step checked.
 DiagnosisWork: Says what the declared model lacks in these frames of files.
 FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
@@ -22,11 +25,14 @@ AcquisitionJob: The job of a series of shots.
 
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
-from .engine import Engine, ShuttingDown, UnknownId
+from .engine import Engine, ShuttingDown
 from .job_records import JobRecords
+from .job_registry import UnknownId
 from .jobs import AnyJob, Job
 from .latency import reduce_latency
+from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
+from .procedures.planned import plan_procedure
 from .work.diagnosis import DiagnosisWork
 from .work.fit import FitWork
 from .work.series import AcquisitionJob
@@ -44,10 +50,13 @@ __all__ = [
     "Job",
     "JobRecords",
     "LiveDiagnosis",
+    "ProcedureFiles",
+    "ProcedureWork",
     "Shelf",
     "ShuttingDown",
     "UnknownId",
     "open_catalogue",
+    "plan_procedure",
     "read_receive",
     "reduce_latency",
 ]

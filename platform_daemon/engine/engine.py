@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import structlog
 
-from drivers.errors import DeviceStateError, InputError, PlatformError
+from drivers.errors import DeviceStateError, PlatformError
 from drivers.platform import Platform
 from platform_daemon.schemas import (
     AcquisitionRequest,
@@ -21,11 +21,9 @@ from platform_daemon.schemas import (
     CalibrationsInUse,
     DeviceListing,
     FaultReset,
-    JobState,
     PlatformStatus,
     SelfTestOptions,
 )
-from platform_daemon.store import StorageError
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
@@ -33,12 +31,14 @@ from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .interlock import Interlock
 from .job_records import JobRecords
+from .job_registry import JobRegistry
 from .jobs import AnyJob, Job, RequestT, ResultT, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
 from .work.calibration import calibration_work
 from .work.calibration_bench import CalibrationJob
+from .work.destination import OwnFile
 from .work.reset_fault import reset_amplifier
 from .work.series import AcquisitionJob, SeriesBench, SeriesWork
 
@@ -48,12 +48,6 @@ if TYPE_CHECKING:
 log = structlog.get_logger()
 JUST_ENDED_S = 1.0  # how long after its end a job may still hold the hardware
 IDLE_S = 1.0  # how often the state is read back while nothing runs
-
-
-class UnknownId(InputError):
-    """No job or recording has that id."""
-
-    title = "Not found"
 
 
 class ShuttingDown(DeviceStateError):
@@ -67,9 +61,8 @@ class Engine:
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
     before each series and each transmit calibration; files: of calibrations, as the platform file names them;
-    catalogue: what can be measured by name.  On-line fits and analysis jobs have a thread each, so that neither holds
-    up a shot nor the other.  Raises SequenceRejected
-    if the self-test leaves the limits.
+    catalogue: what can be measured by name.  On-line fits, analysis jobs and procedures have a thread each, so that
+    none holds up a shot nor the others.  Raises SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -89,12 +82,11 @@ class Engine:
         self.catalogue = catalogue
         self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
-        self._journal = journal or JobRecords(None)
-        self._jobs = {job.identifier: job for job in self._journal.load()}
-        self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
+        self._registry = JobRegistry(journal or JobRecords(None))
         self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
         self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
+        self._procedures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="procedures")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
         self._hardware = threading.Lock()  # held while a job moves something
         self._closed = threading.Event()
@@ -126,7 +118,7 @@ class Engine:
                 raise DeviceStateError(
                     "the transmit calibration has changed since the plan was made", remedy="plan anew"
                 )
-            return self.submit(SeriesWork(self.series_bench, plan, target, folder, overwrite=overwrite))
+            return self.submit(SeriesWork(self.series_bench, plan, OwnFile(target, folder, overwrite=overwrite)))
 
     @property
     def series_bench(self) -> SeriesBench:
@@ -141,13 +133,13 @@ class Engine:
             self_test = self._calibration_in_use.self_test
             return self.submit(calibration_work(self.platform, request, self.side, folder, self_test))
 
-    def submit(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
+    def submit(self, work: Work[RequestT, ResultT], within: AnyJob | None = None) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
 
-        Raises ShuttingDown.
+        within: the procedure that it is a step of; whatever stops one of them stops both.  Raises ShuttingDown.
         """
         with self._planning:
-            job = Job.of(work)
+            job = Job.of(work, within)
             self._register(job, moving=True)
             self._queue.put((job, partial(self._interlock.run, work)))
             return job
@@ -159,9 +151,9 @@ class Engine:
         calibration runs or waits: each ends with what it began with.
         """
         with self._planning:
-            if any(not job.state.final for job in self._moving):
-                remedy = "wait until all have ended, or cancel them"
-                raise DeviceStateError("a series or a calibration runs or waits", where="calibration", remedy=remedy)
+            if any(not job.state.final for job in self._registry.stoppable()):
+                what, remedy = "a series, a calibration or a procedure", "wait until all have ended, or cancel them"
+                raise DeviceStateError(f"{what} runs or waits", where="calibration", remedy=remedy)
             self._calibration_in_use.activate(request, folder)
             return self._calibration_in_use.in_use()
 
@@ -176,24 +168,29 @@ class Engine:
             self._fits.submit(self._run, job, work)
             return job
 
+    def conduct(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
+        """Run a procedure, which submits its steps itself, in a thread for procedures, after that before it.
+
+        Raises ShuttingDown.
+        """
+        with self._planning:
+            job = Job.of(work)
+            self._register(job, conducting=True)
+            self._procedures.submit(self._run, job, work)
+            return job
+
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
-        job = self._jobs.get(identifier)
-        if job is None or job.kind != kind:
-            remedy = f"list the {kind}s for the ids that exist"
-            raise UnknownId(f"no {kind} has the id {identifier!r}", where=identifier, remedy=remedy)
-        return job
+        return self._registry.job(kind, identifier)
 
     def jobs(self, kind: str) -> list[AnyJob]:
         """All jobs of a kind, oldest first."""
-        return [j for j in list(self._jobs.values()) if j.kind == kind]
+        return self._registry.of_kind(kind)
 
     def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
-        moving = list(self._moving)
-        running = next((j.identifier for j in moving if j.state is JobState.RUNNING), None)
-        waiting = tuple(j.identifier for j in moving if j.state is JobState.QUEUED)
-        return self._readback.status(self._calibration_in_use.in_use(), self._interlock.why, running, waiting)
+        jobs, in_use = self._registry, self._calibration_in_use.in_use()
+        return self._readback.status(in_use, self._interlock.why, jobs.running, jobs.waiting)
 
     def devices(self) -> DeviceListing:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
@@ -205,13 +202,13 @@ class Engine:
         return self._warm.is_set()
 
     def outputs_off(self) -> None:
-        """Everything off, now, from any thread; running and queued acquisitions and calibrations are cancelled."""
-        for job in list(self._moving):
+        """Everything off, now, from any thread; all that moves something or waits to is cancelled."""
+        for job in self._registry.stoppable():
             job.cancel_requested.set()
         try:
             self._interlock.prove_off()
         finally:
-            for job in list(self._moving):
+            for job in self._registry.stoppable():
                 job.request_cancel()
 
     def reset_fault(self) -> FaultReset:
@@ -236,23 +233,19 @@ class Engine:
         finally:
             with self._planning:  # work that was still taken is queued now
                 self._queue.put(None)
-            for job in list(self._jobs.values()):
+            for job in self._registry.all():
                 job.request_cancel()
             try:
                 self._thread.join(timeout=60)
             finally:
                 self.platform.close()
-        for each in (self._online, self._fits):
+        for each in (self._procedures, self._online, self._fits):
             each.shutdown(wait=True, cancel_futures=True)
 
-    def _register(self, job: AnyJob, *, moving: bool = False) -> None:
+    def _register(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
         if self._closed.is_set():
             raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
-        self._journal.save(job)
-        job.on_change = self._keep
-        if moving:  # known to `outputs_off` before it can begin
-            self._moving = [*(each for each in self._moving if not each.state.final), job]
-        self._jobs[job.identifier] = job
+        self._registry.add(job, moving=moving, conducting=conducting)
 
     def _run(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
         """Run a job to its end and keep how it ended."""
@@ -276,13 +269,6 @@ class Engine:
                 self._run(*item)
             self._interlock.recover()
             self._refresh()
-
-    def _keep(self, job: AnyJob) -> None:
-        try:
-            self._journal.save(job)
-        # A full disk must not end the thread; the job still answers until the daemon stops.
-        except StorageError as error:
-            log.error("job_not_saved", job=job.identifier, error=str(error))
 
     def _warm_up(self) -> None:
         try:

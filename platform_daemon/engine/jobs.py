@@ -16,6 +16,7 @@ from drivers.errors import PlatformError
 from platform_daemon.schemas import JobState, Progress
 
 log = structlog.get_logger()
+RESTING_STEP_S = 0.05
 
 
 class Cancelled(Exception):
@@ -84,7 +85,10 @@ class Job(Generic[RequestT, ResultT]):
     on_change: Callable[[Job[Any, Any]], None] = lambda job: None
     question: str | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
+    pause_requested: threading.Event = field(default_factory=threading.Event)
     _started_s: float = 0.0
+    _rested_s: float = 0.0
+    _rests_since_s: float | None = None
     _lock: threading.RLock = field(default_factory=threading.RLock)
 
     def __post_init__(self) -> None:
@@ -93,9 +97,12 @@ class Job(Generic[RequestT, ResultT]):
         self.identifier = self.identifier or f"{self.kind}-{stamp}-{secrets.token_hex(3)}"
 
     @classmethod
-    def of(cls, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
-        """The job that will do this work."""
-        return cls(work.kind, work.request, work.no_result, work.total, work.unit)
+    def of(cls, work: Work[RequestT, ResultT], within: AnyJob | None = None) -> Job[RequestT, ResultT]:
+        """The job that will do this work.  within: the procedure that it is a step of, None: of none."""
+        job = cls(work.kind, work.request, work.no_result, work.total, work.unit)
+        if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
+            job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested
+        return job
 
     def begin(self) -> bool:
         """From queued to running; False if it was cancelled before."""
@@ -115,14 +122,33 @@ class Job(Generic[RequestT, ResultT]):
         """How far it is; time left from the mean pace so far."""
         with self._lock:
             left = None
-            if self.state is JobState.RUNNING and self.done > 0:
-                left = (self.clock.monotonic_s() - self._started_s) * max(0.0, self.total - self.done) / self.done
+            if self._rests_since_s is not None and not self.state.final:
+                left = None
+            elif self.state is JobState.RUNNING and self.done > 0:
+                worked_s = self.clock.monotonic_s() - self._started_s - self._rested_s
+                left = worked_s * max(0.0, self.total - self.done) / self.done
             elif self.state.final:
                 left = 0.0
             share = min(1.0, self.done / self.total) if self.total > 0 else 1.0
             return Progress(
                 done=self.done, total=self.total, unit=self.unit, phase=self.phase, fraction=share, time_left_s=left
             )
+
+    def rest(self, longest_s: float) -> bool:
+        """Wait as long as a pause is asked for, at most `longest_s`; False if it is asked for still.
+
+        Ends at once when the job is to be cancelled.  What is waited here is no part of the pace.
+        """
+        with self._lock:
+            began = self._rests_since_s = self.clock.monotonic_s()
+            before, self.phase = self.phase, "paused"
+        while self.pause_requested.is_set() and not self.cancel_requested.wait(timeout=RESTING_STEP_S):
+            if self.clock.monotonic_s() - began > longest_s:
+                break
+        with self._lock:
+            self._rested_s += self.clock.monotonic_s() - began
+            self._rests_since_s, self.phase = None, before
+        return self.cancel_requested.is_set() or not self.pause_requested.is_set()
 
     def ask(self, what: str) -> None:
         """Ask the operator to do something; the job waits until `proceed` is set."""

@@ -93,7 +93,10 @@ def _validity(made: CalibrationInfo) -> str:
 
 def _shots(shots: Iterable[FrameDescription], *, each_excitation: bool) -> Table:
     table = Table()
-    for heading in ("frame", "shot", "time", "T / °C", "verdict", *(("excitation",) if each_excitation else ()), ""):
+    shots = list(shots)
+    steps = any(shot.step is not None for shot in shots)
+    optional = (*(("step",) if steps else ()), *(("excitation",) if each_excitation else ()))
+    for heading in ("frame", "shot", "time", "T / °C", "verdict", *optional, ""):
         table.add_column(heading, overflow="fold")
     for shot in shots:
         remarks = ("blank" if shot.blank else "", shot.reason, ", ".join(shot.flags))
@@ -103,10 +106,16 @@ def _shots(shots: Iterable[FrameDescription], *, each_excitation: bool) -> Table
             (shot.time_stamp or "")[11:19],
             "" if shot.temperature_c is None else f"{shot.temperature_c:.2f}",
             shot.verdict,
+            *([_step(shot)] if steps else []),
             *([_excitation(shot.excitation) if shot.excitation and not shot.blank else ""] if each_excitation else []),
             "; ".join(text for text in remarks if text),
         )
     return table
+
+
+def _step(shot: FrameDescription) -> str:
+    values = ", ".join(f"{k} = {v if isinstance(v, str) else f'{v:g}'}" for k, v in (shot.values or {}).items())
+    return "" if shot.step is None else f"{shot.step}: {values}" if values else str(shot.step)
 
 
 def _excitation(made: ExcitationInfo) -> str:

@@ -88,6 +88,8 @@ DiagnosisJobs: All diagnoses, oldest first.
 FitJob: A fit of a stored recording.
 FitJobs: All fits, oldest first.
 JobState: queued -> running -> done | failed | cancelled.
+ProcedureJob: A procedure.
+ProcedureJobs: All procedures, oldest first.
 Progress: How far a job is.
 DiagnosedRound: A series, and what it brought to the diagnosis.
 EffectSummary: An accepted effect in short.
@@ -133,6 +135,15 @@ ErrorRecord: An error as the record of a job keeps it.
 Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
 ProblemKind: What a kind of problem means.
 UnreadableFile: A file that looks like what is listed but cannot be used.
+PlannedStep: One step as it would be.
+ProcedureLog: The log of a procedure on disk, written anew after every step, and what `sweep --json` writes.
+ProcedureResult: What a procedure has brought so far.
+ProcedureSummary: A procedure as it would be: every step is checked, nothing moves.
+StepEstimate: A result of a step over its good fits, in the unit that its name holds.
+StepReport: One step as it was made.
+StopRule: Ends a procedure after the first step whose result is so.
+SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
+SweptValue: A key of a step and its value.
 CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).
 DmdtSeries: Calibrated dm/dt of one frame for a plot.
 ExcitationInfo: What a shot was excited with.

@@ -85,6 +85,8 @@ from .jobs import DiagnosisJobs as DiagnosisJobs
 from .jobs import FitJob as FitJob
 from .jobs import FitJobs as FitJobs
 from .jobs import JobState as JobState
+from .jobs import ProcedureJob as ProcedureJob
+from .jobs import ProcedureJobs as ProcedureJobs
 from .jobs import Progress as Progress
 from .live_diagnosis import DiagnosedRound as DiagnosedRound
 from .live_diagnosis import EffectSummary as EffectSummary
@@ -130,6 +132,15 @@ from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
 from .problems import UnreadableFile as UnreadableFile
+from .procedures import PlannedStep as PlannedStep
+from .procedures import ProcedureLog as ProcedureLog
+from .procedures import ProcedureResult as ProcedureResult
+from .procedures import ProcedureSummary as ProcedureSummary
+from .procedures import StepEstimate as StepEstimate
+from .procedures import StepReport as StepReport
+from .procedures import StopRule as StopRule
+from .procedures import SweepRequest as SweepRequest
+from .procedures import SweptValue as SweptValue
 from .recordings import CalibrationInfo as CalibrationInfo
 from .recordings import DmdtSeries as DmdtSeries
 from .recordings import ExcitationInfo as ExcitationInfo

@@ -86,6 +86,8 @@ class AcquisitionResult(Schema):
     """Name of its file."""
     shots: Absent[int] = None
     """Shots on disk."""
+    refused: Absent[int] = None
+    """Excited shots among them that are marked refused; missing: none."""
     fit: Absent[FitReport] = None
     """The on-line fits, once the series has ended."""
 

@@ -14,6 +14,7 @@ from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .jobs import JobState, RequestT, ResultT
 from .problems import ErrorRecord
+from .procedures import ProcedureResult, SweepRequest
 from .requests import AcquisitionRequest, CalibrationRequest
 
 
@@ -83,7 +84,14 @@ class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResu
     """A calibration."""
 
 
-AnyJobRecord = AcquisitionRecord | FitRecord | DiagnosisRecord | CalibrationRecord
+class ProcedureRecord(JobRecord[SweepRequest, ProcedureResult]):
+    """The record of a procedure."""
+
+    kind: Literal["procedure"]
+    """A procedure."""
+
+
+AnyJobRecord = AcquisitionRecord | FitRecord | DiagnosisRecord | CalibrationRecord | ProcedureRecord
 
 
 class StoredJob(Root[Annotated[AnyJobRecord, Field(discriminator="kind")]]):

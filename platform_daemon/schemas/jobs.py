@@ -14,6 +14,7 @@ from .calibrations import CalibrationReport
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .problems import Problem
+from .procedures import ProcedureResult, SweepRequest
 from .requests import AcquisitionRequest, CalibrationRequest
 
 RequestT = TypeVar("RequestT")
@@ -119,6 +120,18 @@ class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """What the operator has to do before it goes on; null: nothing."""
 
 
+class ProcedureJob(Job[SweepRequest, ProcedureResult]):
+    """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
+    every step."""
+
+    model_config = ConfigDict(json_schema_extra=example("procedure_job"))
+
+    kind: Literal["procedure"]
+    """A procedure."""
+    paused: bool
+    """It rests at a safe point with outputs off, or will do so after the shot under way, until it is resumed."""
+
+
 class AcquisitionJobs(Root[tuple[AcquisitionJob, ...]]):
     """All acquisitions, oldest first."""
 
@@ -141,3 +154,9 @@ class CalibrationJobs(Root[tuple[CalibrationJob, ...]]):
     """All calibrations, oldest first."""
 
     model_config = ConfigDict(json_schema_extra=example("calibration_job", listed=True))
+
+
+class ProcedureJobs(Root[tuple[ProcedureJob, ...]]):
+    """All procedures, oldest first."""
+
+    model_config = ConfigDict(json_schema_extra=example("procedure_job", listed=True))

@@ -117,6 +117,10 @@ class FrameDescription(Schema):
     """A shot without excitation."""
     excitation: ExcitationInfo | None
     """What it was excited with; null: not said."""
+    step: Absent[int] = None
+    """Number of its step in a procedure, from 1; missing outside of procedures."""
+    values: Absent[dict[str, float | str]] = None
+    """What the step was made with, by key, in the unit that the key names; missing outside of procedures."""
 
 
 class RecordingLinks(Schema):

@@ -19,6 +19,7 @@ NotFinite: A sample is NaN or infinite.
 StorageError: The disk refused to keep data.
 UnknownRecording: No recording of that id exists in the folder.
 FitTable: Fit results of a series under one window and model, one row per frame.
+joined_fits: One table per window and model, each with a row for every frame; the rows of other steps are refused.
 SeriesHeader: What holds for every shot of a series.
 ShotRecord: One shot as it came from the hardware.
 Broken: A file that looks like what is listed but is not usable, and why.
@@ -30,6 +31,7 @@ Excitation: What one shot was excited with.
 RESONATOR: Between the configuration of the platform and the declaration of the resonator.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
+StepLabel: Which step of a procedure a shot belongs to.
 SeriesWriter: Writes one series.
 Version: One version of something.
 VersionedFolder: The versions in a folder, which need not exist before the first is added.
@@ -49,8 +51,9 @@ from .durable import write_file, write_new_file
 from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import Broken, list_recordings, resolve
+from .joined_fits import joined_fits
 from .reader import open_recording, read_calibration
-from .recording import RESONATOR, Excitation, Recording, SequenceInfo
+from .recording import RESONATOR, Excitation, Recording, SequenceInfo, StepLabel
 from .series_writer import SeriesWriter
 from .versioned import Version, VersionedFolder
 
@@ -67,6 +70,7 @@ __all__ = [
     "SeriesHeader",
     "SeriesWriter",
     "ShotRecord",
+    "StepLabel",
     "StorageError",
     "UnknownRecording",
     "Version",
@@ -77,6 +81,7 @@ __all__ = [
     "describe",
     "dmdt_file",
     "is_time_series",
+    "joined_fits",
     "list_recordings",
     "open_data_folder",
     "open_recording",

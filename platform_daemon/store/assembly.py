@@ -3,68 +3,110 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
+import numpy as np
 
 from drivers.errors import RecordingError
 
+from .datasets import put
 from .dimensions import add_dimension_scales
 from .durable import publish, reserve, storage_error
 from .fit_tables import write_fit
 from .header import FitTable, SeriesHeader
 from .layout import DATA, ENTRY
 from .reader import open_recording
-from .recording import Recording
+from .recording import FrameInfo, Recording, SequenceInfo
+from .steps import common_windows
 from .truth import TRUTH_COLUMNS, read_truth, write_truth
-from .writer import LIBVER, create_data, empty_file, link_plot, put, write_metadata
+from .writer import LIBVER, create_data, empty_file, link_plot, write_metadata
 
 SPARE_BYTES = 4 << 20
 
 
 def assemble(
-    shots: Sequence[Path], part: Path, target: Path, unreadable: int = 0, fits: Sequence[FitTable] = ()
+    shots: Sequence[Path],
+    part: Path,
+    target: Path,
+    unreadable: int = 0,
+    fits: Sequence[FitTable] = (),
+    incomplete: str | None = None,
 ) -> None:
     """The series of `shots` (at least one) as `target`, which appears by one rename.
 
-    part: where to build it, on the same disk; unreadable: shots that were lost, to be named in the file.  Raises
-    StorageError; the shots are untouched then.
+    part: where to build it, on the same disk; unreadable: shots that were lost, to be named in the file; incomplete:
+    why there are fewer shots than planned, "": there are not, None: as the number of shots says.  Raises StorageError;
+    the shots are untouched then.
     """
     recordings = [open_recording(shot) for shot in shots]
     try:
         # All space is asked for while refusal is still harmless: HDF5 on a full disk takes the whole process down
         # (segmentation fault in H5Fclose, measured with HDF5 2.0).
-        reserve(part, empty_file(), _space_bytes(shots, recordings[0]))
+        windows = common_windows([recording.sequence for recording in recordings])
+        reserve(part, empty_file(), _space_bytes(shots, recordings[0].channels, windows))
         with h5py.File(part, "r+", libver=LIBVER) as h5:
-            _write(h5, recordings, unreadable, fits)
+            if incomplete is None:
+                incomplete = shortfall(len(recordings), header_of(recordings[0])[0].planned_shots, unreadable)
+            _write(h5, recordings, windows, incomplete, fits)
         publish(part, target)
     except (OSError, RuntimeError) as error:  # h5py says RuntimeError when a file cannot be closed
         part.unlink(missing_ok=True)
         raise storage_error(target, error) from error
 
 
-def _space_bytes(shots: Sequence[Path], first: Recording) -> int:
-    # More than enough: the shots with all their metadata, the uncompressed time axis, tables of fits.
-    return sum(shot.stat().st_size for shot in shots) + 8 * first.sequence.total + SPARE_BYTES
+def _space_bytes(shots: Sequence[Path], channels: int, windows: SequenceInfo) -> int:
+    # More than enough: the shots with all their metadata, the uncompressed time axis, tables of fits; zeros before and
+    # behind shorter frames, of which gzip leaves a thousandth.
+    padding = len(shots) * channels * windows.total * 4 // 200
+    return sum(shot.stat().st_size for shot in shots) + 8 * windows.total + padding + SPARE_BYTES
 
 
-def _write(h5: h5py.File, recordings: Sequence[Recording], unreadable: int, fits: Sequence[FitTable]) -> None:
+def _write(
+    h5: h5py.File,
+    recordings: Sequence[Recording],
+    windows: SequenceInfo,
+    incomplete: str,
+    fits: Sequence[FitTable],
+) -> None:
     first = recordings[0]
     header, series_id = header_of(first)
-    infos = [recording.frame_info[0] for recording in recordings]
+    header = replace(header, sequence=windows)
+    infos = [_placed(recording, windows) for recording in recordings]
     write_metadata(h5, header, series_id, infos)
-    incomplete = shortfall(len(recordings), header.planned_shots, unreadable)
     if incomplete:
         put(h5[ENTRY], "incomplete", incomplete)
-    data = create_data(h5, len(recordings), first.channels, first.sequence.total)
+    data = create_data(h5, len(recordings), first.channels, windows.total)
     for k, recording in enumerate(recordings):
-        _copy_chunks(recording.path, data, k)
+        if _lead(recording, windows) == 0 and recording.sequence.total == windows.total:
+            _copy_chunks(recording.path, data, k)
+        else:
+            _copy_padded(recording, windows, data, k)
     known = [read_truth(recording.path) for recording in recordings]
     write_truth(h5, [truth[0] if truth else None for truth in known])
     link_plot(h5, header, infos, with_time=True)
     for fit in fits:
         write_fit(h5, fit)
     add_dimension_scales(h5, further_columns=TRUTH_COLUMNS)
+
+
+def _lead(recording: Recording, windows: SequenceInfo) -> int:
+    """Zeros before the first sample of a shot."""
+    return windows.rx_start - recording.sequence.rx_start
+
+
+def _placed(recording: Recording, windows: SequenceInfo) -> FrameInfo:
+    info = recording.frame_info[0]
+    return replace(info, valid_samples=_lead(recording, windows) + info.valid_samples)
+
+
+def _copy_padded(recording: Recording, windows: SequenceInfo, data: h5py.Dataset, k: int) -> None:
+    """A shot whose windows are shorter than those of other steps."""
+    lead = _lead(recording, windows)
+    volts = np.zeros((recording.channels, windows.total), np.float32)
+    volts[:, lead : lead + recording.sequence.total] = recording.frame_volts(0)
+    data[k] = volts
 
 
 def _copy_chunks(shot: Path, data: h5py.Dataset, k: int) -> None:

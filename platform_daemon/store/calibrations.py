@@ -17,11 +17,12 @@ from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import InputError, RecordingError
 
 from .checks import check_calibration
+from .datasets import put
 from .dimensions import add_dimension_scales
 from .hdf5 import Hdf5File, open_hdf5
 from .layout import CALIBRATION, TRANSMIT
 from .versioned import VersionedFolder
-from .writer import LIBVER, put, write_calibration_group, write_transmit_group
+from .writer import LIBVER, write_calibration_group, write_transmit_group
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,60}")
 

@@ -19,6 +19,7 @@ class DataFolder:
     recordings: Path
     fits: Path
     diagnoses: Path
+    procedures: Path
     models: Path
     calibrations: Path
     jobs: Path
@@ -32,7 +33,10 @@ def open_data_folder(folder: Path) -> DataFolder:
 
     Raises InputError if another daemon works in this folder, OSError if it cannot be made.
     """
-    names = ("recordings", "fits", "diagnoses", "models", "calibrations", "jobs", "resonators", "sequences")
+    names = (
+        *("recordings", "fits", "diagnoses", "procedures", "models", "calibrations"),
+        *("jobs", "resonators", "sequences"),
+    )
     for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)
     lock = (folder / ".lock").open("w")

@@ -64,6 +64,8 @@ def _shot(recording: Recording, k: int) -> FrameDescription:
         valid_samples=info.valid_samples,
         blank=info.blank,
         excitation=_excitation(info.excitation),
+        step=None if info.step is None else info.step.label.number,
+        values=None if info.step is None else dict(info.step.label.values),
     )
 
 

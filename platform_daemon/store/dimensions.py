@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from .datasets import put, put_texts
 from .layout import (
     CALIBRATION,
     DATA,
@@ -24,9 +25,10 @@ from .layout import (
     FREQUENCY_RESPONSE,
     RING_DOWN,
     SENSITIVITY,
+    STEP,
+    STEP_VALUES,
     TRANSMIT,
 )
-from .writer import put, put_texts
 
 _FIT_COLUMNS = {
     "parameter_units": ("parameters",),
@@ -63,7 +65,7 @@ def add_dimension_scales(h5: h5py.File, further_columns: Iterable[str] = ()) -> 
 
     further_columns: groups of one-dimensional data sets with an entry per frame, if there are any beside the layout's.
     """
-    columns = [name for name in (FRAMES, EXCITATION, *further_columns) if name in h5]
+    columns = [name for name in (FRAMES, EXCITATION, STEP, STEP_VALUES, *further_columns) if name in h5]
     if RING_DOWN in h5:
         _share_plot_axes(h5)
         _add_entry_scales(h5[ENTRY])

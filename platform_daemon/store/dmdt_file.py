@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from platform_daemon import __version__
 
+from .datasets import clean, put, put_texts
 from .recording import Recording
-from .writer import LIBVER, clean, put, put_texts
+from .writer import LIBVER
 
 
 def dmdt_file(

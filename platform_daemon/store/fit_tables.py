@@ -7,10 +7,10 @@ from dataclasses import fields
 import h5py
 import numpy as np
 
+from .datasets import group, put, put_texts
 from .header import FitTable
 from .layout import FIT
 from .units import unit_of
-from .writer import group, put, put_texts
 
 _TEXTS = ("parameters", "verdict", "reason")
 _TEXT = ("variant", "software_version")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
 
-from .recording import Excitation, SequenceInfo
+from .recording import Excitation, SequenceInfo, StepLabel
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class ShotRecord:
     time_stamp: ISO 8601 and monotonic_s: host clock, both of the trigger; verdict: "good" or "refused" with a reason;
     the flags are the I/O card's (overwritten, corrupted, lost_steps), the LNA's and the amplifier's; blank: no
     excitation; excitation None: the header's (of a blank shot, with field and current zero);
-    truth: what a simulator knows, anything JSON can say, None on real hardware.
+    truth: what a simulator knows, anything JSON can say, None on real hardware; step: of a procedure, None: none.
     """
 
     volts: NDArray[Any]
@@ -67,6 +67,7 @@ class ShotRecord:
     blank: bool = False
     excitation: Excitation | None = None
     truth: Mapping[str, Any] | None = None
+    step: StepLabel | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,8 @@ VARIANT = "/resonator/variant"
 
 FRAMES = "/frames"
 EXCITATION = "/excitation"
+STEP = "/step"
+STEP_VALUES = "/step/values"
 ENTRY = "/entry"
 CONFIGURATION = "/entry/configuration/data"
 RING_DOWN = "/entry/ring_down"

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .hdf5 import ANOTHER_COPY, Hdf5File
 from .layout import ENTRY, EXCITATION, FLAGS, FRAMES, VERDICTS
 from .recording import Excitation, FrameInfo, Provenance
+from .steps import read_steps
 
 _SAMPLE = f"{ENTRY}/sample/name"
 _OPERATOR = f"{ENTRY}/operator/name"
@@ -23,7 +24,7 @@ def read_frame_info(source: Hdf5File, frames: int, samples: int) -> tuple[FrameI
     clock, celsius = (_column(source, f"{FRAMES}/{name}", frames, nan=True) for name in ("monotonic", "temperature"))
     texts = ("time_stamp", "verdict", "reason")
     stamp, verdict, reason = (_texts(source, f"{FRAMES}/{name}", frames) for name in texts)
-    excitation = _excitation(source, frames)
+    excitation, steps = _excitation(source, frames), read_steps(source, frames)
     if not set(verdict) <= set(VERDICTS) or valid.min() < 0 or valid.max() > samples:
         expected = f"verdicts {' or '.join(VERDICTS)}, valid_samples from 0 to {samples}"
         raise source.defect("a frame contradicts the layout", FRAMES, expected, ANOTHER_COPY)
@@ -37,6 +38,7 @@ def read_frame_info(source: Hdf5File, frames: int, samples: int) -> tuple[FrameI
             monotonic_s=_known(clock[k]),
             temperature_c=_known(celsius[k]),
             excitation=excitation[k],
+            step=steps[k],
             **{name: bool(column[k]) for name, column in flags.items()},
         )
         for k in range(frames)

@@ -65,12 +65,35 @@ class Excitation:
     current_a: NDArray[np.float64]
 
 
+@dataclass(frozen=True)
+class StepLabel:
+    """Which step of a procedure a shot belongs to: number from 1, and what the step was made with, by key."""
+
+    number: int
+    values: Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class FrameStep:
+    """The step of a stored frame, and the frame's own windows, samples: steps may differ in them.
+
+    Where a window is shorter than the recording's, zeros stand before TX and behind RX, so that the RX windows of all
+    frames begin at the same sample.
+    """
+
+    label: StepLabel
+    tx_samples: int
+    switch_samples: int
+    rx_samples: int
+
+
 @dataclass(frozen=True, eq=False)
 class FrameInfo:
     """One frame's own record.  A file from elsewhere says nothing: every frame is then "good" and whole.
 
     shot: number in the series from 1; time_stamp: ISO 8601; monotonic_s: the host's monotonic clock; valid_samples:
-    the samples behind it are zero padding (only ever less than a whole frame when the verdict is "refused").
+    the samples behind it are zero padding (only ever less than a whole frame when the verdict is "refused", or when
+    other steps of the same procedure have longer windows); step: None outside of procedures.
     """
 
     shot: int
@@ -87,6 +110,7 @@ class FrameInfo:
     amplifier_clipped: bool = False
     blank: bool = False
     excitation: Excitation | None = None
+    step: FrameStep | None = None
 
     @property
     def flags(self) -> tuple[str, ...]:
@@ -151,8 +175,12 @@ class Recording:
             return source.frame(DATA, k, (self.frames, self.channels, self.sequence.total))
 
     def rx_volts(self, k: int) -> NDArray[np.float64]:
-        """The RX window of frame `k`: (c, rx_samples) float64, V.  The whole frame is checked; errors as above."""
-        return self.frame_volts(k)[:, self.sequence.rx_start :]
+        """The RX window of frame `k`: (c, rx_samples) float64, V; of a step with a shorter one its own samples only.
+
+        The whole frame is checked; errors as above.
+        """
+        volts, step = self.frame_volts(k)[:, self.sequence.rx_start :], self.frame_info[k].step
+        return volts if step is None else volts[:, : step.rx_samples]
 
     def configuration_toml(self) -> str:
         """The configuration as text, "" if the file has none; read only here.

@@ -33,8 +33,12 @@ class SeriesWriter:
         self._shots, self._outputs = 0, _outputs(header.excitation)
 
     @classmethod
-    def create(cls, target: Path | str, header: SeriesHeader, overwrite: bool = False) -> SeriesWriter:
+    def create(
+        cls, target: Path | str, header: SeriesHeader, overwrite: bool = False, most_bytes: int | None = None
+    ) -> SeriesWriter:
         """Begin a series that will appear as `target`; until then `target` is not touched.
+
+        most_bytes: of all samples, None: as planned shots like the first are.
 
         Shots that a crash left behind for the same target are recovered to a file of their own first.  Raises
         InputError: target exists (unless `overwrite`), is a directory or in use, its folder is missing, not writable
@@ -52,7 +56,7 @@ class SeriesWriter:
             finally:
                 left.release()
             _check_target(target, overwrite)
-        _check_space(target, header)
+        _check_space(target, header, most_bytes)
         return cls(target, header, overwrite, claim(target))
 
     @property
@@ -72,8 +76,26 @@ class SeriesWriter:
         self._shots = number
         return number
 
-    def finish(self, fits: Sequence[FitTable] = ()) -> Path | None:
+    def go_on_with(self, header: SeriesHeader) -> None:
+        """Further shots are those of another step, whose header may differ in windows, excitation and texts.
+
+        Raises InputError if the header is wrong, or not of the same clock, channels and bearing.
+        """
+        check_header(header)
+        for what, mine, other in (
+            ("sampling clock", _clock(self.header), _clock(header)),
+            ("number of channels", self.header.channels, header.channels),
+            ("bearing", self.header.variant, header.variant),
+        ):
+            if mine != other:
+                remedy = "measure it as a series of its own"
+                raise InputError(f"the {what} differs within one recording", where="recording", remedy=remedy)
+        self.header = header
+
+    def finish(self, fits: Sequence[FitTable] = (), incomplete: str | None = None) -> Path | None:
         """Put the series file together, remove the staging folder, return the file.
+
+        incomplete: why there are fewer shots than planned, "": there are not, None: as the number of shots says.
 
         A series without a single shot leaves nothing behind and returns None.  Raises InputError (a fit table of the
         wrong size; a target that someone else created meanwhile) or StorageError; the shots stay safe then, and
@@ -86,7 +108,7 @@ class SeriesWriter:
             return None
         _check_target(self.target, self._overwrite)
         shots = [self._staging.shot_file(number) for number in range(1, self._shots + 1)]
-        assemble(shots, self._staging.part, self.target, fits=fits)
+        assemble(shots, self._staging.part, self.target, fits=fits, incomplete=incomplete)
         self._staging.remove()
         return self.target
 
@@ -113,6 +135,10 @@ class SeriesWriter:
             raise InputError(what, where="recording", remedy="give one current per output of the platform")
 
 
+def _clock(header: SeriesHeader) -> tuple[float, int]:
+    return header.sequence.base_frequency_hz, header.sequence.decimation
+
+
 def _outputs(excitation: object) -> int | None:
     current = getattr(excitation, "current_a", None)
     return None if current is None else len(current)
@@ -132,11 +158,11 @@ def _check_target(target: Path, overwrite: bool) -> None:
         raise InputError("the file exists already", where=str(target), remedy=remedy)
 
 
-def _check_space(target: Path, header: SeriesHeader) -> None:
+def _check_space(target: Path, header: SeriesHeader, most_bytes: int | None) -> None:
     if header.planned_shots is None or not target.parent.is_dir():
         return
     # Twice: the shot files and the series file exist together for a moment.  Compression is not counted on.
-    needed = 2 * header.planned_shots * header.channels * header.sequence.total * 4
+    needed = 2 * (most_bytes or header.planned_shots * header.channels * header.sequence.total * 4)
     free = shutil.disk_usage(target.parent).free
     if free < needed:
         what = f"{header.planned_shots} shots may need {needed >> 20} MiB, {free >> 20} MiB are free"

@@ -12,8 +12,12 @@ _ENDINGS = {  # an ending before those that it ends with
     "_am2": "A m^2",
     "_rad": "rad",
     "_deg": "deg",
+    "_khz": "kHz",
     "_hz": "Hz",
+    "_ms": "ms",
     "_s": "s",
+    "_ut": "uT",
+    "_mt": "mT",
     "_t": "T",
     "_a": "A",
     "_v": "V",
@@ -23,7 +27,7 @@ _ENDINGS = {  # an ending before those that it ends with
 
 
 def unit_of(name: str) -> str:
-    """SI unit of a number by its name, "1" if the name ends in none."""
+    """Unit of a number by its name, "1" if the name ends in none."""
     if name.rpartition(".")[2].startswith("rodrigues_"):  # named by axis: the components of a rotation vector
         return "rad"
     return next((unit for ending, unit in _ENDINGS.items() if name.endswith(ending)), "1")

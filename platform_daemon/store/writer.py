@@ -12,6 +12,7 @@ import numpy as np
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration
 
+from .datasets import clean, group, put, put_texts
 from .header import SeriesHeader, ShotRecord
 from .layout import (
     CALIBRATION,
@@ -29,7 +30,8 @@ from .layout import (
     SEQUENCE,
     TRANSMIT,
 )
-from .recording import Excitation, FrameInfo
+from .recording import Excitation, FrameInfo, FrameStep
+from .steps import write_steps
 from .truth import write_truth
 from .validate import check_excitation, check_instant, padded_volts
 
@@ -72,6 +74,8 @@ def frame_info(header: SeriesHeader, number: int, shot: ShotRecord, valid_sample
         if shot.blank and shot.excitation is None:
             excitation = replace(excitation, field_t=0.0, current_a=np.zeros_like(excitation.current_a))
     flags = {name: bool(getattr(shot, name)) for name in (*FLAGS, "blank")}
+    s = header.sequence
+    windows = s.tx_samples, s.switch_samples, s.rx_samples
     return FrameInfo(
         shot=number,
         valid_samples=valid_samples,
@@ -81,6 +85,7 @@ def frame_info(header: SeriesHeader, number: int, shot: ShotRecord, valid_sample
         monotonic_s=shot.monotonic_s,
         temperature_c=shot.temperature_c,
         excitation=excitation,
+        step=None if shot.step is None else FrameStep(shot.step, *windows),
         **flags,
     )
 
@@ -105,6 +110,7 @@ def write_metadata(h5: h5py.File, header: SeriesHeader, series_id: str, infos: S
         put(group(h5, "resonator", "NXcollection"), "variant", header.variant)
     _write_frames(h5, infos)
     _write_excitation(h5, [info.excitation for info in infos])
+    write_steps(h5, [info.step for info in infos])
     _write_entry(h5, header, series_id, infos)
 
 
@@ -178,35 +184,6 @@ def link_plot(h5: h5py.File, header: SeriesHeader, infos: Sequence[FrameInfo], w
         s = header.sequence
         time = (np.arange(s.total) - s.rx_start) / s.rate_hz
         put(plot, "time", time, units="s", long_name="time since the first RX sample", **SIXTEEN_BIT)
-
-
-def group(h5: h5py.Group, name: str, nx_class: str) -> h5py.Group:
-    """A new group with its NeXus class."""
-    made = h5.create_group(name)
-    made.attrs["NX_class"] = nx_class
-    return made
-
-
-def put(h5: h5py.Group, name: str, value: Any, units: str | None = None, long_name: str = "", **filters: Any) -> None:
-    """A dataset: text as variable-length UTF-8, anything else as the numpy type it has."""
-    if isinstance(value, str):
-        value = clean(value)
-    made = h5.create_dataset(name, data=value, track_times=False, **filters)
-    if units is not None:
-        made.attrs["units"] = units
-    if long_name:
-        made.attrs["long_name"] = long_name
-
-
-def put_texts(h5: h5py.Group, name: str, values: Iterable[str]) -> None:
-    """A list of variable-length UTF-8 strings; may be empty."""
-    texts = [clean(v) for v in values]
-    h5.create_dataset(name, data=np.array(texts, object), dtype=h5py.string_dtype(), track_times=False)
-
-
-def clean(text: str) -> str:
-    """`text` without what HDF5 strings cannot hold (NUL, lone surrogates): a shot is not lost over a comment."""
-    return text.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 
 
 def _write_sequence(h5: h5py.File, header: SeriesHeader, frames: int) -> None:

@@ -137,6 +137,20 @@ def test_a_running_series_is_cancelled(api: Any) -> None:
     assert not asked(api, "get_platform").power_amplifier.enabled
 
 
+def test_a_sweep_is_watched_step_by_step_and_its_frames_know_their_steps(api: Any) -> None:
+    m = api.models
+    fields = m.SweepAxis(key="field_ut", start=200, stop=300, step=100)
+    rule = m.StopRule(result="phi_max_deg", comparison=m.Comparison.VALUE_0, value=80)
+    common = m.AcquisitionRequest(resonator="jewel", window="n50", sequence=m.SequencePatch(rx_s=0.3))
+    body = m.SweepRequest(kind="sweep", acquisition=common, over=[fields], stop_when=rule)
+    assert asked(api, "dry_run_procedure", body=body).shots == 2
+    job = ended(api, "get_procedure", asked(api, "start_procedure", body=body).id)
+    assert [step.values[0].value for step in job.result.steps] == [200, 300]
+    assert job.result.steps[1].results["phi_max_rad"].median > 0.4
+    assert [frame.step for frame in asked(api, "get_recording", job.result.recording).shots] == [1, 2]
+    assert asked(api, "pause_procedure", job.id).status == 409
+
+
 def test_design_and_defects_are_typed_down_to_the_vectors_of_a_step(api: Any) -> None:
     m = api.models
     steps = asked(api, "get_design", "jewel").procedures[0].steps

@@ -58,7 +58,7 @@ def _prepare(client: httpx2.Client, recordings: Path) -> None:
 
 def _cancel_all(client: httpx2.Client, ended: threading.Event) -> None:
     while not ended.wait(PATIENCE_S):
-        for kind in ("acquisitions", "calibrations", "fits", "diagnoses"):
+        for kind in ("procedures", "acquisitions", "calibrations", "fits", "diagnoses"):
             jobs = client.get(f"/{kind}").json()
             for job in jobs:
                 if job["state"] in ("queued", "running"):

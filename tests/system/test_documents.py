@@ -75,7 +75,7 @@ def _commands(page: str) -> list[list[str]]:
     """All commands `platform-daemon ...` in its blocks and its text, without what a shell does with their output."""
     printed = [block.text.replace("\\\n", " ") for block in blocks(page) if block.language == "sh"]
     written = ["".join(f"{one}\n" for one in ticks(page))]
-    found = re.findall(r"(?<!-e )platform-daemon ([^`|>&\n]+)", "".join(printed + written))
+    found = re.findall(r"(?<!-e )platform-daemon ((?:'[^'\n]*'|[^`|>&\n])+)", "".join(printed + written))
     return [shlex.split(one, comments=True) for one in found]
 
 

@@ -24,7 +24,7 @@ from ..problems import problem_kinds, problems
 
 router = APIRouter(tags=["platform"])
 PATHS = (
-    *("platform", "devices", "acquisitions", "calibrations", "recordings", "fits", "diagnoses", "models"),
+    *("platform", "devices", "acquisitions", "procedures", "calibrations", "recordings", "fits", "diagnoses", "models"),
     *("resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
 )
 

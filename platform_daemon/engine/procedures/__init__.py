@@ -2,4 +2,15 @@
 
 diagnose: The loop: measure, diagnose, run the next measurement that the diagnosis proposes, diagnose all shots
     together.
+procedure: What a procedure is: steps one after another, each decided from the reports of those before it; who makes
+    steps, and who fits them.
+conductor: The job of a procedure: makes its steps, repeats refused shots, rests when asked to, keeps the log, and
+    puts the one recording together whatever happens.
+engine_steps: Steps made by an engine in this process, by its public `submit`.
+step_series: The one recording of a procedure.
+step_report: What a step has brought, from the jobs that made it.
+sweep: A sweep: the same acquisition with other values of some keys, all combinations, until a rule ends it.
+sweep_keys: The keys that a sweep may go over, and the names that people use for them.
+stop_rule: When a procedure ends early: a rule on a result of its last step.
+planned: From a request to the work of its procedure.
 """

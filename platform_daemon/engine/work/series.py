@@ -7,7 +7,6 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +17,7 @@ from drivers.platform import Platform
 from platform_daemon import analysis, estimation
 from platform_daemon.design import expected_moment
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FrameFit, unfitted
-from platform_daemon.store import SeriesWriter, ShotRecord
+from platform_daemon.store import ShotRecord, StepLabel
 from sequences.compiler import ShotPlan
 
 from ..jobs import Cancelled, Job
@@ -26,6 +25,7 @@ from ..latency import reduce_latency
 from ..live_estimate import LiveEstimate
 from ..planning import AcquisitionPlan
 from ..shot import RawShot, run_shot
+from .destination import Destination, ShotSink
 from .self_test import SelfTest
 from .series_records import series_header, shot_record, store_calibration
 
@@ -55,22 +55,22 @@ class SeriesBench:
 
 
 class SeriesWork:
-    """The work of one acquisition job.  It writes `target`, or `folder`/ID.h5 of the job's id."""
+    """The work of one acquisition job.  step: of a procedure, None: it stands for itself."""
 
     kind, unit, no_result = "acquisition", "shots", AcquisitionResult()
 
     def __init__(
-        self, bench: SeriesBench, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False
+        self, bench: SeriesBench, plan: AcquisitionPlan, destination: Destination, step: StepLabel | None = None
     ) -> None:
         self.request, self.total = plan.request, len(plan.shots)
         self._bench, self._platform, self._plan = bench, bench.platform, plan
-        self._target, self._folder, self._overwrite = target, folder, overwrite
+        self._destination, self._step = destination, step
         self._calibration = store_calibration(bench.platform)
         undone = plan.model.receiver if isinstance(plan.model, analysis.AdoptedModel) else ()
         self._of_fits = replace(self._calibration, receiver=undone)
         self._fits: list[Future[FitResult] | str] = []
         self._noise = estimation.SeriesNoise()  # grows in the fits' one thread, ahead of each fit
-        self._refused_in_a_row = 0
+        self._refused_in_a_row = self._refused = 0
         self._left: Callable[[], None] | None = None
         self._storing: Future[None] | None = None
 
@@ -79,14 +79,15 @@ class SeriesWork:
 
         Raises SelfTestFailed before there is a file, Cancelled, DeviceError, OSError; shots already stored stay in it.
         """
+        if job.pause_requested.is_set():
+            return  # while it waited; nothing moves, not even for the self-test
         if self._plan.settle.warning:
             job.warnings.append(self._plan.settle.warning)
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
         reduce_latency()
-        target = self._target or self._folder / f"{job.identifier}.h5"
         header = series_header(self._plan, self._platform, self._bench.config_text)
-        with SeriesWriter.create(target, header, overwrite=self._overwrite) as series:
+        with self._destination.open(header, job.identifier) as series:
             try:
                 with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
                     self._shoot_all(job, series, disk)
@@ -94,11 +95,13 @@ class SeriesWork:
             finally:
                 self._finish(job, series)
 
-    def _shoot_all(self, job: AcquisitionJob, series: SeriesWriter, disk: Executor) -> None:
+    def _shoot_all(self, job: AcquisitionJob, series: ShotSink, disk: Executor) -> None:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
             for done, shot in enumerate(self._plan.shots):
-                self._pause(job, first=done == 0)
+                self._pause(job, first=done == 0 and not self._destination.goes_on)
+                if job.pause_requested.is_set():
+                    return  # a safe point: what is left is asked for again once its procedure is resumed
                 raw = self._shoot(job, shot, done + 1, series)
                 self._catch_up()  # a shot that was refused at its beginning has not come to it
                 self._left = partial(self._keep, job, series, disk, shot, raw)
@@ -112,10 +115,10 @@ class SeriesWork:
         if left is not None:
             left()
 
-    def _keep(self, job: AcquisitionJob, series: SeriesWriter, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
+    def _keep(self, job: AcquisitionJob, series: ShotSink, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
         """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
         _raise_failure(self._storing)
-        self._storing = disk.submit(self._store, job, series, shot_record(shot, raw))
+        self._storing = disk.submit(self._store, job, series, shot_record(shot, raw, self._step))
         self._storing.add_done_callback(_complain)
         self._follow_up(job, shot, raw)
 
@@ -127,13 +130,16 @@ class SeriesWork:
         heard = self_test(job.cancel_requested.is_set)
         log.info("self_test_passed", **({} if heard is None else heard.model_dump()))
 
-    def _store(self, job: AcquisitionJob, series: SeriesWriter, shot: ShotRecord) -> None:
+    def _store(self, job: AcquisitionJob, series: ShotSink, shot: ShotRecord) -> None:
         """Once this is done the job's record says where the shots are, whatever happens to the process."""
         stored = series.add_shot(shot)
-        job.result = AcquisitionResult(recording=series.target.stem, file=series.target.name, shots=stored)
+        self._refused += shot.verdict == "refused" and not shot.blank
+        job.result = AcquisitionResult(
+            recording=series.target.stem, file=series.target.name, shots=stored, refused=self._refused or None
+        )
         job.on_change(job)
 
-    def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: SeriesWriter) -> RawShot:
+    def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: ShotSink) -> RawShot:
         total, looked = shot.timeline.total_samples, False
 
         def tell(samples: int) -> None:
@@ -149,14 +155,14 @@ class SeriesWork:
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
 
     def _pause(self, job: AcquisitionJob, *, first: bool) -> None:
-        """Wait `pause_s` of platform time between shots, looking at cancel."""
+        """Wait `pause_s` of platform time between shots, looking at cancel and pause."""
         left = 0.0 if first else self._plan.sequence.pause_s
         if left > 0:
             self._catch_up()
         while True:
             if job.cancel_requested.is_set():
                 raise Cancelled
-            if left <= 0:
+            if left <= 0 or job.pause_requested.is_set():
                 return
             self._platform.clock.sleep(min(left, PAUSE_STEP_S))
             left -= PAUSE_STEP_S
@@ -201,7 +207,7 @@ class SeriesWork:
             self._bench.fits.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
         )
 
-    def _finish(self, job: AcquisitionJob, series: SeriesWriter) -> None:
+    def _finish(self, job: AcquisitionJob, series: ShotSink) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
         stored = series.shots
         job.at(stored, "fit")

@@ -10,7 +10,7 @@ import numpy as np
 from drivers.calibration import ReceiveCalibration
 from drivers.platform import Platform
 from platform_daemon import __version__
-from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, ShotRecord
+from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, ShotRecord, StepLabel
 from sequences.compiler import ShotPlan
 
 from ..planning import AcquisitionPlan
@@ -72,7 +72,7 @@ def excitation(shot: ShotPlan, platform: Platform) -> Excitation:
     )
 
 
-def shot_record(shot: ShotPlan, raw: RawShot) -> ShotRecord:
+def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None) -> ShotRecord:
     """A shot as the store keeps it."""
     return ShotRecord(
         volts=raw.volts,
@@ -88,4 +88,5 @@ def shot_record(shot: ShotPlan, raw: RawShot) -> ShotRecord:
         amplifier_clipped=raw.amplifier_clipped,
         blank=shot.blank,
         truth=raw.truth or None,
+        step=step,
     )

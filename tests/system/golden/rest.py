@@ -30,6 +30,7 @@ def routes(place: Workplace) -> None:
         _diagnoses(daemon)
         _calibrations(daemon)
         _problems(daemon)
+        _procedures(daemon)
         _cancelled(daemon)
         asked = daemon.routes()
     place.keep("routes.txt", "\n".join(asked) + "\n")
@@ -187,6 +188,22 @@ def _problems(daemon: Daemon) -> None:
     daemon.ask("problems/no-json", "POST", "/acquisitions", content=b"{", headers=headers)
     for name, (path, body) in BAD.items():
         daemon.ask(f"problems/422-{name}", "POST", f"/{path}", json=body)
+
+
+def _procedures(daemon: Daemon) -> None:
+    shot = {**SHOT, "sequence": {"rx_s": 0.6, "pause_s": 20.0}, "window": "n50"}
+    fields = {"key": "field_ut", "start": 200, "stop": 400, "step": 100}
+    rule = {"result": "phi_max_deg", "comparison": "<", "value": 40}
+    sweep = {"kind": "sweep", "acquisition": shot, "over": [fields], "stop_when": rule}
+    daemon.ask("procedures/dry-run", "POST", "/procedures/dry-run", json=sweep)
+    made = daemon.job("procedures/sweep", "/procedures", sweep)["links"]["self"]
+    for what in ("pause", "resume"):
+        daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}")
+    daemon.ask("procedures/cancel-ended", "DELETE", made)
+    daemon.ask("procedures/all", "GET", "/procedures")
+    bad = {"key": {**fields, "key": "field"}, "step-0": {**fields, "step": 0}, "limit": {**fields, "stop": 5000}}
+    for name, axis in bad.items():
+        daemon.ask(f"procedures/422-{name}", "POST", "/procedures", json={**sweep, "over": [axis]})
 
 
 BAD: dict[str, tuple[str, dict[str, object]]] = {

@@ -1,0 +1,89 @@
+"""Procedures as jobs: ask (202), watch step by step, pause, resume, cancel."""
+
+from __future__ import annotations
+
+from fastapi import APIRouter, Response
+
+from drivers.errors import DeviceStateError
+from platform_daemon.engine import AnyJob, ProcedureFiles, ProcedureWork, plan_procedure
+from platform_daemon.schemas import ProcedureJob, ProcedureJobs, ProcedureSummary, SweepRequest
+
+from ..context import Context, JobId, Shared
+from ..job_routes import JobKind
+from ..problems import problems
+
+router = APIRouter(prefix="/procedures", tags=["procedures"])
+
+
+def _links(job: AnyJob) -> dict[str, str]:
+    found = {} if job.result.recording is None else {"recording": f"/recordings/{job.result.recording}"}
+    if not job.state.final:
+        what = "resume" if job.pause_requested.is_set() else "pause"
+        found[what] = f"/procedures/{job.identifier}/{what}"
+    return found
+
+
+PROCEDURES = JobKind(
+    "procedure",
+    "procedures",
+    ProcedureJob,
+    ProcedureJobs,
+    _links,
+    got="State, progress with time left, and every step so far: values, medians of the fits, verdict.",
+    cancelled="Cancel.  A running shot ends within 0.1 s with outputs off and is discarded; shots on disk stay.",
+)
+
+
+@router.post("", summary="Measure step by step", status_code=202, responses=problems(409, 415, 422, 503, 507))
+def start_procedure(body: SweepRequest, response: Response, context: Shared) -> ProcedureJob:
+    """Queue a procedure: a sweep over keys of an acquisition.
+
+    Every step is checked first: one outside the safety envelope is answered 422 with its number, and nothing moves.
+    Procedures run one after the other.  Each step is an acquisition that waits its turn among all others; the shots of
+    all steps are in one recording, which has the id of the procedure.
+    """
+    return PROCEDURES.accepted(context.engine.conduct(_planned(body, context)), response)
+
+
+@router.post("/dry-run", summary="Check a procedure without moving anything", responses=problems(415, 422))
+def dry_run_procedure(body: SweepRequest, context: Shared) -> ProcedureSummary:
+    """The same checks, nothing moves: every step with its values, shots, duration and disk."""
+    return _planned(body, context).summary()
+
+
+def _planned(body: SweepRequest, context: Context) -> ProcedureWork:
+    context.engine.catalogue.resonators.named(body.acquisition.resonator)  # by REST none is given as a path
+    return plan_procedure(context.engine, body, ProcedureFiles(context.recordings, context.procedures))
+
+
+PROCEDURES.add_routes(router)
+
+
+@router.post(
+    "/{identifier}/pause", summary="Rest at the next safe point", status_code=202, responses=problems(404, 409)
+)
+def pause_procedure(identifier: JobId, context: Shared) -> ProcedureJob:
+    """Rest after the shot under way, with outputs off, until it is resumed; other jobs run meanwhile.
+
+    A pause longer than `longest_pause_s` of the request ends the procedure.
+    """
+    job = _alive(identifier, context)
+    job.pause_requested.set()
+    return PROCEDURES.shown(job)
+
+
+@router.post("/{identifier}/resume", summary="Go on after a pause", status_code=202, responses=problems(404, 409))
+def resume_procedure(identifier: JobId, context: Shared) -> ProcedureJob:
+    """Go on with the shots that are missing; nothing happens if it is not paused."""
+    job = _alive(identifier, context)
+    job.pause_requested.clear()
+    return PROCEDURES.shown(job)
+
+
+def _alive(identifier: str, context: Context) -> AnyJob:
+    """Raises UnknownId, DeviceStateError for one that has ended."""
+    job = context.engine.job("procedure", identifier)
+    if job.state.final:
+        remedy = "ask for the steps that are missing as a new procedure"
+        raise DeviceStateError("the procedure has ended", where=identifier, why=f"it is {job.state}", remedy=remedy)
+    return job

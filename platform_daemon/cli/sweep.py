@@ -1,0 +1,169 @@
+"""`platform-daemon sweep`: the same series again and again with other values of some keys, in one recording."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drivers.errors import InputError
+from drivers.validation import validated
+from platform_daemon.reports import plan_text, steps_text
+
+from .interrupts import INTERRUPTED, heed_one_interrupt
+from .options import (
+    EndpointsOption,
+    ForceOption,
+    JsonOption,
+    ModelsOption,
+    PlatformOption,
+    SetOption,
+    WindowOption,
+    library,
+)
+from .output import must_not_exist, write_json
+from .parsing import parse_window
+from .progress import interrupted_while, prepare_fit
+
+if TYPE_CHECKING:
+    from platform_daemon.engine import Engine, ProcedureWork
+    from platform_daemon.schemas import ProcedureResult, SweepRequest
+
+_RULE = re.compile(r"\s*(\w+)\s*(>=|<=|>|<)\s*(\S+)\s*")
+
+
+def sweep(
+    resonator: Annotated[str, typer.Option(help="thread, jewel, or a resonator file.")],
+    over: Annotated[
+        list[str],
+        typer.Option(help="KEY=FROM:TO:STEP or KEY=A,B,C; several: all combinations, the last changes fastest."),
+    ],
+    out: Annotated[
+        Path | None, typer.Option("--output", "--out", help="Recording to write; default: sweep.h5.")
+    ] = None,
+    shots: Annotated[int, typer.Option(min=0, help="Excited shots per step.")] = 1,
+    blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them, per step.")] = 0,
+    stop_when: Annotated[str | None, typer.Option(help="RESULT OP VALUE that ends it, as 'phi_max_deg > 40'.")] = None,
+    field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
+    rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
+    pause_s: Annotated[float | None, typer.Option(help="Wait between shots, s; default: the preset's.")] = None,
+    window: WindowOption = "d30",
+    variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
+    models: ModelsOption = None,
+    sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
+    operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
+    comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check every step and show the plan; nothing moves.")
+    ] = False,
+    platform: PlatformOption = "simulated",
+    overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Sweep keys of a series: every step is fitted and logged, all shots are in one recording."""
+    from platform_daemon.app import start_engine
+    from platform_daemon.settings import load_platform
+
+    sequence = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s, "pause_s": pause_s}
+    common: dict[str, Any] = {
+        "resonator": resonator,
+        "shots": shots,
+        "blank_shots": blank_shots,
+        "sequence": {name: value for name, value in sequence.items() if value is not None},
+        "window": parse_window(window),
+        "variant": variant,
+    } | {"sample": sample, "operator": operator, "comment": comment}
+    request = _request(common, over, stop_when)
+    out = out or Path("sweep.h5")
+    must_not_exist(json_file, force, ".json")
+    must_not_exist(None if dry_run else out, force, ".h5", ".hdf5", ".mmr")
+    heed_one_interrupt()
+    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    try:
+        work = _planned(engine, request, out, overwrite=force or dry_run)
+        if dry_run:
+            print(plan_text(work.summary()))
+            write_json(json_file, work.summary())
+            return
+        _run(engine, work, out, json_file)
+    finally:
+        engine.close()
+
+
+def _request(common: dict[str, Any], over: list[str], stop_when: str | None) -> SweepRequest:
+    """Raises InputError."""
+    from platform_daemon.schemas import SweepRequest
+
+    axes = [_axis(text) for text in over]
+    rule = None if stop_when is None else _rule(stop_when)
+    asked = {"kind": "sweep", "acquisition": common, "over": axes, "stop_when": rule}
+    return validated(SweepRequest, asked, "sweep")
+
+
+def _axis(text: str) -> dict[str, Any]:
+    """KEY=FROM:TO:STEP or KEY=A,B,C.  Raises InputError."""
+    key, is_there, values = text.partition("=")
+    span = [_number(part) for part in values.split(":")]
+    listed = [part.strip() for part in values.split(",")]
+    if key and len(span) == 3 and None not in span:
+        return dict(zip(("key", "start", "stop", "step"), (key, *span), strict=True))
+    if key and is_there and len(span) == 1 and all(listed):
+        return {"key": key, "values": [part if (n := _number(part)) is None else n for part in listed]}
+    remedy = "write KEY=FROM:TO:STEP, as field_ut=50:300:10, or KEY=A,B,C, as axis=x,y"
+    raise InputError(f"{text!r} is no range of a key", where="--over", remedy=remedy)
+
+
+def _rule(text: str) -> dict[str, Any]:
+    """RESULT OP VALUE.  Raises InputError."""
+    found = _RULE.fullmatch(text)
+    value = None if found is None else _number(found[3])
+    if found is None or value is None:
+        remedy = "write RESULT OP VALUE with >, <, >= or <=, as 'phi_max_deg > 40'"
+        raise InputError(f"{text!r} is no rule", where="--stop-when", remedy=remedy)
+    return {"result": found[1], "comparison": found[2], "value": value}
+
+
+def _number(text: str) -> int | float | None:
+    """A number as it is written; None: it is none."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
+
+
+def _planned(engine: Engine, request: SweepRequest, out: Path, *, overwrite: bool) -> ProcedureWork:
+    from platform_daemon.engine import ProcedureFiles, plan_procedure
+
+    files = ProcedureFiles(out.parent, out.parent, out, out.with_name(f"{out.name}.log.json"), overwrite)
+    return plan_procedure(engine, request, files)
+
+
+def _run(engine: Engine, work: ProcedureWork, out: Path, json_file: Path | None) -> None:
+    """Until it has ended, then say what came out, also of a sweep that was cut short.
+
+    Raises what ended it, typer.Exit: 130 interrupted, 3 if no step gave a result.
+    """
+    prepare_fit()
+    job = engine.conduct(work)
+    interrupted = interrupted_while(engine, job)
+    result: ProcedureResult = job.result
+    for warning in job.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    if result.steps:
+        print(steps_text(result, work.summary()))
+        print(f"{len(result.steps)} of {result.planned_steps} steps in {out}, log in {out}.log.json: {result.stopped}")
+        write_json(json_file, work.record(job))
+    if interrupted:
+        raise typer.Exit(INTERRUPTED)
+    if job.error is not None:
+        raise job.error
+    if not any(step.verdict == "good" for step in result.steps):
+        print(f"no step can be used: {result.steps[0].reason}", file=sys.stderr)
+        raise typer.Exit(3)

@@ -1,0 +1,81 @@
+"""Every job by its id, those of earlier runs too; and which of them hold the hardware, or wait for it."""
+
+from __future__ import annotations
+
+import structlog
+
+from drivers.errors import InputError
+from platform_daemon.schemas import JobState
+from platform_daemon.store import StorageError
+
+from .job_records import JobRecords
+from .jobs import AnyJob
+
+log = structlog.get_logger()
+
+
+class UnknownId(InputError):
+    """No job or recording has that id."""
+
+    title = "Not found"
+
+
+class JobRegistry:
+    """The jobs of an engine.  Written under the engine's lock, read by anybody."""
+
+    def __init__(self, journal: JobRecords) -> None:
+        self._journal = journal
+        self._jobs = {job.identifier: job for job in journal.load()}
+        self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
+        self._conducting: list[AnyJob] = []  # procedures that wait, or make steps
+
+    def add(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
+        """Keep a job from now on; moving: it wants the hardware; conducting: it submits those that do.
+
+        Raises StorageError.
+        """
+        self._journal.save(job)
+        job.on_change = self._keep
+        # known to `outputs_off` before it can begin
+        if moving:
+            self._moving = [*(each for each in self._moving if not each.state.final), job]
+        if conducting:
+            self._conducting = [*(each for each in self._conducting if not each.state.final), job]
+        self._jobs[job.identifier] = job
+
+    def job(self, kind: str, identifier: str) -> AnyJob:
+        """The job of that id.  Raises UnknownId."""
+        job = self._jobs.get(identifier)
+        if job is None or job.kind != kind:
+            remedy = f"list the {kind}s for the ids that exist"
+            raise UnknownId(f"no {kind} has the id {identifier!r}", where=identifier, remedy=remedy)
+        return job
+
+    def of_kind(self, kind: str) -> list[AnyJob]:
+        """All jobs of a kind, oldest first."""
+        return [j for j in self.all() if j.kind == kind]
+
+    def all(self) -> list[AnyJob]:
+        """All jobs."""
+        return list(self._jobs.values())
+
+    def stoppable(self) -> list[AnyJob]:
+        """What moves something, or will: procedures first, so that none submits another step."""
+        return [*self._conducting, *self._moving]
+
+    @property
+    def running(self) -> str | None:
+        """Id of the job that has the hardware."""
+        return next((j.identifier for j in list(self._moving) if j.state is JobState.RUNNING), None)
+
+    @property
+    def waiting(self) -> tuple[str, ...]:
+        """Ids of those that wait for it, the next one first."""
+        return tuple(j.identifier for j in list(self._moving) if j.state is JobState.QUEUED)
+
+    def _keep(self, job: AnyJob) -> None:
+        try:
+            self._journal.save(job)
+        # A full disk must not end the thread; the job still answers until the daemon stops.
+        except StorageError as error:
+            log.error("job_not_saved", job=job.identifier, error=str(error))

@@ -1,0 +1,93 @@
+"""What a procedure is: steps one after another, each decided from the reports of those before it.
+
+A procedure touches neither the engine nor a file; `conductor.py` makes its steps.  Ramp, tune and characterise are to
+be further classes with the same three members.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    AcquisitionResult,
+    AcquisitionSummary,
+    FitReport,
+    ProcedureResult,
+    StepReport,
+    SweepRequest,
+    SweptValue,
+)
+from platform_daemon.store import StepLabel
+
+from ..jobs import AnyJob, Job
+from ..work.destination import Destination
+from ..work.series import AcquisitionJob
+
+ProcedureJob = Job[SweepRequest, ProcedureResult]
+StepSequence = Generator["Step", StepReport, str]
+"""Yields steps, is sent the report of each, returns why it ended."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step: an acquisition, and in what it differs from the others."""
+
+    values: tuple[SweptValue, ...]
+    acquisition: AcquisitionRequest
+
+    def label(self, number: int) -> StepLabel:
+        """As it stands in the recording."""
+        said = {v.key: v.value if isinstance(v.value, str) else _number_or_text(v.value) for v in self.values}
+        return StepLabel(number, said)
+
+    def named(self, number: int) -> str:
+        """In words, for errors and progress."""
+        return f"step {number} ({', '.join(map(str, self.values))})" if self.values else f"step {number}"
+
+
+def _number_or_text(value: float | tuple[float, ...]) -> float | str:
+    return ",".join(f"{x:g}" for x in value) if isinstance(value, tuple) else float(value)
+
+
+class Procedure(Protocol):
+    """What is measured, step by step."""
+
+    @property
+    def request(self) -> SweepRequest:
+        """What was asked for."""
+
+    def outline(self) -> Sequence[Step]:
+        """The steps that it makes at most, as far as they are known beforehand: checked before anything moves."""
+
+    def steps(self) -> StepSequence:
+        """The steps one after another.  May raise PlatformError for a report that it cannot go on from."""
+
+
+class Steps(Protocol):
+    """Who makes steps: today the engine of this process (engine_steps.py), later one in another process."""
+
+    def check(self, request: AcquisitionRequest) -> AcquisitionSummary:
+        """What a step would be; nothing moves.  Raises InputError."""
+
+    def begin(
+        self, request: AcquisitionRequest, destination: Destination, label: StepLabel, within: AnyJob
+    ) -> AcquisitionJob:
+        """Queue a step; what stops the procedure `within` stops it.  Raises InputError, ShuttingDown."""
+
+
+class Fits(Protocol):
+    """Who fits the shots of a step: today the engine while it measures, later a process of its own."""
+
+    def of(self, made: AcquisitionResult) -> FitReport | None:
+        """The fits of what a step has measured, in the order of its shots; None: none were asked for."""
+
+
+class OnlineFits:
+    """The fits that ran beside the shots and came with the job."""
+
+    def of(self, made: AcquisitionResult) -> FitReport | None:
+        """See Fits."""
+        return made.fit

@@ -1,0 +1,52 @@
+"""Where the shots of a series go: to a file of its own, or into the one recording of a procedure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Protocol
+
+from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord
+
+
+class ShotSink(Protocol):
+    """Takes the shots of one series, each durable when it is counted."""
+
+    @property
+    def shots(self) -> int:
+        """Shots of this series on disk."""
+
+    @property
+    def target(self) -> Path:
+        """The recording that they will be in."""
+
+    def add_shot(self, shot: ShotRecord) -> int:
+        """Store a shot; its number in this series, from 1.  Raises InputError, StorageError."""
+
+    def finish(self, fits: Sequence[FitTable] = ()) -> Path | None:
+        """All shots are there, these are their fits; the recording, None without any shot.  Raises StorageError."""
+
+
+class Destination(Protocol):
+    """Where the shots of a series go."""
+
+    @property
+    def goes_on(self) -> bool:
+        """Shots have been made before in the same recording: the first one waits as long as all others."""
+
+    def open(self, header: SeriesHeader, job: str) -> AbstractContextManager[ShotSink]:
+        """Begin, once the header is known; job: id of the job.  Raises InputError."""
+
+
+class OwnFile:
+    """A series that is a recording of its own: `target`, or `folder`/ID.h5 of the job's id."""
+
+    goes_on = False
+
+    def __init__(self, target: Path | None, folder: Path, *, overwrite: bool = False) -> None:
+        self._target, self._folder, self._overwrite = target, folder, overwrite
+
+    def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
+        """See Destination."""
+        return SeriesWriter.create(self._target or self._folder / f"{job}.h5", header, overwrite=self._overwrite)
