@@ -7,7 +7,7 @@ from pathlib import Path
 from tests.campaigns.attack_api import attack
 
 SLOW = "dmdt|sliding|harmonics|file|predict|fits|diagnoses|procedures"
-"""Operations that read or fit data or plan many steps for every request: their boundaries are left to the long attack."""
+"""Operations that read, fit or plan much for every request: their boundaries are left to the long attack."""
 
 
 def test_examples_random_requests_walks_and_boundaries_bring_nothing_that_the_schema_does_not_say(
