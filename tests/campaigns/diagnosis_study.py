@@ -63,12 +63,15 @@ class Case:
     effects: tuple[dict[str, Any], ...]
     seed: int
     nameless: bool = False
+    uneven: bool = False  # the first effect is strong, the other one weak
 
     @property
     def kind(self) -> str:
         """Of the study's tables."""
         if self.nameless:
             return "nameless"
+        if self.uneven:
+            return "uneven"
         return ("clean", "one", "two")[len(self.effects)]
 
 
@@ -76,6 +79,7 @@ class Case:
 class Outcome:
     """What came out of it.
 
+    false: effects named although neither they nor any that they cannot be told from are there.
     worst: parameter that lies farthest from the truth, and by how many of its standard deviations; of what the data
     determine beside the effect.
     """
@@ -84,6 +88,7 @@ class Outcome:
     verdict: str
     names: tuple[str, ...]
     alike: tuple[str, ...]
+    false: tuple[str, ...]
     chi2_after: float
     worst: tuple[str, float]
     seconds: float
@@ -102,7 +107,7 @@ class Outcome:
         """A name although neither it nor any of its set is there."""
         if self.case.nameless:
             return not self.right
-        return bool(self.names) and not self.right
+        return bool(self.false)
 
     @property
     def exact(self) -> bool:
@@ -110,9 +115,9 @@ class Outcome:
         return sorted(self.names) == sorted(e["id"] for e in self.case.effects)
 
 
-def visible(variant: str, pose: str, shots: int) -> dict[tuple[Any, ...], float]:
+def visible(variant: str, pose: str, shots: int, rx_s: float | None = None) -> dict[tuple[Any, ...], float]:
     """Standard deviation of every candidate's strength beside the declared parameters."""
-    clean, _ = shots_with(variant, count=shots, pose=POSES[pose])
+    clean, _ = shots_with(variant, count=shots, rx_s=rx_s, pose=POSES[pose])
     model = model_named(variant)
     with shot_pool() as pool:
         started, _ = initial_fits(clean, model, pool)
@@ -137,7 +142,9 @@ def effects(variant: str, sd: Mapping[tuple[Any, ...], float], sigma: float, sho
     for name in TORQUES:
         if math.isfinite(size(name)):
             yield {"id": name, "strength": size(name)}
-    yield {"id": "frequency_drift", "strength": size("frequency_drift") * sd["f_nat_hz", None, None]}
+    drift = {"id": "frequency_drift", "strength": size("frequency_drift") * sd["f_nat_hz", None, None]}
+    yield drift
+    yield drift | {"tau_s": 0.3 * sd["window_s", None, None]}
     if variant == "jewel":
         speed = 40.0
         yield {
@@ -181,25 +188,36 @@ def pairs(singles: Sequence[dict[str, Any]], count: int, rng: np.random.Generato
     yield from (found[int(k)] for k in rng.permutation(len(found))[:count])
 
 
+def uneven(strong: Sequence[dict[str, Any]], weak: Sequence[dict[str, Any]], rng: np.random.Generator) -> Iterator[Any]:
+    """Every strong effect beside a weak other one, drawn at random."""
+    for effect in strong:
+        others = [w for w in weak if w["id"] != effect["id"]]
+        yield effect, others[int(rng.integers(len(others)))]
+
+
 def cases(asked: argparse.Namespace) -> list[Case]:
     """Everything that applies; strengths are drawn at random around the multiples asked for."""
     found: list[Case] = []
     rng = np.random.default_rng(asked.seed)
 
-    def add(variant: str, pose: str, sigma: float, *tables: dict[str, Any], outside: bool = False) -> None:
-        found.append(Case(variant, pose, sigma, tables, asked.seed + len(found), outside))
+    def add(variant: str, pose: str, sigma: float, *tables: dict[str, Any], **kind: bool) -> None:
+        found.append(Case(variant, pose, sigma, tables, asked.seed + len(found), **kind))
 
     for variant in asked.variants:
         for pose in asked.poses:
-            sd = visible(variant, pose, asked.shots)
+            sd = visible(variant, pose, asked.shots, asked.rx_s)
             for sigma in asked.sigma:
                 drawn = [dict(e, strength=_drawn(e, rng)) for e in effects(variant, sd, sigma, asked.shots)]
                 for effect in drawn:
                     add(variant, pose, sigma, effect)
                 for both in pairs(drawn, asked.pairs if sigma >= _PAIRED_FROM else 0, rng):
                     add(variant, pose, sigma, *both)
+            if asked.uneven:
+                strong, weak = (list(effects(variant, sd, s, asked.shots)) for s in asked.uneven)
+                for both in uneven(strong, weak, rng):
+                    add(variant, pose, asked.uneven[0], *both, uneven=True)
             for effect in nameless(variant) if asked.nameless else ():
-                add(variant, pose, 0.0, effect, outside=True)
+                add(variant, pose, 0.0, effect, nameless=True)
             for _ in range(asked.clean):
                 add(variant, pose, 0.0)
     return found
@@ -211,16 +229,18 @@ def _drawn(effect: dict[str, Any], rng: np.random.Generator) -> Any:
     return strength if effect["id"] == "clock_gap" else strength * factor
 
 
-def run(task: tuple[Case, int]) -> Outcome:
+def run(task: tuple[Case, int, float | None]) -> Outcome:
     """One case."""
-    case, shots = task
-    made, truths = shots_with(case.variant, case.effects, count=shots, seed=case.seed, pose=POSES[case.pose])
+    case, shots, rx_s = task
+    made, truths = shots_with(case.variant, case.effects, count=shots, rx_s=rx_s, seed=case.seed, pose=POSES[case.pose])
     report = diagnosis_report(diagnose_shots(made, model_named(case.variant))).model_dump(mode="json")
+    there = {e["id"] for e in case.effects}
     return Outcome(
         case,
         report["verdict"],
         tuple(e["id"] for e in report["effects"]),
         tuple(i for e in report["effects"] for i in e["indistinguishable_from"]),
+        tuple(e["id"] for e in report["effects"] if not there & {e["id"], *e["indistinguishable_from"]}),
         report["held_out"]["chi2_per_dof_after"],
         farthest(report["parameters_after"], truths, _said(report)),
         report["seconds"],
@@ -251,11 +271,13 @@ def main() -> int:
     """Run it and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--shots", type=int, default=3)
+    parser.add_argument("--rx-s", type=float, help="length of a shot; else 2 s for a thread, 1.6 s for a jewel")
     parser.add_argument("--sigma", type=float, nargs="+", default=[5.0, 15.0, 50.0])
     parser.add_argument("--variants", nargs="+", default=["thread", "jewel"])
     parser.add_argument("--poses", nargs="+", default=list(POSES), choices=list(POSES))
     parser.add_argument("--clean", type=int, default=10, help="recordings without an effect, per variant and pose")
     parser.add_argument("--pairs", type=int, default=10, help="two effects at once, per variant, pose and strength")
+    parser.add_argument("--uneven", type=float, nargs=2, metavar=("STRONG", "WEAK"), help="one of each, in sigma")
     parser.add_argument("--nameless", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--seed", type=int, default=100)
     parser.add_argument("--out", type=Path, default=DOCUMENT)
@@ -268,7 +290,7 @@ def main() -> int:
     context = multiprocessing.get_context("spawn")
     try:
         with context.Pool(len(cores)) as pool:
-            for outcome in pool.imap(run, [(case, asked.shots) for case in todo[before:]]):
+            for outcome in pool.imap(run, [(case, asked.shots, asked.rx_s) for case in todo[before:]]):
                 outcomes.append(outcome)
                 _keep(asked.journal, outcome)
                 left = (time.monotonic() - began) / (len(outcomes) - before) * (len(todo) - len(outcomes))
@@ -286,7 +308,14 @@ def _finished(journal: Path | None, todo: Sequence[Case]) -> list[Outcome]:
         return []
     found = [Outcome(**json.loads(line)) for line in journal.read_text(encoding="utf-8").splitlines()]
     return [
-        replace(o, case=case, names=tuple(o.names), alike=tuple(o.alike), worst=(o.worst[0], o.worst[1]))
+        replace(
+            o,
+            case=case,
+            names=tuple(o.names),
+            alike=tuple(o.alike),
+            false=tuple(o.false),
+            worst=(o.worst[0], o.worst[1]),
+        )
         for o, case in zip(found, todo, strict=False)
         if o.case == json.loads(json.dumps(asdict(case)))
     ]

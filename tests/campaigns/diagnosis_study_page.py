@@ -82,7 +82,15 @@ def needed(directions: int, trials: float) -> float:
 def row(outcome: Outcome) -> str:
     """One line of the table."""
     case = outcome.case
-    name = " + ".join(e["id"] + (f" {e['axis']}" if "axis" in e else "") for e in case.effects) or "nothing"
+    name = (
+        " + ".join(
+            e["id"]
+            + (f" {e['axis']}" if "axis" in e else "")
+            + (" settling" if "frequency" in e["id"] and "tau_s" in e else "")
+            for e in case.effects
+        )
+        or "nothing"
+    )
     said = ", ".join(outcome.names) or "-"
     alike = ", ".join(outcome.alike) or "-"
     mark = "yes" if outcome.right else ("**wrong**" if outcome.wrong else "**no**")
@@ -115,7 +123,13 @@ _TABLE = """
 | variant | pose | effect | sigma | right | verdict | says | cannot tell it from | chi2/dof after | farthest, sd |
 |---|---|---|---|---|---|---|---|---|---|
 """
-_KINDS = {"one": "one effect", "two": "two effects", "nameless": "a nameless effect", "clean": "nothing"}
+_KINDS = {
+    "uneven": "a strong effect beside a weak one",
+    "one": "one effect",
+    "two": "two effects",
+    "nameless": "a nameless effect",
+    "clean": "nothing",
+}
 
 
 def document(outcomes: Sequence[Outcome], shots: int, asked: int) -> str:

@@ -150,9 +150,11 @@ def _best_in(y: Array, q: Array, slopes: Array, places: range) -> tuple[float, i
     along = np.einsum("ckn,cn->k", columns, left)
     fall = along**2 / np.maximum(power, 1e-300)
     best = int(np.argmax(fall))
-    rest = left - (along[best] / max(power[best], 1e-300)) * columns[:, best]
     misfit = float(np.sum(left**2)) / max(left.size - y.shape[0] * q.shape[1], 1)
-    return float(fall[best]) / max(_variance(rest, q.shape[1]), 1.0), usable[best], misfit
+    gain = float(fall[best])
+    if gain > -_SURE:  # less is by chance, and most windows hold no more
+        gain /= max(_variance(left - (along[best] / power[best]) * columns[:, best], q.shape[1]), 1.0)
+    return gain, usable[best], misfit
 
 
 def _variance(rest: Array, fitted: int) -> float:

@@ -122,7 +122,7 @@ def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work
 def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
     """Integrate from the turning point `begin`, (2 + 2 columns,) as in _rates, at u in direction sigma.
 
-    nodes: (steps + 1, fields) out. guess: expected duration. All steps but the last have length guess/steps, the last one
+    nodes: (steps + 1, fields) out. guess: expected duration. All steps but the last have length guess/steps, that one
     ends at the turning point. Returns (h, duration), or (0, -1) if no turning point was found.
     """
     size, steps = begin.size, nodes.shape[0] - 1
