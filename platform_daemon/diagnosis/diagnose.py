@@ -38,6 +38,7 @@ from .regression.prediction import unpredicted
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.confounders import gain_of
 from .selection.data_integrity import DataDefect, data_defects, merged, without_gaps
+from .selection.kick_search import kicks
 from .selection.omnibus_test import omnibus_test
 from .selection.stepwise import ProgressCallback, Selection, select_effects
 from .selection.tone_free_noise import with_tone_free_noise
@@ -286,7 +287,7 @@ def candidates_for(base: JointFit) -> list[Candidate]:
     if record.quantity == "angle":
         fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
         longest_s = max(float(s.time_s[-1]) for s in base.started)
-        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s)]
+        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s), *kicks(base)]
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
     if base.chi2_per_dof > _NOISE:
