@@ -290,8 +290,7 @@ def candidates_for(base: JointFit) -> list[Candidate]:
         return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s), *kicks(base)]
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
-    if base.chi2_per_dof > _NOISE:
-        # Whether a weak drift comes to rest cannot be told.
-        found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.started)))
+    # A weak drift too: without it others imitate one that comes to rest.
+    found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.started)))
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]
