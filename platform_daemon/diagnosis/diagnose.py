@@ -40,6 +40,7 @@ from .selection.confounders import gain_of
 from .selection.data_integrity import DataDefect, data_defects, merged, without_gaps
 from .selection.kick_search import kicks
 from .selection.omnibus_test import omnibus_test
+from .selection.scales import beside_scales
 from .selection.stepwise import ProgressCallback, Selection, select_effects
 from .selection.tone_free_noise import with_tone_free_noise
 from .shots.initial_fits import UnfittedShot, initial_fits
@@ -156,9 +157,9 @@ def _diagnose(
     left = found.omnibus_test
     torque = missing_torque(final, left) if verdict in ("unexplained", "partly_explained") else None
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
-    after_all = widened(
-        exact, [(means(r.joint_fit), r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
-    )
+    others = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
+    others += [(other, 1.0) for other in beside_scales(final, pool)]
+    after_all = widened(exact, [(means(other), rise) for other, rise in others])
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
