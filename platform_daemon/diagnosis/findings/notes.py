@@ -52,7 +52,7 @@ def notes(
     if final.chi2_per_dof > 1.05:
         said.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
         said += [
-            f"the kick is followed to first order only: cut the record at sample {c.detail.sample}, and diagnose both parts"
+            f"a kick is followed to first order only: cut the record at sample {c.detail.sample}, diagnose both parts"
             for c in final.hypothesis.effects if c.effect is KICK
         ]  # fmt: skip
     return tuple(said)
