@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +12,11 @@ from drivers.validation import validated
 from platform_daemon import analysis
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
 from platform_daemon.settings import load_sequence, refuse_foreign_preset
-from sequences.compiler import ShotPlan, TransmitSide, compile_shot
+from sequences.compiler import ShotPlan, TransmitSide, compile_shot, loop_lag_s, tx_window_s
 from sequences.request import SequenceRequest
 
 from .catalogue import Catalogue
+from .drive_plan import plan_drive
 from .settling import Settling, settling
 
 if TYPE_CHECKING:
@@ -35,6 +37,7 @@ class AcquisitionPlan:
     blank: ShotPlan
     settle: Settling
     side: TransmitSide
+    planned_phi_max_rad: float | None = None
 
     @property
     def shots(self) -> list[ShotPlan]:
@@ -49,7 +52,7 @@ class AcquisitionPlan:
             variant=self.specimen.variant,
             model=analysis.label_of(self.model),
             shots=total,
-            shot=ShotSummary.model_validate(self.excited.summary()),
+            shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
             duration_s=total * (self.excited.timeline.duration_s + self.sequence.pause_s),
             disk_bytes=total * self.excited.timeline.total_samples * 3 * 4,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
@@ -78,10 +81,27 @@ def plan_acquisition(
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
-    excited = compile_shot(sequence, side)
+    excited, reached = excited_shot(sequence, side, specimen, model)
     blank = compile_shot(sequence, side, blank=True)
     check = settling(excited, specimen, side.limits.settle_warning)
-    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side)
+    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side, reached)
+
+
+def excited_shot(
+    sequence: SequenceRequest,
+    side: TransmitSide,
+    specimen: Specimen,
+    model: ModelChoice,
+    fitted: Mapping[str, float] | None = None,
+) -> tuple[ShotPlan, float | None]:
+    """The checked shot, and the deflection that the model reaches under a planned drive, rad; None: it is not planned.
+
+    fitted: of the last good fit, by public name.  Raises SequenceRejected.
+    """
+    if sequence.phase_plan == "none":
+        return compile_shot(sequence, side), None
+    plan = plan_drive(sequence, tx_window_s(sequence, side), specimen, model, loop_lag_s(sequence, side), fitted)
+    return compile_shot(sequence, side, planned=plan.lobes), plan.phi_max_rad
 
 
 def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict[str, Any]:
