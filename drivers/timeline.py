@@ -103,15 +103,15 @@ class Timeline:
         """Level of `line` at `sample`."""
         return any(e.line is line and e.start_sample <= sample < e.stop_sample for e in self.lines)
 
-    def output_volts(self, output: int, start: int, stop: int) -> NDArray[np.float64]:
-        """The DAC samples `start..stop` of one output: (stop - start,) float64, V."""
-        volts = np.zeros(stop - start)
+    def output_volts(self, output: int, start: int, stop: int, per_sample: int = 1) -> NDArray[np.float64]:
+        """What one output plays in samples `start..stop`, so many points each: (points,) float64, V."""
+        volts = np.zeros((stop - start) * per_sample)
         for b in self.bursts:
             first, last = max(b.start_sample, start), min(b.stop_sample, stop)
             if b.output == output and first < last:
-                t = np.arange(first - b.start_sample, last - b.start_sample) / self.clock.rate_hz
-                wave = np.sin(2 * np.pi * b.frequency_hz * t + b.phase_rad)
-                volts[first - start : last - start] += b.amplitude_v * wave
+                points = np.arange((first - b.start_sample) * per_sample, (last - b.start_sample) * per_sample)
+                turn = 2 * np.pi * b.frequency_hz * points / (self.clock.rate_hz * per_sample) + b.phase_rad
+                volts[(first - start) * per_sample : (last - start) * per_sample] += b.amplitude_v * np.sin(turn)
         return volts
 
     def loudest_v(self, output: int) -> float:

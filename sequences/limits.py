@@ -48,6 +48,9 @@ def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLi
         _at_most(name, d.amplifier_v, d.channel.amplifier_limit_v, "V", "the amplifier's limit", "field_t")
 
 
+ROUNDING = 1e-3  # of `figures_of`: what one steady sine reaches was checked exactly, by its amplitude
+
+
 def check_figures(
     figures: ShotFigures, drives: Sequence[ChannelDrive], duration_s: float, limits: SafetyLimits
 ) -> None:
@@ -55,13 +58,15 @@ def check_figures(
 
     A loop that is not driven by one steady sine may go beyond its amplitudes.
     """
-    _at_most("the peak of the field", figures.peak_field_t, limits.max_field_t, "T", "limits.max_field_t", "field_t")
+    field_t = figures.peak_field_t / (1 + ROUNDING)
+    _at_most("the peak of the field", field_t, limits.max_field_t, "T", "limits.max_field_t", "field_t")
     voltages = {d.channel.axis: d.channel.amplifier_limit_v for d in drives}
     for coil in figures.coils:
         name = f"of coil {coil.axis}"
+        peak_a, peak_v = coil.peak_a / (1 + ROUNDING), coil.peak_v / (1 + ROUNDING)
         limit_a, limit_v = limits.max_coil_current_a, voltages[coil.axis]
-        _at_most(f"the peak current {name}", coil.peak_a, limit_a, "A", "limits.max_coil_current_a", "field_t")
-        _at_most(f"the peak voltage {name}", coil.peak_v, limit_v, "V", "the amplifier's limit", "field_t")
+        _at_most(f"the peak current {name}", peak_a, limit_a, "A", "limits.max_coil_current_a", "field_t")
+        _at_most(f"the peak voltage {name}", peak_v, limit_v, "V", "the amplifier's limit", "field_t")
         if limits.max_coil_i2t_a2s is not None:
             most, source = limits.max_coil_i2t_a2s, "limits.max_coil_i2t_a2s"
             _at_most(f"I2t {name}", coil.i2t_a2s, most, "A^2 s", source, "field_t")

@@ -42,7 +42,8 @@ def plan_drive(
     """The field that follows the velocity of the model from rest, for `tx_s` of TX.
 
     Its values are those of the specimen, in their place `plan_parameters`, in their place those of a fit (`fitted`, by
-    public name).  lag_s: L/R of the loop that makes the field.  Raises SequenceRejected: a value that the model has not, or no oscillation with these.
+    public name).  lag_s: L/R of the loop that makes the field.  Raises SequenceRejected: a value that the model has
+    not, or no oscillation with these.
     """
     model = choice.model if isinstance(choice, analysis.AdoptedModel) else estimation.model_named(choice)
     known = _known(sequence, specimen, model) | {n: v for n, v in (fitted or {}).items() if n in _names(model)}

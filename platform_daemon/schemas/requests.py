@@ -34,8 +34,8 @@ RxSeconds = Annotated[float, Field(gt=0, le=600.0, allow_inf_nan=False)]
 PauseSeconds = Annotated[float, Field(ge=0, le=86_400.0, allow_inf_nan=False)]
 Shots = Annotated[int, Field(ge=0, le=1_000_000)]
 BlankShots = Annotated[int, Field(ge=0, le=10_000)]
-Waveform = TypeAliasType("Waveform", Literal["sine", "rectangle"])
-PhasePlan = TypeAliasType("PhasePlan", Literal["none", "model", "last_fit"])
+Waveform = Literal["sine", "rectangle"]
+PhasePlan = Literal["none", "model", "last_fit"]
 Duty = Annotated[float, Field(ge=0.05, le=1, allow_inf_nan=False)]
 ChirpHertz = Annotated[float, Field(ge=-20e3, le=20e3, allow_inf_nan=False)]
 PhaseRadians = Annotated[float, Field(ge=-7.0, le=7.0, allow_inf_nan=False)]

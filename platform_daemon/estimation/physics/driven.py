@@ -43,9 +43,12 @@ class PhasePlan:
 
 @dataclass(frozen=True)
 class DrivenModel:
-    """A model with values: w = 2 pi f_nat, rad/s; values: its coefficients, in their order and units; push: (m_r / I) B
-    along v and along u, rad/s^2, of the field's amplitude; rectangle_duty: share of a half period that a rectangle of
-    the voltage fills, None: the field is a sine; lag_s: L/R of the loop, through which the field follows a rectangle."""
+    """A model with values, and a field.
+
+    w = 2 pi f_nat, rad/s; values: coefficients, in the model's order and units; push: (m_r / I) B along v and along u,
+    rad/s^2, of the field's amplitude; rectangle_duty: share of a half period that a rectangle of the voltage fills,
+    None: the field is a sine; lag_s: L/R of the loop, through which the field follows a rectangle.
+    """
 
     model: RingDownModel
     w: float
