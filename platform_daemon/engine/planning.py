@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import SequenceRejected
@@ -38,11 +39,19 @@ class AcquisitionPlan:
     settle: Settling
     side: TransmitSide
     planned_phi_max_rad: float | None = None
+    changed: tuple[ShotPlan, ...] = ()
 
-    @property
+    @cached_property
     def shots(self) -> list[ShotPlan]:
         """One plan per shot, in order."""
-        return [self.blank] * self.sequence.blank_shots + [self.excited] * self.sequence.repetitions
+        excited = self.changed or (self.excited,)
+        made = [excited[k % len(excited)] for k in range(self.sequence.repetitions)]
+        return [self.blank] * self.sequence.blank_shots + made
+
+    def changes_of(self, shot: int) -> list[tuple[str, Any]] | None:
+        """What the shot of this number, from 0, differs in; None: in nothing."""
+        changes, excited = self.request.shot_changes, shot - self.sequence.blank_shots
+        return None if changes is None or excited < 0 else list(changes[excited % len(changes)].changes().items())
 
     def summary(self) -> AcquisitionSummary:
         """The dry run: what would be played, how long it takes, what remains, how much disk it needs."""
@@ -53,8 +62,9 @@ class AcquisitionPlan:
             model=analysis.label_of(self.model),
             shots=total,
             shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
-            duration_s=total * (self.excited.timeline.duration_s + self.sequence.pause_s),
-            disk_bytes=total * self.excited.timeline.total_samples * 3 * 4,
+            shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
+            duration_s=sum(s.timeline.duration_s for s in self.shots) + total * self.sequence.pause_s,
+            disk_bytes=sum(s.timeline.total_samples for s in self.shots) * 3 * 4,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
             warnings=() if self.settle.warning is None else (self.settle.warning,),
         )
@@ -81,10 +91,34 @@ def plan_acquisition(
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
-    excited, reached = excited_shot(sequence, side, specimen, model)
+    changed = _changed(request, sequence)
+    planned = [excited_shot(each, side, specimen, model) for each in changed or (sequence,)]
+    excited, reached = planned[0]
     blank = compile_shot(sequence, side, blank=True)
-    check = settling(excited, specimen, side.limits.settle_warning)
-    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side, reached)
+    # Of the shot that swings furthest, which takes longest to come to rest.
+    check = max((settling(s, specimen, side.limits.settle_warning) for s, _ in planned), key=lambda c: c.start_rad)
+    return AcquisitionPlan(
+        request,
+        specimen,
+        text,
+        model,
+        sequence,
+        excited,
+        blank,
+        check,
+        side,
+        reached,
+        tuple(s for s, _ in planned) if changed else (),
+    )
+
+
+def _changed(request: AcquisitionRequest, sequence: SequenceRequest) -> list[SequenceRequest]:
+    """The sequence of every shot that is changed.  Raises ConfigError that names the shot."""
+    table = sequence.model_dump()
+    return [
+        validated(SequenceRequest, {**table, **change.changes()}, f"shot_changes.{k}")
+        for k, change in enumerate(request.shot_changes or ())
+    ]
 
 
 def excited_shot(

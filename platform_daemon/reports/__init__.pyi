@@ -2,6 +2,7 @@ from .calibration_tables import print_calibration as print_calibration
 from .device_tables import print_devices as print_devices
 from .diagnosis_page import diagnosis_html as diagnosis_html
 from .diagnosis_text import summary_text as summary_text
+from .series_plan import dry_run_text as dry_run_text
 from .figures.defects import defects_png as defects_png
 from .figures.defects import save_defects_png as save_defects_png
 from .figures.ring_down import save_png as save_png

@@ -78,7 +78,9 @@ class AcquisitionSummary(Schema):
     shots: int
     """Shots in all, blank ones included."""
     shot: ShotSummary
-    """One excited shot."""
+    """One excited shot, the first."""
+    shots_in_turn: Absent[tuple[ShotSummary, ...]] = None
+    """All excited shots that differ, in order; only where shots were asked to."""
     duration_s: float
     """Length of the series, pauses included, s."""
     disk_bytes: int

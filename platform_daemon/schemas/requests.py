@@ -128,6 +128,29 @@ class SequencePatch(Request):
         return {name: value for name, value in self if value is not None}
 
 
+class ShotChange(Request):
+    """The keys of a sequence that differ in one shot."""
+
+    f_tx_hz: Given[ExcitationHertz] = None
+    """Excitation frequency, Hz."""
+    tx_periods: Given[Periods] = None
+    """Whole periods in the TX window."""
+    field_t: Given[FieldTesla] = None
+    """Amplitude of the field at the rotor, T."""
+    axis: Given[Axis] = None
+    """x, y, z, or a direction in world axes, of any length."""
+    duty: Given[Duty] = None
+    """Share of a half period in which a rectangle is not zero."""
+    chirp_hz: Given[ChirpHertz] = None
+    """Change of the frequency from the start of TX to its end, Hz."""
+    phase_rad: Given[PhaseRadians] = None
+    """Phase of the field at the start of TX, rad."""
+
+    def changes(self) -> dict[str, Any]:
+        """The keys that were given, with their values."""
+        return {name: value for name, value in self if value is not None}
+
+
 class AcquisitionRequest(Request):
     """A series of shots on one resonator."""
 
@@ -148,6 +171,8 @@ class AcquisitionRequest(Request):
     """Shots without excitation before them, which tell the noise."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)
     """Keys that differ from the resonator's preset."""
+    shot_changes: Given[Annotated[tuple[ShotChange, ...], Field(strict=False, min_length=1, max_length=10_000)]] = None
+    """What differs from shot to shot: entry k holds for the k-th excited shot, after the last one the first again."""
     preset: Given[ModelName] = None
     """Name of a sequence, one of GET /sequences, whose keys go before those of the resonator's preset."""
     window: Window | None = "d30"

@@ -53,6 +53,15 @@ def series_header(plan: AcquisitionPlan, platform: Platform, config_text: str) -
     )
 
 
+def header_of_shot(header: SeriesHeader, shot: ShotPlan, platform: Platform) -> SeriesHeader:
+    """The header with the windows and the excitation of a shot that differs from the one before."""
+    t = shot.timeline
+    windows = replace(
+        header.sequence, tx_samples=t.tx_samples, switch_samples=t.switch_samples, rx_samples=t.rx_samples
+    )
+    return replace(header, sequence=windows, excitation=excitation(shot, platform))
+
+
 def store_calibration(platform: Platform) -> ReceiveCalibration:
     """The platform's calibration, receive and transmit side, as the store keeps it."""
     return replace(platform.calibration, transmit=platform.transmit_calibration)
