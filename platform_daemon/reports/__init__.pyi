@@ -2,7 +2,6 @@ from .calibration_tables import print_calibration as print_calibration
 from .device_tables import print_devices as print_devices
 from .diagnosis_page import diagnosis_html as diagnosis_html
 from .diagnosis_text import summary_text as summary_text
-from .series_plan import dry_run_text as dry_run_text
 from .figures.defects import defects_png as defects_png
 from .figures.defects import save_defects_png as save_defects_png
 from .figures.ring_down import save_png as save_png
@@ -15,3 +14,4 @@ from .procedure_text import steps_text as steps_text
 from .recording_tables import print_recording as print_recording
 from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text
+from .series_plan import dry_run_text as dry_run_text
