@@ -94,7 +94,7 @@ def plan_acquisition(
     changed = _changed(request, sequence)
     planned = [excited_shot(each, side, specimen, model) for each in changed or (sequence,)]
     excited, reached = planned[0]
-    blank = compile_shot(sequence, side, blank=True)
+    blank = compile_shot(excited.request, side, blank=True)
     # Of the shot that swings furthest, which takes longest to come to rest.
     check = max((settling(s, specimen, side.limits.settle_warning) for s, _ in planned), key=lambda c: c.start_rad)
     return AcquisitionPlan(

@@ -23,6 +23,7 @@ AT_MOST = 2.5  # half periods until the velocity must have turned
 ROUNDS = 6  # until a half period under its own field has the length that was assumed
 SETTLED = 1e-7  # of a half period
 STICKS = 1e-4  # phi'/w below which dry friction is a straight line through rest
+MOVED = 10.0  # times that: what swings less is held
 SIDEWAYS = 0.02  # smallest share of the field along v
 
 
@@ -98,6 +99,8 @@ def plan_phase(driven: DrivenModel, tx_s: float, start: tuple[float, float] = (0
         at, phi, v, sign = at + half, turned, 0.0, -sign
         zeros.append(at)
         deflections.append(abs(turned))
+    if max(deflections, default=0.0) < MOVED * STICKS:
+        raise NoPlanError("the field hardly moves the rotor: friction holds it, or the field is too weak")
     return PhasePlan(np.array(zeros) / driven.w, first_sign, np.array(deflections))
 
 
