@@ -25,7 +25,7 @@ _ALWAYS = ("f_nat_hz", "m_r_am2")
 
 @dataclass(frozen=True)
 class DrivePlan:
-    """Half periods of the field, and the largest deflection that the model reaches under them, rad."""
+    """Half periods of the field, and the deflection that the model reaches under them, rad."""
 
     lobes: Lobes
     phi_max_rad: float
@@ -59,7 +59,7 @@ def plan_drive(
         lag_s,
     )
     try:
-        plan = estimation.plan_phase(driven, tx_s)
+        plan = estimation.plan_for_all(driven, tx_s, sequence.f_nat_tolerance)
     except estimation.NoPlanError as error:
         raise SequenceRejected(
             "no drive can be planned that follows the rotor",
@@ -68,7 +68,7 @@ def plan_drive(
             remedy="check sequence.axis, field_t and tx_periods against the resonator's file, or plan_parameters",
         ) from None
     lobes = Lobes(plan.zeros_s, plan.first_sign, sequence.waveform, sequence.duty).until(tx_s)
-    return DrivePlan(lobes, float(np.max(plan.deflection_rad[: len(lobes)], initial=0.0)))
+    return DrivePlan(lobes, driven.reached_rad(lobes.zeros_s, lobes.first_sign))
 
 
 def _names(model: RingDownModel) -> tuple[str, ...]:

@@ -41,7 +41,7 @@ from .parameters import RODRIGUES as RODRIGUES
 from .parameters import Estimate as Estimate
 from .physics.driven import DrivenModel as DrivenModel
 from .physics.driven import NoPlanError as NoPlanError
-from .physics.driven import plan_phase as plan_phase
+from .physics.driven import plan_for_all as plan_for_all
 from .physics.mirror import mean_over_mirror_images as mean_over_mirror_images
 from .physics.mirror import mirror_images as mirror_images
 from .physics.mirror import on_one_branch as on_one_branch

@@ -39,6 +39,7 @@ PhasePlan = Literal["none", "model", "last_fit"]
 Duty = Annotated[float, Field(ge=0.05, le=1, allow_inf_nan=False)]
 ChirpHertz = Annotated[float, Field(ge=-20e3, le=20e3, allow_inf_nan=False)]
 PhaseRadians = Annotated[float, Field(ge=-7.0, le=7.0, allow_inf_nan=False)]
+Tolerance = Annotated[float, Field(ge=0, le=0.02, allow_inf_nan=False)]
 PlanParameters = Annotated[dict[str, Finite], Field(max_length=50)]
 
 
@@ -72,6 +73,8 @@ class SequencePreset(Schema):
     with the values of the last good fit of the series."""
     plan_parameters: PlanParameters
     """Values of that model by public name, in the place of those of the resonator's file."""
+    f_nat_tolerance: Tolerance
+    """The plan is the best in the worst case of f_nat off by so much, relative."""
     repetitions: Shots
     """Excited shots."""
     blank_shots: BlankShots
@@ -112,6 +115,8 @@ class SequencePatch(Request):
     plan_parameters: Given[PlanParameters] = None
     """Values of that model by public name (f_nat_hz, m_r_am2, lambda_per_s, ...), in the place of those of the
     resonator's file."""
+    f_nat_tolerance: Given[Tolerance] = None
+    """The plan is the best in the worst case of f_nat off by so much either way, relative, 0 to 0.02."""
     pause_s: Given[PauseSeconds] = None
     """Wait between shots, s, at most 86400."""
 

@@ -20,7 +20,8 @@ from scipy.integrate import solve_ivp
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import minimize
 
-from platform_daemon.estimation import DrivenModel, model_named, plan_phase
+from platform_daemon.estimation import DrivenModel, model_named, plan_for_all
+from platform_daemon.estimation.physics.driven import plan_phase
 from sequences.lobes import Lobes
 
 FRAMES, RX_S, FIELD_T = 6, 0.3, 40e-6
@@ -129,7 +130,14 @@ def hamburg(family: str, rectangle: bool, last: Heard | None, rotor: Rotor, tx_s
     return (lambda t: height * math.copysign(abs(math.sin(turned(t))) > edge, math.sin(turned(t)))), corners
 
 
-def planned(state: tuple[float, float], believed: Rotor, tx_s: float, duty: float | None, height_t: float) -> Field:
+def planned(
+    state: tuple[float, float],
+    believed: Rotor,
+    tx_s: float,
+    duty: float | None,
+    height_t: float,
+    tolerance: float = 0.0,
+) -> Field:
     """Our drive: the model of `believed` integrated forward from the state, a sine, or a rectangle of that duty."""
     driven = DrivenModel(
         model_named("thread"),
@@ -138,7 +146,7 @@ def planned(state: tuple[float, float], believed: Rotor, tx_s: float, duty: floa
         (believed.push * height_t, 0.0),
         duty,
     )
-    plan = plan_phase(driven, tx_s, state)
+    plan = plan_for_all(driven, tx_s, tolerance) if tolerance else plan_phase(driven, tx_s, state)
     lobes = Lobes(plan.zeros_s, plan.first_sign, "sine" if duty is None else "rectangle", duty or 1.0)
     corners = plan.zeros_s.tolist()
     if duty is not None:
@@ -192,6 +200,7 @@ def from_rest(rotor: Rotor, believed: Rotor, periods: int) -> dict[str, float]:
         "chirp": constant(f, SLOPE_HZ_PER_S),
         SINE: planned((0.0, 0.0), believed, tx_s, None, FIELD_T),
         RECTANGLE: planned((0.0, 0.0), believed, tx_s, 1.0, FIELD_T),
+        FOR_ALL: planned((0.0, 0.0), believed, tx_s, None, FIELD_T, TOLERANCE),
     }
     return {name: reached_deg(rotor, field, tx_s) for name, field in drives.items()}
 
@@ -213,41 +222,54 @@ def best_chirp(rotor: Rotor, periods: int) -> tuple[float, float, float]:
     return -float(found.fun), float(found.x[0]), float(found.x[1])
 
 
-SINE, RECTANGLE = "planned sine", "planned rectangle"
+SINE, RECTANGLE, FOR_ALL = "planned sine", "planned rectangle", "planned sine, f_nat ± 0.3 %"
+TOLERANCE = 0.003
 NAMES = ("F0Sin", "FAvgSin", "ChirpSin", "F0Rect", "FAvgRect", "ChirpRect")
 WRONG = [(f, m) for f in (-0.003, 0.0, 0.003) for m in (-0.05, 0.0, 0.05)]
 
 
 def page(periods: list[int]) -> str:
     """All tables as text in Markdown."""
-    rotor = Rotor()
-    lines = [HEAD, "| TX, periods | " + " | ".join((*NAMES, SINE, RECTANGLE)) + " |", "|---" * 9 + "|"]
+    return "\n".join((*six_frames(periods), *alone(periods), *robustness(periods))) + "\n"
+
+
+def six_frames(periods: list[int]) -> list[str]:
+    """The table of six frames in a row."""
+    lines = [HEAD, "", "| TX, periods | " + " | ".join((*NAMES, SINE, RECTANGLE)) + " |", "|---" * 9 + "|"]
     for n in periods:
-        row = table_row(n, rotor)
+        row = table_row(n, Rotor())
         told = PUBLISHED.get(n, ("-",) * 7)
         lines.append(f"| {n} | " + " | ".join(f"{row[name][-1]:.1f}" for name in row) + " |")
         lines.append(f"| {n}, by another hand | " + " | ".join(map(str, told)) + " | - |")
-    lines += ["", ALONE, "| TX, periods | best chirp | planned sine | planned rectangle |", "|---" * 4 + "|"]
+    return [*lines, ""]
+
+
+def alone(periods: list[int]) -> list[str]:
+    """The table of one TX from rest, everything known."""
+    lines = [ALONE, "", "| TX, periods | best chirp | planned sine | planned rectangle |", "|---" * 4 + "|"]
     for n in periods:
-        chirp, start, slope = best_chirp(rotor, n)
-        ours = from_rest(rotor, rotor, n)
+        chirp, start, slope = best_chirp(Rotor(), n)
+        ours = from_rest(Rotor(), Rotor(), n)
         lines.append(
             f"| {n} | {chirp:.2f} ({start:.2f} Hz, {slope:.0f} Hz/s) | {ours[SINE]:.2f} | {ours[RECTANGLE]:.2f} |"
         )
-    lines += [
-        "",
-        ROBUST,
-        "| TX, periods | f_nat | m_r | sine | chirp | planned sine | planned rectangle |",
-        "|---" * 7 + "|",
-    ]
+    return [*lines, ""]
+
+
+def robustness(periods: list[int]) -> list[str]:
+    """The table of one TX from rest with a wrong model, and the worst case of every drive."""
+    rotor, names = Rotor(), ("sine", "chirp", SINE, RECTANGLE, FOR_ALL)
+    lines = [ROBUST, "", "| TX, periods | f_nat | m_r | " + " | ".join(names) + " |", "|---" * 8 + "|"]
     for n in periods:
+        rows = []
         for f, m in WRONG:
             believed = replace(rotor, f_nat_hz=rotor.f_nat_hz * (1 + f), moment_am2=rotor.moment_am2 * (1 + m))
-            row = from_rest(rotor, believed, n)
-            lines.append(
-                f"| {n} | {100 * f:+.1f} % | {100 * m:+.0f} % | " + " | ".join(f"{v:.1f}" for v in row.values()) + " |"
-            )
-    return "\n".join(lines) + "\n"
+            rows.append([from_rest(rotor, believed, n)[name] for name in names])
+            values = " | ".join(f"{v:.1f}" for v in rows[-1])
+            lines.append(f"| {n} | {100 * f:+.1f} % | {100 * m:+.0f} % | {values} |")
+        worst = " | ".join(f"**{min(column):.1f}**" for column in zip(*rows, strict=True))
+        lines.append(f"| **{n}** | **worst** | | {worst} |")
+    return lines
 
 
 HEAD = """# How far drives of equal field swing a rotor
@@ -272,7 +294,8 @@ Deflection at its end, degrees. *Best chirp*: start and slope searched for the l
 hand; equal peak."""
 ROBUST = """## One TX from rest, with a wrong model
 
-What is believed of f_nat and m_r is wrong by so much; sine and chirp (-100 Hz/s) begin at the believed f_nat.
+What is believed of f_nat and m_r is wrong by so much, and TX planned with it. Sine and chirp (-100 Hz/s) begin at
+the believed f_nat.
 Deflection at the end, degrees."""
 
 

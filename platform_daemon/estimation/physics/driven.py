@@ -8,12 +8,13 @@ however much the frequency falls with the growing amplitude.
 
 from __future__ import annotations
 
+import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..numerics.arrays import Array
+from ..numerics.arrays import Array, IntArray
 from ..numerics.jit import kernel, part
 from .models import RingDownModel
 from .torques.dispatch import acceleration
@@ -24,6 +25,7 @@ ROUNDS = 6  # until a half period under its own field has the length that was as
 SETTLED = 1e-7  # of a half period
 STICKS = 1e-4  # phi'/w below which dry friction is a straight line through rest
 MOVED = 10.0  # times that: what swings less is held
+HIGHER, WEAKER = (0.0, 0.4, 0.8, 1.2, 1.6), (1.0, 0.9, 0.8, 0.7)  # tried: tolerances above f_nat, shares of the push
 SIDEWAYS = 0.02  # smallest share of the field along v
 
 
@@ -66,15 +68,32 @@ class DrivenModel:
         state: phi, phi'/w, and the field in units of its amplitude where it lags, at `since` after the zero of the
         field that lasts for `half` (negative: back in time, without a field); sign: of the field.
         """
+        codes, widths, c = self._terms()
+        push = self._push() if half > 0 else np.zeros(2)
+        shape = self._shape(half, sign)
+        phi, s, field = _until_turn(np.array(state), float(since), float(half), push, shape, codes, widths, c)
+        return float(phi), float(s), float(field)
+
+    def reached_rad(self, zeros_s: Array, first_sign: int) -> float:
+        """Amplitude from rest at the last zero of a field that may have been planned for another model, rad."""
+        shape = self._shape(math.pi, first_sign)
+        phi, v, _ = _after(self.w * zeros_s, np.zeros(3), self._push(), shape, *self._terms())
+        energy = 0.5 * v * v + 1.0 - math.cos(phi)
+        return math.acos(1.0 - energy) if energy < 2.0 else math.pi
+
+    def _terms(self) -> tuple[IntArray, IntArray, Array]:
         c = np.array([q / self.w**p for q, p in zip(self.values, self.model.powers, strict=True)])
-        push = np.array([p / self.w**2 for p in self.push]) if half > 0 else np.zeros(2)
+        return self.model.codes, self.model.widths, c
+
+    def _push(self) -> Array:
+        return np.array([p / self.w**2 for p in self.push])
+
+    def _shape(self, half: float, sign: float) -> Array:
+        """Duty (negative: a sine), lag, by which share of a half period a rectangle begins earlier, sign."""
         duty = -1.0 if self.rectangle_duty is None else float(self.rectangle_duty)
         # The shortest lag that a step can follow; a shorter one is none.
         lag = max(self.w * self.lag_s, 2.0 * abs(half) / STEPS)
-        shape = np.array([duty, lag, math.atan(math.pi * lag / half) / math.pi, float(sign)])
-        codes, widths = self.model.codes, self.model.widths
-        phi, s, field = _until_turn(np.array(state), float(since), float(half), push, shape, codes, widths, c)
-        return float(phi), float(s), float(field)
+        return np.array([duty, lag, math.atan(math.pi * lag / half) / math.pi, float(sign)])
 
 
 def plan_phase(driven: DrivenModel, tx_s: float, start: tuple[float, float] = (0.0, 0.0)) -> PhasePlan:
@@ -126,6 +145,26 @@ def _last_turn(driven: DrivenModel, phi: float, v: float) -> float:
     if not math.isfinite(s):
         raise NoPlanError("no oscillation passes through the state at the start of TX")
     return s
+
+
+def plan_for_all(driven: DrivenModel, tx_s: float, tolerance: float) -> PhasePlan:
+    """The plan from rest that swings the rotor furthest in the worst case of f_nat off by `tolerance` (relative).
+
+    A field that falls in frequency catches a rotor that it meets from above and keeps it in step, one that begins too
+    low loses it.  Tried are plans of models with a higher f_nat and a weaker push.  Raises NoPlanError as `plan_phase`.
+    """
+    plan = plan_phase(driven, tx_s)
+    if not tolerance:
+        return plan
+    truths = [replace(driven, w=driven.w * (1 + side * tolerance)) for side in (-1.0, 0.0, 1.0)]
+    best = min(truth.reached_rad(plan.zeros_s, plan.first_sign) for truth in truths)
+    for higher, weaker in itertools.product(HIGHER, WEAKER):
+        push = (weaker * driven.push[0], weaker * driven.push[1])
+        other = plan_phase(replace(driven, w=driven.w * (1 + higher * tolerance), push=push), tx_s)
+        worst = min(truth.reached_rad(other.zeros_s, other.first_sign) for truth in truths)
+        if worst > best:
+            plan, best = other, worst
+    return plan
 
 
 @kernel
@@ -186,3 +225,16 @@ def _step(state, s, h, half, push, shape, codes, widths, c, grad):  # type: igno
         k[n, 1] = torque + field * (push[0] * math.cos(now[0]) - push[1] * math.sin(now[0]))
         k[n, 2] = (wanted - now[2]) / shape[1] if shape[0] >= 0.0 else 0.0
     return state + h * (k[0] + 2.0 * (k[1] + k[2]) + k[3]) / 6.0
+
+
+@kernel
+def _after(zeros, state, push, shape, codes, widths, c):  # type: ignore[no-untyped-def]
+    """State (3,) at the last of the dimensionless instants `zeros` of a field that was planned before."""
+    grad = np.zeros(max(c.size, 1))
+    for n in range(zeros.size - 1):
+        half = zeros[n + 1] - zeros[n]
+        shape[2] = math.atan(math.pi * shape[1] / half) / math.pi
+        for k in range(STEPS):
+            state = _step(state, k * half / STEPS, half / STEPS, half, push, shape, codes, widths, c, grad)
+        shape[3] = -shape[3]
+    return state
