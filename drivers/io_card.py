@@ -20,7 +20,9 @@ class CardCapabilities:
 
     step_samples: every edge of a burst or line must lie on a multiple of it; line_delay_s: lines may change so much
     later than asked; output_step_v, frequency_step_hz: steps of the registers, a burst gets the nearest value
-    (0: exact); input_ends_v: lowest and highest voltage of each input, empty: all have +- input_full_scale_v.
+    (0: exact); input_ends_v: lowest and highest voltage of each input, empty: all have +- input_full_scale_v;
+    retunes: one burst of an output may follow another with another frequency, amplitude or phase; holds_levels: it
+    plays bursts of frequency 0, which are constants.
     """
 
     inputs: int
@@ -34,6 +36,8 @@ class CardCapabilities:
     output_step_v: float = 0.0
     frequency_step_hz: float = 0.0
     input_ends_v: tuple[tuple[float, float], ...] = ()
+    retunes: bool = False
+    holds_levels: bool = False
 
     def input_range_v(self, channel: int) -> tuple[float, float]:
         """The lowest and the highest voltage that an input can show."""

@@ -41,7 +41,7 @@ class Burst:
     """A gated sine on one analog output.
 
     In volts at the DAC: `amplitude_v * sin(2 pi frequency_hz (t - start) + phase_rad)` for samples
-    `start_sample <= k < stop_sample`, zero elsewhere.
+    `start_sample <= k < stop_sample`, zero elsewhere.  Frequency 0 makes a constant, `amplitude_v * sin(phase_rad)`.
     """
 
     output: int
@@ -103,13 +103,23 @@ class Timeline:
         """Level of `line` at `sample`."""
         return any(e.line is line and e.start_sample <= sample < e.stop_sample for e in self.lines)
 
-    def output_volts(self, output: int, start: int, stop: int) -> NDArray[np.float64]:
-        """The DAC samples `start..stop` of one output: (stop - start,) float64, V."""
-        k = np.arange(start, stop)
-        volts = np.zeros(k.size)
+    def output_volts(self, output: int, start: int, stop: int, per_sample: int = 1) -> NDArray[np.float64]:
+        """What one output plays in samples `start..stop`, so many points each: (points,) float64, V."""
+        volts = np.zeros((stop - start) * per_sample)
         for b in self.bursts:
-            if b.output == output:
-                on = (k >= b.start_sample) & (k < b.stop_sample)
-                t = (k[on] - b.start_sample) / self.clock.rate_hz
-                volts[on] += b.amplitude_v * np.sin(2 * np.pi * b.frequency_hz * t + b.phase_rad)
+            first, last = max(b.start_sample, start), min(b.stop_sample, stop)
+            if b.output == output and first < last:
+                points = np.arange((first - b.start_sample) * per_sample, (last - b.start_sample) * per_sample)
+                turn = 2 * np.pi * b.frequency_hz * points / (self.clock.rate_hz * per_sample) + b.phase_rad
+                volts[(first - start) * per_sample : (last - start) * per_sample] += b.amplitude_v * np.sin(turn)
         return volts
+
+    def loudest_v(self, output: int) -> float:
+        """Largest sum of the amplitudes of bursts that sound together on one output, V; 0 if none does."""
+        mine = [b for b in self.bursts if b.output == output]
+        steps = [(b.start_sample, abs(b.amplitude_v)) for b in mine]
+        steps += [(b.stop_sample, -abs(b.amplitude_v)) for b in mine]
+        if not all(np.isfinite(change) for _, change in steps):
+            return float("nan")
+        steps.sort()  # at one sample what ends comes first: its change is negative
+        return max((float(s) for s in np.cumsum([change for _, change in steps])), default=0.0)

@@ -13,6 +13,7 @@ from drivers.io_card import CardCapabilities
 from drivers.timeline import DigitalLine, Timeline
 from drivers.tx_rx_switch import SwitchTiming
 from sequences.drive import ChannelDrive
+from sequences.figures import ShotFigures
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
@@ -22,7 +23,8 @@ class SafetyLimits(BaseModel):
 
     max_field_t: field amplitude at the rotor, T; max_coil_current_a: per coil, A; max_tx_s: length of the TX window, s;
     max_tx_duty: share of a shot that may be TX; settle_warning: share of the deflection that may remain at the next
-    shot before a warning is given.
+    shot before a warning is given; max_coil_i2t_a2s: integral of the squared current over a shot, per coil, A^2 s;
+    max_coil_heat_w: heat in a coil, averaged over a shot, W; None: not limited.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -31,6 +33,8 @@ class SafetyLimits(BaseModel):
     max_coil_current_a: Positive
     max_tx_s: Positive
     max_tx_duty: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
+    max_coil_i2t_a2s: Positive | None = None
+    max_coil_heat_w: Positive | None = None
     settle_warning: Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)] = 0.03
 
 
@@ -42,6 +46,34 @@ def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLi
         _at_most(name, abs(d.current_a), limits.max_coil_current_a, "A", "limits.max_coil_current_a", "field_t")
         name = f"the amplifier voltage of coil {d.channel.axis}"
         _at_most(name, d.amplifier_v, d.channel.amplifier_limit_v, "V", "the amplifier's limit", "field_t")
+
+
+ROUNDING = 1e-3  # of `figures_of`: what one steady sine reaches was checked exactly, by its amplitude
+
+
+def check_figures(
+    figures: ShotFigures, drives: Sequence[ChannelDrive], duration_s: float, limits: SafetyLimits
+) -> None:
+    """What the exact samples do, within limits; raises SequenceRejected like `check_drive`.
+
+    A loop that is not driven by one steady sine may go beyond its amplitudes.
+    """
+    field_t = figures.peak_field_t / (1 + ROUNDING)
+    _at_most("the peak of the field", field_t, limits.max_field_t, "T", "limits.max_field_t", "field_t")
+    voltages = {d.channel.axis: d.channel.amplifier_limit_v for d in drives}
+    for coil in figures.coils:
+        name = f"of coil {coil.axis}"
+        peak_a, peak_v = coil.peak_a / (1 + ROUNDING), coil.peak_v / (1 + ROUNDING)
+        limit_a, limit_v = limits.max_coil_current_a, voltages[coil.axis]
+        _at_most(f"the peak current {name}", peak_a, limit_a, "A", "limits.max_coil_current_a", "field_t")
+        _at_most(f"the peak voltage {name}", peak_v, limit_v, "V", "the amplifier's limit", "field_t")
+        if limits.max_coil_i2t_a2s is not None:
+            most, source = limits.max_coil_i2t_a2s, "limits.max_coil_i2t_a2s"
+            _at_most(f"I2t {name}", coil.i2t_a2s, most, "A^2 s", source, "field_t")
+        if limits.max_coil_heat_w is not None:
+            mean_w, most, source = coil.heat_j / duration_s, limits.max_coil_heat_w, "limits.max_coil_heat_w"
+            change = "lengthen sequence.rx_s, or lower sequence.field_t"
+            _at_most(f"the heat {name}", mean_w, most, "W", source, "field_t", change)
 
 
 def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilities, switch: SwitchTiming) -> None:

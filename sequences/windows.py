@@ -17,7 +17,7 @@ def whole_steps(samples: float, step: int) -> int:
 
 @dataclass(frozen=True)
 class Windows:
-    """Samples per window and the excitation frequency that fits whole periods into them."""
+    """Samples per window and the excitation frequency, at the start of TX, that fits whole periods into them."""
 
     tx_samples: int
     switch_samples: int
@@ -38,7 +38,8 @@ def realise(request: SequenceRequest, clock: SampleClock, step: int = 1) -> Wind
             where="sequence.f_tx_hz",
             remedy=f"ask for at most {clock.rate_hz / 8:.0f} Hz",
         )
-    tx = step * round(request.tx_periods * clock.rate_hz / request.f_tx_hz / step)
+    mean_hz = request.f_tx_hz + 0.5 * request.chirp_hz
+    tx = step * round(request.tx_periods * clock.rate_hz / mean_hz / step)
     rx = step * round(request.rx_s * clock.rate_hz / step)
     if rx < 1:
         raise SequenceRejected(
@@ -52,4 +53,5 @@ def realise(request: SequenceRequest, clock: SampleClock, step: int = 1) -> Wind
             where="sequence.tx_periods",
             remedy="ask for more periods or a lower frequency",
         )
-    return Windows(tx, whole_steps(request.switch_s * clock.rate_hz, step), rx, request.tx_periods * clock.rate_hz / tx)
+    played_hz = request.tx_periods * clock.rate_hz / tx - 0.5 * request.chirp_hz
+    return Windows(tx, whole_steps(request.switch_s * clock.rate_hz, step), rx, played_hz)

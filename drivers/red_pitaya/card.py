@@ -96,6 +96,7 @@ class RedPitayaCard:
             line_delay_s=self.layout.line_delay_s(),
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
+            holds_levels=True,
             input_ends_v=tuple(b.scale.ends_v(k) for b, where in boards for k in where.inputs),
         )
 

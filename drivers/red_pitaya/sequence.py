@@ -1,8 +1,8 @@
 """Timeline -> what each board must be told.
 
 A board plays steps of equal length.  Per step its two outputs are gated by enable bits (the sines run on underneath,
-their phase counted from the trigger), and its slow analog outputs take a level.  After the last step everything is
-zero, so a sequence has one step more than its last edge and always ends by itself.
+their phase counted from the trigger) or hold a level, and its slow analog outputs take a level.  After the last step
+everything is zero, so a sequence has one step more than its last edge and always ends by itself.
 """
 
 from __future__ import annotations
@@ -84,23 +84,26 @@ def compile_timeline(
 
 def _board_program(board: int, timeline: Timeline, layout: Layout, step: int) -> BoardProgram:
     """Gates, levels and sines of one board; a board with nothing to do plays one silent step."""
-    levels, gates = [], []
+    levels: list[tuple[int, int, int, float]] = []
+    gates: list[tuple[int, int, int]] = []
     for line, pin in layout.lines.items():
         if pin.board == board and pin.sequence_channel is not None:
             channel = pin.sequence_channel
-            levels += [(channel, e.start_sample, e.stop_sample) for e in timeline.lines if e.line is line]
+            levels += [(channel, e.start_sample, e.stop_sample, HIGH_V) for e in timeline.lines if e.line is line]
     for burst in timeline.bursts:
         where, output = layout.output(burst.output)
         if where == board:
             gates.append((output, burst.start_sample, burst.stop_sample))
+            levels += [(output, burst.start_sample, burst.stop_sample, _level_v(burst))] if _is_level(burst) else []
     mine = [p.sequence_channel for p in layout.lines.values() if p.board == board]
     channels = 1 + max((c for c in mine if c is not None), default=FIRST_ANALOG_CHANNEL - 1)
-    steps = 1 + max((stop for _, _, stop in (*levels, *gates)), default=0) // step
+    stops = [stop for _, _, stop, _ in levels] + [stop for _, _, stop in gates]
+    steps = 1 + max(stops, default=0) // step
     levels_v = np.zeros((steps, channels), np.float32)
     enable = np.zeros((steps, channels), np.uint8)
     enable[:, FIRST_ANALOG_CHANNEL:] = 1
-    for channel, start, stop in levels:
-        levels_v[start // step : stop // step, channel] = HIGH_V
+    for channel, start, stop, volts in levels:
+        levels_v[start // step : stop // step, channel] = volts
     for output, start, stop in gates:
         enable[start // step : stop // step, output] = 1
     return BoardProgram(step, levels_v, enable, _sines(board, timeline, layout))
@@ -113,10 +116,19 @@ def _sines(board: int, timeline: Timeline, layout: Layout) -> tuple[Sine, ...]:
         where, output = layout.output(index)
         if where == board:
             parts = next(iter(_intervals(timeline, index).values()))
-            for component, burst in enumerate(parts):
+            for component, burst in enumerate(b for b in parts if not _is_level(b)):
                 amplitude, phase = _from_trigger(burst, timeline)
                 found.append(Sine(output, component, burst.frequency_hz, amplitude, phase))
     return tuple(found)
+
+
+def _is_level(burst: Burst) -> bool:
+    """A constant, which the sequence holds, and no sine."""
+    return burst.frequency_hz == 0
+
+
+def _level_v(burst: Burst) -> float:
+    return burst.amplitude_v * math.sin(burst.phase_rad)
 
 
 def _from_trigger(burst: Burst, timeline: Timeline) -> tuple[float, float]:
@@ -135,7 +147,7 @@ def _intervals(timeline: Timeline, output: int) -> dict[tuple[int, int], list[Bu
 
 
 def _output_complaints(timeline: Timeline, output: int, layout: Layout, full_scale_v: float) -> list[str]:
-    """What keeps an output from playing its bursts: one gate, three sines, no change of sine between bursts."""
+    """What keeps an output from playing its bursts: one gate, three sines that stay, or levels."""
     if not 0 <= output < layout.outputs:
         return [f"there is no output {output}"]
     complaints = []
@@ -143,6 +155,15 @@ def _output_complaints(timeline: Timeline, output: int, layout: Layout, full_sca
     ends = sorted(intervals)
     if any(later[0] < earlier[1] for earlier, later in pairwise(ends)):
         complaints.append(f"bursts of output {output} overlap without beginning and ending together")
+    if all(_is_level(b) for bursts in intervals.values() for b in bursts):
+        if any(len(bursts) > 1 for bursts in intervals.values()):
+            complaints.append(f"output {output} holds one level at a time")
+        peak_v = timeline.loudest_v(output)
+        return (
+            complaints
+            if peak_v <= full_scale_v
+            else [*complaints, f"output {output} would need {peak_v} V of {full_scale_v} V"]
+        )
     groups = [[(b.frequency_hz, *_from_trigger(b, timeline)) for b in bursts] for bursts in intervals.values()]
     if len(groups[0]) > COMPONENTS:
         complaints.append(f"output {output} has {COMPONENTS} sines, not {len(groups[0])}")

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from drivers.errors import InputError
 from drivers.validation import validated
-from platform_daemon.reports import fit_table_text
+from platform_daemon.reports import dry_run_text, fit_table_text
 
+from .drive import DriveOption, planned_from, shot_changes
 from .interrupts import INTERRUPTED, heed_one_interrupt
 from .options import (
+    DryRunOption,
     EndpointsOption,
     ForceOption,
     JsonOption,
@@ -23,7 +26,7 @@ from .options import (
     library,
 )
 from .output import must_not_exist, write_json
-from .parsing import parse_axis, parse_window
+from .parsing import parse_axis, parse_keys, parse_window
 from .progress import interrupted_while, prepare_fit
 
 if TYPE_CHECKING:
@@ -33,7 +36,9 @@ if TYPE_CHECKING:
 
 def measure(
     resonator: Annotated[str, typer.Option(help="thread, jewel, or a resonator file.")],
-    out: Annotated[Path, typer.Option(help="Recording to write.")],
+    out: Annotated[
+        Path | None, typer.Option("--output", "--out", help="Recording to write; needed unless it is a dry run.")
+    ] = None,
     shots: Annotated[int, typer.Option(min=0, help="Excited shots.")] = 1,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 0,
     sequence: Annotated[
@@ -45,6 +50,15 @@ def measure(
     axis: Annotated[str | None, typer.Option(help="x, y, z or a direction as 1,0,0.5; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
     pause_s: Annotated[float | None, typer.Option(help="Wait between shots, s; default: the preset's.")] = None,
+    drive: DriveOption = None,
+    plan_from: Annotated[
+        Path | None, typer.Option(help="Plan the drive with the fits in this JSON file, as --json writes them.")
+    ] = None,
+    per_shot: Annotated[
+        list[str] | None,
+        typer.Option(help="KEY=FROM:TO:STEP or KEY=A,B,C, shot by shot; several: in lockstep."),
+    ] = None,
+    dry_run: DryRunOption = False,
     window: WindowOption = "d30",
     variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
     models: ModelsOption = None,
@@ -58,30 +72,57 @@ def measure(
     force: ForceOption = False,
 ) -> None:
     """Measure a series of shots and fit each; every shot is on disk before it counts."""
-    from platform_daemon.app import start_engine
-    from platform_daemon.schemas import AcquisitionRequest
-    from platform_daemon.settings import load_platform
-
-    field_t = None if field_ut is None else field_ut * 1e-6
-    direction = None if axis is None else parse_axis(axis)
-    keys = {"f_tx_hz": f_tx_hz, "tx_periods": tx_periods, "field_t": field_t, "axis": direction}
-    changed = {name: value for name, value in {**keys, "rx_s": rx_s, "pause_s": pause_s}.items() if value is not None}
+    plain: dict[str, Any] = {"f_tx_hz": f_tx_hz, "tx_periods": tx_periods, "rx_s": rx_s, "pause_s": pause_s}
+    plain |= {
+        "field_t": None if field_ut is None else field_ut * 1e-6,
+        "axis": None if axis is None else parse_axis(axis),
+    }
+    keys = _sequence_file(sequence, resonator, force) if sequence else {}
+    keys |= {name: value for name, value in plain.items() if value is not None} | parse_keys(drive or [], "--drive")
     asked = {
         "resonator": resonator,
         "shots": shots,
         "blank_shots": blank_shots,
-        "sequence": (_sequence_file(sequence, resonator, force) if sequence else {}) | changed,
+        "sequence": keys if plan_from is None else planned_from(plan_from, keys),
         "window": parse_window(window),
         "variant": variant,
     } | {"sample": sample, "operator": operator, "comment": comment}
+    if per_shot:
+        asked["shot_changes"] = shot_changes(per_shot)
+    _series(asked, out, dry_run, json_file, models, (platform, overrides, endpoints), force)
+
+
+def _series(
+    asked: dict[str, Any],
+    out: Path | None,
+    dry_run: bool,
+    json_file: Path | None,
+    models: Path | None,
+    where: tuple[str, list[str] | None, Path | None],
+    force: bool,
+) -> None:
+    """Check it, and unless it is a dry run, measure it.  Raises what ended it, typer.Exit as `measure` does."""
+    from platform_daemon.app import start_engine
+    from platform_daemon.schemas import AcquisitionRequest
+    from platform_daemon.settings import load_platform
+
     request = validated(AcquisitionRequest, asked, "measure")
+    if out is None and not dry_run:
+        raise InputError("there is no name for the recording", where="--out", remedy="give --out, or --dry-run")
     must_not_exist(json_file, force, ".json")
-    must_not_exist(out, force, ".h5", ".hdf5", ".mmr")
+    must_not_exist(None if dry_run else out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
+    platform, overrides, endpoints = where
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     try:
+        plan = engine.plan(request)
+        if dry_run or out is None:
+            summary = plan.summary()
+            print(dry_run_text(summary))
+            write_json(json_file, summary)
+            return
         prepare_fit()
-        job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)
+        job = engine.acquire(plan, out, out.parent, overwrite=force)
         interrupted = interrupted_while(engine, job)
     finally:
         engine.close()

@@ -20,6 +20,7 @@ EndpointsOption = Annotated[
 JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result as JSON.")]
 HtmlOption = Annotated[Path | None, typer.Option("--html", help="Write the report with pictures as one page.")]
 ForceOption = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Check everything and show the plan; nothing moves.")]
 FramesOption = Annotated[str | None, typer.Option("--frames", help="Frames from 0, as 0,2,5-9; default: all.")]
 WindowOption = Annotated[str, typer.Option("--window", help="Evaluation window: n50, d30 or seconds.")]
 VariantOption = Annotated[

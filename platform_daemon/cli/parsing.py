@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 from drivers.errors import InputError
 from platform_daemon import analysis
@@ -70,3 +71,45 @@ def parse_axis(text: str) -> str | tuple[float, ...]:
         remedy = "give x, y, z, or three numbers with commas, as in 1,0,0.5"
         raise InputError(f"{text!r} is no axis", where="--axis", remedy=remedy)
     return direction
+
+
+def parse_points(text: str, option: str) -> dict[str, Any]:
+    """KEY=FROM:TO:STEP or KEY=A,B,C as a SweepAxis.  Raises InputError that names the option."""
+    key, is_there, values = text.partition("=")
+    span = [parse_number(part) for part in values.split(":")]
+    listed = [part.strip() for part in values.split(",")]
+    if key and len(span) == 3 and None not in span:
+        return dict(zip(("key", "start", "stop", "step"), (key, *span), strict=True))
+    if key and is_there and len(span) == 1 and all(listed):
+        return {"key": key, "values": [part if (n := parse_number(part)) is None else n for part in listed]}
+    remedy = "write KEY=FROM:TO:STEP, as field_ut=50:300:10, or KEY=A,B,C, as axis=x,y"
+    raise InputError(f"{text!r} is no range of a key", where=option, remedy=remedy)
+
+
+def parse_number(text: str) -> int | float | None:
+    """A number as it is written; None: it is none."""
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return None
+
+
+def parse_keys(texts: list[str], option: str) -> dict[str, Any]:
+    """`KEY=VALUE` texts as a table, keys nested by dots; a value is a number where it reads as one.
+
+    Raises InputError that names the option.
+    """
+    table: dict[str, Any] = {}
+    for text in texts:
+        key, is_there, value = text.partition("=")
+        place = table
+        *above, last = key.strip().split(".")
+        for part in above:
+            place = place.setdefault(part, {}) if isinstance(place, dict) else {}
+        if not is_there or not key or not isinstance(place, dict):
+            raise InputError(f"{text!r} is no key with a value", where=option, remedy="write KEY=VALUE")
+        number = parse_number(value)
+        place[last] = value.strip() if number is None else number
+    return table

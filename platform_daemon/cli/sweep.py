@@ -25,7 +25,7 @@ from .options import (
     library,
 )
 from .output import must_not_exist, write_json
-from .parsing import parse_window
+from .parsing import parse_number, parse_points, parse_window
 from .progress import interrupted_while, prepare_fit
 
 if TYPE_CHECKING:
@@ -99,43 +99,20 @@ def _request(common: dict[str, Any], over: list[str], stop_when: str | None) -> 
     """Raises InputError."""
     from platform_daemon.schemas import SweepRequest
 
-    axes = [_axis(text) for text in over]
+    axes = [parse_points(text, "--over") for text in over]
     rule = None if stop_when is None else _rule(stop_when)
     asked = {"kind": "sweep", "acquisition": common, "over": axes, "stop_when": rule}
     return validated(SweepRequest, asked, "sweep")
 
 
-def _axis(text: str) -> dict[str, Any]:
-    """KEY=FROM:TO:STEP or KEY=A,B,C.  Raises InputError."""
-    key, is_there, values = text.partition("=")
-    span = [_number(part) for part in values.split(":")]
-    listed = [part.strip() for part in values.split(",")]
-    if key and len(span) == 3 and None not in span:
-        return dict(zip(("key", "start", "stop", "step"), (key, *span), strict=True))
-    if key and is_there and len(span) == 1 and all(listed):
-        return {"key": key, "values": [part if (n := _number(part)) is None else n for part in listed]}
-    remedy = "write KEY=FROM:TO:STEP, as field_ut=50:300:10, or KEY=A,B,C, as axis=x,y"
-    raise InputError(f"{text!r} is no range of a key", where="--over", remedy=remedy)
-
-
 def _rule(text: str) -> dict[str, Any]:
     """RESULT OP VALUE.  Raises InputError."""
     found = _RULE.fullmatch(text)
-    value = None if found is None else _number(found[3])
+    value = None if found is None else parse_number(found[3])
     if found is None or value is None:
         remedy = "write RESULT OP VALUE with >, <, >= or <=, as 'phi_max_deg > 40'"
         raise InputError(f"{text!r} is no rule", where="--stop-when", remedy=remedy)
     return {"result": found[1], "comparison": found[2], "value": value}
-
-
-def _number(text: str) -> int | float | None:
-    """A number as it is written; None: it is none."""
-    for kind in (int, float):
-        try:
-            return kind(text)
-        except ValueError:
-            continue
-    return None
 
 
 def _planned(engine: Engine, request: SweepRequest, out: Path, *, overwrite: bool) -> ProcedureWork:

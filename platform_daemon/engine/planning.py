@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from drivers.errors import SequenceRejected
@@ -11,10 +13,11 @@ from drivers.validation import validated
 from platform_daemon import analysis
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
 from platform_daemon.settings import load_sequence, refuse_foreign_preset
-from sequences.compiler import ShotPlan, TransmitSide, compile_shot
+from sequences.compiler import ShotPlan, TransmitSide, compile_shot, loop_lag_s, tx_window_s
 from sequences.request import SequenceRequest
 
 from .catalogue import Catalogue
+from .drive_plan import plan_drive
 from .settling import Settling, settling
 
 if TYPE_CHECKING:
@@ -35,11 +38,20 @@ class AcquisitionPlan:
     blank: ShotPlan
     settle: Settling
     side: TransmitSide
+    planned_phi_max_rad: float | None = None
+    changed: tuple[ShotPlan, ...] = ()
 
-    @property
+    @cached_property
     def shots(self) -> list[ShotPlan]:
         """One plan per shot, in order."""
-        return [self.blank] * self.sequence.blank_shots + [self.excited] * self.sequence.repetitions
+        excited = self.changed or (self.excited,)
+        made = [excited[k % len(excited)] for k in range(self.sequence.repetitions)]
+        return [self.blank] * self.sequence.blank_shots + made
+
+    def changes_of(self, shot: int) -> list[tuple[str, Any]] | None:
+        """What the shot of this number, from 0, differs in; None: in nothing."""
+        changes, excited = self.request.shot_changes, shot - self.sequence.blank_shots
+        return None if changes is None or excited < 0 else list(changes[excited % len(changes)].changes().items())
 
     def summary(self) -> AcquisitionSummary:
         """The dry run: what would be played, how long it takes, what remains, how much disk it needs."""
@@ -49,9 +61,10 @@ class AcquisitionPlan:
             variant=self.specimen.variant,
             model=analysis.label_of(self.model),
             shots=total,
-            shot=ShotSummary.model_validate(self.excited.summary()),
-            duration_s=total * (self.excited.timeline.duration_s + self.sequence.pause_s),
-            disk_bytes=total * self.excited.timeline.total_samples * 3 * 4,
+            shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
+            shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
+            duration_s=sum(s.timeline.duration_s for s in self.shots) + total * self.sequence.pause_s,
+            disk_bytes=sum(s.timeline.total_samples for s in self.shots) * 3 * 4,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
             warnings=() if self.settle.warning is None else (self.settle.warning,),
         )
@@ -78,10 +91,51 @@ def plan_acquisition(
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
-    excited = compile_shot(sequence, side)
-    blank = compile_shot(sequence, side, blank=True)
-    check = settling(excited, specimen, side.limits.settle_warning)
-    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side)
+    changed = _changed(request, sequence)
+    planned = [excited_shot(each, side, specimen, model) for each in changed or (sequence,)]
+    excited, reached = planned[0]
+    blank = compile_shot(excited.request, side, blank=True)
+    # Of the shot that swings furthest, which takes longest to come to rest.
+    check = max((settling(s, specimen, side.limits.settle_warning) for s, _ in planned), key=lambda c: c.start_rad)
+    return AcquisitionPlan(
+        request,
+        specimen,
+        text,
+        model,
+        sequence,
+        excited,
+        blank,
+        check,
+        side,
+        reached,
+        tuple(s for s, _ in planned) if changed else (),
+    )
+
+
+def _changed(request: AcquisitionRequest, sequence: SequenceRequest) -> list[SequenceRequest]:
+    """The sequence of every shot that is changed.  Raises ConfigError that names the shot."""
+    table = sequence.model_dump()
+    return [
+        validated(SequenceRequest, {**table, **change.changes()}, f"shot_changes.{k}")
+        for k, change in enumerate(request.shot_changes or ())
+    ]
+
+
+def excited_shot(
+    sequence: SequenceRequest,
+    side: TransmitSide,
+    specimen: Specimen,
+    model: ModelChoice,
+    fitted: Mapping[str, float] | None = None,
+) -> tuple[ShotPlan, float | None]:
+    """The checked shot, and the deflection that the model reaches under a planned drive, rad; None: it is not planned.
+
+    fitted: of the last good fit, by public name.  Raises SequenceRejected.
+    """
+    if sequence.phase_plan == "none":
+        return compile_shot(sequence, side), None
+    plan = plan_drive(sequence, tx_window_s(sequence, side), specimen, model, loop_lag_s(sequence, side), fitted)
+    return compile_shot(sequence, side, planned=plan.lobes), plan.phi_max_rad
 
 
 def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict[str, Any]:

@@ -21,9 +21,13 @@ class Settling:
 
 
 def deflection_bound(plan: ShotPlan, specimen: Specimen) -> float:
-    """Deflection after TX if every period pushed in phase (linear, lossless), at most 90 deg; rad."""
+    """Deflection after TX if every period pushed in phase (linear, lossless), at most 90 deg; rad.
+
+    The fundamental of a rectangle is up to 4/pi of its height.
+    """
     drive = expected_moment(specimen) / expected_inertia(specimen) * (0.0 if plan.blank else plan.request.field_t)
     tx_s = plan.timeline.tx_samples / plan.timeline.clock.rate_hz
+    drive *= 4 / math.pi if plan.request.waveform == "rectangle" else 1.0
     return min(drive * tx_s / (2 * expected_omega(specimen)), math.pi / 2)
 
 

@@ -50,6 +50,9 @@ mirror_images: The same motions with phi -> -phi.
 on_one_branch: Public parameters of several frames, each as those of its twin nearest to their mean orientation
     (3,), and that.
 rotations: Rotations of vectors (frames, 3) or (3,).
+DrivenModel: A model with values, and the push of a field.
+NoPlanError: The model does not swing under this field, or too far.
+plan_for_all: The plan from rest that swings the rotor furthest in the worst case of f_nat off by `tolerance`.
 MODELS: The declared models by name.
 RingDownModel: An equation of motion, the sum of its torque terms (in units of I w^2), and how it is observed.
 model_named: The declared model of this name, or one with further torque terms, as in "thread+quadratic_drag".

@@ -39,6 +39,9 @@ from .numerics.finite_differences import derivative as derivative
 from .numerics.jit import kernel as kernel
 from .parameters import RODRIGUES as RODRIGUES
 from .parameters import Estimate as Estimate
+from .physics.driven import DrivenModel as DrivenModel
+from .physics.driven import NoPlanError as NoPlanError
+from .physics.driven import plan_for_all as plan_for_all
 from .physics.mirror import mean_over_mirror_images as mean_over_mirror_images
 from .physics.mirror import mirror_images as mirror_images
 from .physics.mirror import on_one_branch as on_one_branch

@@ -14,3 +14,4 @@ from .procedure_text import steps_text as steps_text
 from .recording_tables import print_recording as print_recording
 from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text
+from .series_plan import dry_run_text as dry_run_text

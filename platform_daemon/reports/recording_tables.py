@@ -121,4 +121,5 @@ def _step(shot: FrameDescription) -> str:
 def _excitation(made: ExcitationInfo) -> str:
     along = next((a for a, x in zip(_AXES, made.axis, strict=True) if abs(x) == 1.0), None)
     axis = along or "(" + ", ".join(f"{x:.3g}" for x in made.axis) + ")"
-    return f"{made.periods:g} periods of {made.requested_hz:g} Hz, {1e6 * made.field_t:g} µT along {axis}"
+    shape = "" if made.waveform == "sine" else f" ({made.waveform})"
+    return f"{made.periods:g} periods of {made.requested_hz:g} Hz, {1e6 * made.field_t:g} µT along {axis}{shape}"

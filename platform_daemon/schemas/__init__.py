@@ -142,6 +142,7 @@ ProcedureSummary: A procedure as it would be: every step is checked, nothing mov
 StepEstimate: A result of a step over its good fits, in the unit that its name holds.
 StepReport: One step as it was made.
 StopRule: Ends a procedure after the first step whose result is so.
+SweepAxis: One key of the acquisition and the values that it takes.
 SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
 SweptValue: A key of a step and its value.
 CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).

@@ -139,6 +139,7 @@ from .procedures import ProcedureSummary as ProcedureSummary
 from .procedures import StepEstimate as StepEstimate
 from .procedures import StepReport as StepReport
 from .procedures import StopRule as StopRule
+from .procedures import SweepAxis as SweepAxis
 from .procedures import SweepRequest as SweepRequest
 from .procedures import SweptValue as SweptValue
 from .recordings import CalibrationInfo as CalibrationInfo

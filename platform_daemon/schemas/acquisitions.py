@@ -16,7 +16,7 @@ class ShotSummary(Schema):
     f_tx_requested_hz: float
     """Excitation frequency that was asked for, Hz."""
     f_tx_realised_hz: float
-    """The one that fits whole periods into whole samples, Hz."""
+    """The one that fits whole periods into whole samples; of a chirp at its start, of a planned drive the mean, Hz."""
     field_t: float
     """Amplitude of the excitation field at the rotor, T."""
     tx_periods: int
@@ -37,8 +37,20 @@ class ShotSummary(Schema):
     """Amplitude of the current by coil, A."""
     amplifier_v: dict[str, float]
     """Amplitude at the amplifier's output by coil, V."""
+    peak_field_t: float
+    """Largest field at the rotor, from the exact samples of the drive through the loops of the coils, T."""
+    peak_current_a: dict[str, float]
+    """Largest current by coil, from the same, A."""
+    peak_amplifier_v: dict[str, float]
+    """Largest voltage at the amplifier's output by coil, from the same, V."""
+    i2t_a2s: dict[str, float]
+    """Integral of the squared current by coil, from the same, A^2 s."""
+    energy_j: float
+    """What the amplifier delivers, from the same, J."""
     heat_per_shot_j: float
-    """Heat in the coils, J."""
+    """Heat in the coils, from the same, J."""
+    planned_phi_max_rad: Absent[float] = None
+    """Deflection that the model reaches, rad; only of a drive that was planned by it."""
     duration_s: float
     """Length of the shot, s."""
 
@@ -66,7 +78,9 @@ class AcquisitionSummary(Schema):
     shots: int
     """Shots in all, blank ones included."""
     shot: ShotSummary
-    """One excited shot."""
+    """One excited shot, the first."""
+    shots_in_turn: Absent[tuple[ShotSummary, ...]] = None
+    """All excited shots that differ, in order; only where shots were asked to."""
     duration_s: float
     """Length of the series, pauses included, s."""
     disk_bytes: int

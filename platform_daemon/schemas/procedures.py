@@ -6,7 +6,7 @@ import math
 from decimal import Decimal
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .base import Absent, Finite, Given, Request, Schema, Vector, Verdict, example
@@ -93,6 +93,12 @@ class StopRule(Request):
         return f"{self.result} {self.comparison} {self.value:g}"
 
 
+def _all_shots_alike(acquisition: AcquisitionRequest) -> AcquisitionRequest:
+    if acquisition.shot_changes is not None:
+        raise ValueError("the shots of a step are alike, for some may be repeated: sweep the keys of shot_changes")
+    return acquisition
+
+
 class SweepRequest(Request):
     """A sweep: the same acquisition again and again, each step with other values of some keys, in one recording."""
 
@@ -116,7 +122,7 @@ class SweepRequest(Request):
 
     kind: Literal["sweep"]
     """A sweep."""
-    acquisition: AcquisitionRequest
+    acquisition: Annotated[AcquisitionRequest, AfterValidator(_all_shots_alike)]
     """What every step has in common; `shots` and `blank_shots` are per step."""
     over: Annotated[tuple[SweepAxis, ...], Field(strict=False, min_length=1, max_length=5)]
     """Keys with their values; of several all combinations are made, the last one changes fastest."""

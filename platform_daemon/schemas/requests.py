@@ -34,6 +34,13 @@ RxSeconds = Annotated[float, Field(gt=0, le=600.0, allow_inf_nan=False)]
 PauseSeconds = Annotated[float, Field(ge=0, le=86_400.0, allow_inf_nan=False)]
 Shots = Annotated[int, Field(ge=0, le=1_000_000)]
 BlankShots = Annotated[int, Field(ge=0, le=10_000)]
+Waveform = Literal["sine", "rectangle"]
+PhasePlan = Literal["none", "model", "last_fit"]
+Duty = Annotated[float, Field(ge=0.05, le=1, allow_inf_nan=False)]
+ChirpHertz = Annotated[float, Field(ge=-20e3, le=20e3, allow_inf_nan=False)]
+PhaseRadians = Annotated[float, Field(ge=-7.0, le=7.0, allow_inf_nan=False)]
+Tolerance = Annotated[float, Field(ge=0, le=0.02, allow_inf_nan=False)]
+PlanParameters = Annotated[dict[str, Finite], Field(max_length=50)]
 
 
 class SequencePreset(Schema):
@@ -53,6 +60,21 @@ class SequencePreset(Schema):
     """Samples between amplifier off and receiver connect."""
     rx_s: RxSeconds
     """RX window, s."""
+    waveform: Waveform
+    """Shape of a half period of the field."""
+    duty: Duty
+    """Share of a half period in which a rectangle is not zero."""
+    chirp_hz: ChirpHertz
+    """Change of the frequency from the start of TX to its end, linear in time, Hz."""
+    phase_rad: PhaseRadians
+    """Phase of the field at the start of TX, rad."""
+    phase_plan: PhasePlan
+    """none: as the frequency says; model: the field follows the velocity of the resonator's model; last_fit: the same
+    with the values of the last good fit of the series."""
+    plan_parameters: PlanParameters
+    """Values of that model by public name, in the place of those of the resonator's file."""
+    f_nat_tolerance: Tolerance
+    """The plan is the best in the worst case of f_nat off by so much, relative."""
     repetitions: Shots
     """Excited shots."""
     blank_shots: BlankShots
@@ -79,6 +101,22 @@ class SequencePatch(Request):
     """Samples between amplifier off and receiver connect, 1 to 100000."""
     rx_s: Given[RxSeconds] = None
     """RX window, s, at most 600."""
+    waveform: Given[Waveform] = None
+    """Shape of a half period of the field: sine, or rectangle."""
+    duty: Given[Duty] = None
+    """Share of a half period in which a rectangle is not zero, 0.05 to 1."""
+    chirp_hz: Given[ChirpHertz] = None
+    """Change of the frequency from the start of TX to its end, linear in time, Hz; f_tx_hz is that at the start."""
+    phase_rad: Given[PhaseRadians] = None
+    """Phase of the field at the start of TX, rad."""
+    phase_plan: Given[PhasePlan] = None
+    """none: as the frequency says; model: the field follows the velocity of the resonator's model, integrated forward
+    from rest; last_fit: the same with the values of the last good fit of the series, from the second shot on."""
+    plan_parameters: Given[PlanParameters] = None
+    """Values of that model by public name (f_nat_hz, m_r_am2, lambda_per_s, ...), in the place of those of the
+    resonator's file."""
+    f_nat_tolerance: Given[Tolerance] = None
+    """The plan is the best in the worst case of f_nat off by so much either way, relative, 0 to 0.02."""
     pause_s: Given[PauseSeconds] = None
     """Wait between shots, s, at most 86400."""
 
@@ -89,6 +127,29 @@ class SequencePatch(Request):
         if twice:
             raise ValueError(f"{min(twice)!r} does not belong here: give the counts as `shots` and `blank_shots`")
         return keys
+
+    def changes(self) -> dict[str, Any]:
+        """The keys that were given, with their values."""
+        return {name: value for name, value in self if value is not None}
+
+
+class ShotChange(Request):
+    """The keys of a sequence that differ in one shot."""
+
+    f_tx_hz: Given[ExcitationHertz] = None
+    """Excitation frequency, Hz."""
+    tx_periods: Given[Periods] = None
+    """Whole periods in the TX window."""
+    field_t: Given[FieldTesla] = None
+    """Amplitude of the field at the rotor, T."""
+    axis: Given[Axis] = None
+    """x, y, z, or a direction in world axes, of any length."""
+    duty: Given[Duty] = None
+    """Share of a half period in which a rectangle is not zero."""
+    chirp_hz: Given[ChirpHertz] = None
+    """Change of the frequency from the start of TX to its end, Hz."""
+    phase_rad: Given[PhaseRadians] = None
+    """Phase of the field at the start of TX, rad."""
 
     def changes(self) -> dict[str, Any]:
         """The keys that were given, with their values."""
@@ -115,6 +176,8 @@ class AcquisitionRequest(Request):
     """Shots without excitation before them, which tell the noise."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)
     """Keys that differ from the resonator's preset."""
+    shot_changes: Given[Annotated[tuple[ShotChange, ...], Field(strict=False, min_length=1, max_length=10_000)]] = None
+    """What differs from shot to shot: entry k holds for the k-th excited shot, after the last one the first again."""
     preset: Given[ModelName] = None
     """Name of a sequence, one of GET /sequences, whose keys go before those of the resonator's preset."""
     window: Window | None = "d30"

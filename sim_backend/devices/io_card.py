@@ -49,6 +49,8 @@ class SimulatedIoCard:
             max_samples=self._max_samples,
             step_samples=self._step,
             output_step_v=self._step_v,
+            retunes=True,
+            holds_levels=True,
         )
 
     def state(self) -> CardState:
@@ -166,10 +168,10 @@ class SimulatedIoCard:
         for burst in timeline.bursts:
             if not 0 <= burst.output < self._outputs():
                 complaints.append(f"there is no output {burst.output}")
-            if not 0 < burst.frequency_hz < self._clock.rate_hz / 2:
+            if not 0 <= burst.frequency_hz < self._clock.rate_hz / 2:
                 complaints.append(f"{burst.frequency_hz} Hz is outside 0 ... {self._clock.rate_hz / 2} Hz")
         for output in range(self._outputs()):
-            peak_v = sum(abs(b.amplitude_v) for b in timeline.bursts if b.output == output)
+            peak_v = timeline.loudest_v(output)
             if not peak_v <= full_scale_v:
                 complaints.append(f"output {output} would need {peak_v} V of {full_scale_v} V")
         if complaints:

@@ -90,12 +90,12 @@ class AmplifierChannel:
         return sum(self.gain * b.amplitude_v * np.sin(self.phase(b, time_s)) for b in bursts)
 
     def wanted_at(self, times_s: NDArray[np.float64]) -> NDArray[np.float64]:
-        """What the output would be at times (n,) after the trigger, before the limit: (n,) float64, V."""
+        """What the output would be at rising times (n,) after the trigger, before the limit: (n,) float64, V."""
         volts = np.zeros(times_s.size)
+        samples = times_s * self.rate_hz + ON_THE_SAMPLE
         for b in self.bursts:
-            place = times_s * self.rate_hz - b.start_sample
-            on = (place > -ON_THE_SAMPLE) & (place < b.stop_sample - b.start_sample - ON_THE_SAMPLE)
-            turn = 2 * np.pi * b.frequency_hz * (place[on] / self.rate_hz) + b.phase_rad
+            on = slice(*np.searchsorted(samples, (b.start_sample, b.stop_sample)))
+            turn = 2 * np.pi * b.frequency_hz * (times_s[on] - b.start_sample / self.rate_hz) + b.phase_rad
             volts[on] += self.gain * b.amplitude_v * np.sin(turn)
         return volts
 

@@ -1,5 +1,7 @@
 """`platform-daemon measure`: what an option changes is what is played; what cannot be meant is refused."""
 
+import json
+
 import h5py
 import pytest
 
@@ -58,3 +60,47 @@ def test_what_is_no_axis_is_refused(text, tmp_path):
 def test_an_axis_is_a_name_or_a_direction():
     assert parse_axis("y") == "y"
     assert parse_axis("1,0,-0.5") == (1.0, 0.0, -0.5)
+
+
+def test_a_dry_run_tells_peaks_energy_and_disk_and_makes_no_file(tmp_path):
+    keys = ("--drive", "phase_plan=model", "--drive", "plan_parameters.f_nat_hz=215.5", "--json", tmp_path / "p.json")
+    done = here("measure", "--resonator", "thread", "--shots", 4, "--field-ut", 60, "--dry-run", *keys)
+    assert done.returncode == 0, done.stderr
+    plan = json.loads((tmp_path / "p.json").read_text())
+    assert plan["shot"]["peak_field_t"] == pytest.approx(60e-6, rel=1e-2)
+    assert plan["shot"]["energy_j"] > 0.9 * plan["shot"]["heat_per_shot_j"] > 0
+    assert plan["shot"]["planned_phi_max_rad"] == pytest.approx(0.117, rel=0.05)
+    assert "4 shots" in done.stdout
+    assert "µT" in done.stdout
+    assert list(tmp_path.iterdir()) == [tmp_path / "p.json"]
+
+
+def test_shots_change_in_lockstep(tmp_path):
+    lists = ("--per-shot", "field_ut=100:300:100", "--per-shot", "axis=x,x,x", "--json", tmp_path / "p.json")
+    done = here("measure", "--resonator", "jewel", "--shots", 3, "--dry-run", *lists)
+    assert done.returncode == 0, done.stderr
+    shots = json.loads((tmp_path / "p.json").read_text())["shots_in_turn"]
+    assert [shot["field_t"] for shot in shots] == pytest.approx([1e-4, 2e-4, 3e-4])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--drive", "wave=sine"), ("wave",)),
+        (("--drive", "waveform"), ("--drive", "KEY=VALUE")),
+        (("--drive", "waveform=square"), ("waveform",)),
+        (("--drive", "duty=0.5"), ("a sine has no duty",)),
+        (("--drive", "phase_plan=model", "--axis", "z"), ("phase_plan", "hardly along v")),
+        (("--drive", "f_nat_tolerance=0.01"), ("belong to a phase_plan",)),
+        (("--per-shot", "field_ut=1,2", "--per-shot", "tx_periods=3"), ("--per-shot", "equally long")),
+        (("--per-shot", "rx_s=1,2"), ("shot_changes", "rx_s")),
+        (("--plan-from", "nowhere.json"), ("--plan-from", "holds no fits")),
+        (("--field-ut", "2000"), ("field_t", "limits.max_field_t")),
+    ],
+)
+def test_a_drive_that_cannot_be_is_one_line(options, words):
+    assert_one_line_error(here("measure", *QUICK, "--dry-run", *options), 2, *words)
+
+
+def test_without_a_name_for_the_recording_nothing_moves():
+    assert_one_line_error(here("measure", *QUICK), 2, "--out", "--dry-run")

@@ -41,3 +41,14 @@ def test_parts_outside_the_frame_are_refused(parts):
 def test_a_timeline_without_rx_samples_is_refused():
     with pytest.raises(ValueError, match="rx"):
         Timeline(CLOCK, 100, 10, 0)
+
+
+def test_a_burst_of_frequency_zero_is_a_level_and_the_loudest_sum_counts_what_sounds_together():
+    bursts = (Burst(0, 0, 50, 0.0, -0.4, np.pi / 2), Burst(0, 50, 90, 1000.0, 0.7), Burst(0, 80, 95, 500.0, 0.2))
+    timeline = Timeline(CLOCK, 100, 10, 50, bursts=bursts)
+    assert np.all(timeline.output_volts(0, 0, 50) == -0.4)
+    assert timeline.loudest_v(0) == pytest.approx(0.9)
+    assert timeline.loudest_v(1) == 0.0
+    fine = timeline.output_volts(0, 45, 100, per_sample=4)
+    assert fine.shape == (220,)
+    assert np.allclose(fine[::4], timeline.output_volts(0, 45, 100))

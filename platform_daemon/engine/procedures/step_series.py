@@ -70,6 +70,15 @@ class StepSink:
         """See ShotSink."""
         return self._writer.target
 
+    @property
+    def header(self) -> SeriesHeader:
+        """See ShotSink."""
+        return self._writer.header
+
+    def go_on_with(self, header: SeriesHeader) -> None:
+        """See ShotSink."""
+        self._writer.go_on_with(header)
+
     def add_shot(self, shot: ShotRecord) -> int:
         """See ShotSink."""
         return self._writer.add_shot(shot) - self._before

@@ -14,6 +14,8 @@ from platform_daemon.schemas import AcquisitionRequest
 
 ONE_PER_RECORDING = ("resonator", "sample", "operator", "comment")
 """What a recording can say once only."""
+NO_SINGLE_VALUE = ("shot_changes", "plan_parameters")
+"""What holds several values by itself."""
 _UNITS = {"_t": {"_ut": 1e6, "_mt": 1e3}, "_s": {"_ms": 1e3}, "_hz": {"_khz": 1e-3}}
 """By the ending of a key: endings that people use, and how many of their unit make one of the key's."""
 
@@ -41,7 +43,7 @@ def sweep_keys() -> dict[str, SweepKey]:
             if name.endswith(ending):
                 stem = name.removesuffix(ending)
                 found |= {f"{stem}{other}": SweepKey(key.path, per_unit) for other, per_unit in others.items()}
-    return {name: key for name, key in found.items() if key.path[-1] not in ONE_PER_RECORDING}
+    return {name: key for name, key in found.items() if key.path[-1] not in (*ONE_PER_RECORDING, *NO_SINGLE_VALUE)}
 
 
 def _paths(model: type[BaseModel], above: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -21,6 +21,13 @@ class ShotSink(Protocol):
     def target(self) -> Path:
         """The recording that they will be in."""
 
+    @property
+    def header(self) -> SeriesHeader:
+        """What holds for the next shot."""
+
+    def go_on_with(self, header: SeriesHeader) -> None:
+        """Further shots differ in windows or excitation.  Raises InputError."""
+
     def add_shot(self, shot: ShotRecord) -> int:
         """Store a shot; its number in this series, from 1.  Raises InputError, StorageError."""
 

@@ -27,7 +27,8 @@ from ..planning import AcquisitionPlan
 from ..shot import RawShot, run_shot
 from .destination import Destination, ShotSink
 from .self_test import SelfTest
-from .series_records import series_header, shot_record, store_calibration
+from .series_records import header_of_shot, series_header, shot_record, store_calibration
+from .shots_in_turn import ShotsInTurn
 
 if TYPE_CHECKING:
     from platform_daemon.estimation import FitResult
@@ -64,7 +65,7 @@ class SeriesWork:
     ) -> None:
         self.request, self.total = plan.request, len(plan.shots)
         self._bench, self._platform, self._plan = bench, bench.platform, plan
-        self._destination, self._step = destination, step
+        self._destination, self._turns = destination, ShotsInTurn(plan, step)
         self._calibration = store_calibration(bench.platform)
         undone = plan.model.receiver if isinstance(plan.model, analysis.AdoptedModel) else ()
         self._of_fits = replace(self._calibration, receiver=undone)
@@ -73,6 +74,7 @@ class SeriesWork:
         self._refused_in_a_row = self._refused = 0
         self._left: Callable[[], None] | None = None
         self._storing: Future[None] | None = None
+        self._told = plan.excited  # by the header
 
     def __call__(self, job: AcquisitionJob) -> None:
         """Mount, test the chain, shoot, store, fit.
@@ -98,13 +100,14 @@ class SeriesWork:
     def _shoot_all(self, job: AcquisitionJob, series: ShotSink, disk: Executor) -> None:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
-            for done, shot in enumerate(self._plan.shots):
+            for done in range(len(self._plan.shots)):
                 self._pause(job, first=done == 0 and not self._destination.goes_on)
                 if job.pause_requested.is_set():
                     return  # a safe point: what is left is asked for again once its procedure is resumed
+                shot = self._next_shot(job, done)
                 raw = self._shoot(job, shot, done + 1, series)
                 self._catch_up()  # a shot that was refused at its beginning has not come to it
-                self._left = partial(self._keep, job, series, disk, shot, raw)
+                self._left = partial(self._keep, job, series, disk, shot, raw, done)
                 self._count_refusals(job, raw, done + 1)
         finally:
             self._catch_up()
@@ -115,10 +118,22 @@ class SeriesWork:
         if left is not None:
             left()
 
-    def _keep(self, job: AcquisitionJob, series: ShotSink, disk: Executor, shot: ShotPlan, raw: RawShot) -> None:
+    def _next_shot(self, job: AcquisitionJob, done: int) -> ShotPlan:
+        """The shot to be made next, which may have to wait for the fit of the last one."""
+        if self._turns.waits_for_fits:
+            self._catch_up()
+            job.at(done, f"shot {done + 1}: plan the drive")
+        shot = self._turns.shot(done, self._fits)
+        job.warnings += self._turns.warnings
+        self._turns.warnings = []
+        return shot
+
+    def _keep(
+        self, job: AcquisitionJob, series: ShotSink, disk: Executor, shot: ShotPlan, raw: RawShot, done: int
+    ) -> None:
         """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
         _raise_failure(self._storing)
-        self._storing = disk.submit(self._store, job, series, shot_record(shot, raw, self._step))
+        self._storing = disk.submit(self._store, job, series, shot, shot_record(shot, raw, self._turns.label(done)))
         self._storing.add_done_callback(_complain)
         self._follow_up(job, shot, raw)
 
@@ -130,8 +145,11 @@ class SeriesWork:
         heard = self_test(job.cancel_requested.is_set)
         log.info("self_test_passed", **({} if heard is None else heard.model_dump()))
 
-    def _store(self, job: AcquisitionJob, series: ShotSink, shot: ShotRecord) -> None:
+    def _store(self, job: AcquisitionJob, series: ShotSink, plan: ShotPlan, shot: ShotRecord) -> None:
         """Once this is done the job's record says where the shots are, whatever happens to the process."""
+        if not plan.blank and plan is not self._told:
+            series.go_on_with(header_of_shot(series.header, plan, self._platform))
+            self._told = plan
         stored = series.add_shot(shot)
         self._refused += shot.verdict == "refused" and not shot.blank
         job.result = AcquisitionResult(

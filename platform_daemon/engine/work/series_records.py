@@ -12,6 +12,7 @@ from drivers.platform import Platform
 from platform_daemon import __version__
 from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, ShotRecord, StepLabel
 from sequences.compiler import ShotPlan
+from sequences.request import SequenceRequest
 
 from ..planning import AcquisitionPlan
 from ..shot import RawShot
@@ -52,6 +53,15 @@ def series_header(plan: AcquisitionPlan, platform: Platform, config_text: str) -
     )
 
 
+def header_of_shot(header: SeriesHeader, shot: ShotPlan, platform: Platform) -> SeriesHeader:
+    """The header with the windows and the excitation of a shot that differs from the one before."""
+    t = shot.timeline
+    windows = replace(
+        header.sequence, tx_samples=t.tx_samples, switch_samples=t.switch_samples, rx_samples=t.rx_samples
+    )
+    return replace(header, sequence=windows, excitation=excitation(shot, platform))
+
+
 def store_calibration(platform: Platform) -> ReceiveCalibration:
     """The platform's calibration, receive and transmit side, as the store keeps it."""
     return replace(platform.calibration, transmit=platform.transmit_calibration)
@@ -61,15 +71,22 @@ def excitation(shot: ShotPlan, platform: Platform) -> Excitation:
     """What a shot is excited with, for the record; currents in the order of the coils."""
     currents = shot.currents_a()
     return Excitation(
-        waveform="sine",
+        waveform=_waveform(shot.request),
         requested_hz=shot.request.f_tx_hz,
         realised_hz=shot.frequency_hz,
         field_t=0.0 if shot.blank else shot.request.field_t,
         axis=shot.request.direction(),
-        periods=float(shot.request.tx_periods),
-        phase_rad=0.0,
+        periods=float(shot.request.tx_periods) if shot.lobes is None else 0.5 * len(shot.lobes),
+        phase_rad=shot.request.phase_rad,
         current_a=np.array([currents.get(c.axis, 0.0) for c in platform.transmit]),
     )
+
+
+def _waveform(request: SequenceRequest) -> str:
+    """In words: shape and what its frequency does."""
+    shape = request.waveform if request.waveform == "sine" else f"rectangle of duty {request.duty:g}"
+    chirp = f", chirp of {request.chirp_hz:g} Hz" if request.chirp_hz else ""
+    return shape + chirp + (", phase planned" if request.phase_plan != "none" else "")
 
 
 def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None) -> ShotRecord:

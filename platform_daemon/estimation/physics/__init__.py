@@ -1,6 +1,7 @@
 """The equation of motion of a resonator and what follows from it; torques/ are its terms, trajectory/ its exact
 solutions.
 
+driven: A rotor that a field drives in phase with its velocity: where the zeros of that field must lie.
 mirror: The exact twin of a motion: phi -> -phi together with a half turn about e_u gives the same dm/dt.
 models: Ring-down models as data: torque terms, what is observed, and what is known of the parameters beforehand.
 orbit: The undamped orbit of the magnetic pendulum (equ:ODE_norm) in closed form: frequency and harmonic amplitudes.

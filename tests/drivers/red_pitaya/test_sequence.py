@@ -124,3 +124,31 @@ def test_lines_on_dio_pins_need_time_between_gate_and_receiver():
     apart = (LineLevel(DigitalLine.PA_GATE, 0, 2880), LineLevel(DigitalLine.RX_CONNECT, 5000, 8000))
     far = Timeline(CLOCK, 2880, 4000, 2000, (Burst(0, 0, 2880, 212.0, 0.2),), apart)
     assert compile_timeline(far, on_pins)[0].levels_v.shape[1] == 2
+
+
+def test_levels_are_held_by_the_sequence_and_leave_the_sines_out():
+    volts = [0.1, -0.2, 0.3, 0.05]
+    levels = [Burst(0, 160 * k, 160 * (k + 1), 0.0, v, np.pi / 2) for k, v in enumerate(volts)]
+    programs = compile_timeline(shot(*levels, Burst(1, 0, 2880, 212.0, 0.2)), LAYOUT)
+    program = programs[0]
+    step = program.step_samples
+    for k, v in enumerate(volts):
+        held = program.levels_v[160 * k // step : 160 * (k + 1) // step, 0]
+        assert np.allclose(held, v)
+    assert not np.any(program.levels_v[640 // step :, 0])
+    assert [sine.output for sine in program.sines] == [1]
+
+
+@pytest.mark.parametrize(
+    ("bursts", "word"),
+    [
+        ((Burst(0, 0, 160, 0.0, 1.2, np.pi / 2),), "1.2 V of"),
+        ((Burst(0, 0, 160, 0.0, 0.2, np.pi / 2), Burst(0, 0, 160, 0.0, 0.3, np.pi / 2)), "one level at a time"),
+        ((Burst(0, 0, 160, 0.0, 0.2, np.pi / 2), Burst(0, 80, 240, 0.0, 0.3, np.pi / 2)), "overlap"),
+        ((Burst(0, 0, 160, 0.0, 0.2, np.pi / 2), Burst(0, 160, 320, 212.0, 0.3)), "outside"),
+    ],
+)
+def test_levels_that_cannot_be_held_are_refused(bursts, word):
+    with pytest.raises(SequenceRejected) as caught:
+        compile_timeline(shot(*bursts), LAYOUT)
+    assert word in (caught.value.why or "")
