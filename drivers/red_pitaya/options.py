@@ -71,7 +71,7 @@ class CardTable(Section):
     lines: LinesTable = LinesTable()
     decimation: Annotated[int, Field(ge=8, le=8192, multiple_of=2)] = 2048
     step_samples: Annotated[int, Field(ge=1, le=65536)] = 16
-    chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 1216
+    chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 608
     server_version: Annotated[int, Field(ge=1)] = 11
     image_version: Annotated[int, Field(ge=0)] | None = None
     reply_timeout_s: Positive = 5.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 from .board import Mode
 from .daq_handler import (
     BAD_CHANNEL,
+    BAD_MODE,
     MISSING,
-    UNSPECIFIED,
     Code,
     Connection,
     Handler,
@@ -25,7 +25,7 @@ def set_mode(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     asked = word(a, "CONFIGURATION", "ACQUISITION", "TRANSMISSION")
     need(c.board, Mode.CONFIGURATION, Mode.ACQUISITION)
     if asked == "TRANSMISSION":
-        raise Code(UNSPECIFIED)
+        raise Code(BAD_MODE)
     c.board.mode = Mode(asked)
     return "1"
 
