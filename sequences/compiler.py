@@ -19,12 +19,19 @@ from sequences.windows import Windows, realise, whole_steps
 
 @dataclass(frozen=True)
 class TransmitSide:
-    """What a sequence must know of the platform: coils, card, switch and the site's limits."""
+    """What a sequence must know of the platform: coils, card, switch, the site's limits, and how long
+    the amplifier may put out power after its gate has fallen, s."""
 
     channels: Sequence[TransmitChannel]
     card: CardCapabilities
     switch: SwitchTiming
     limits: SafetyLimits
+    amplifier_off_s: float = 0.0
+
+    @property
+    def guard_s(self) -> float:
+        """Least time from the end of the gate to the receiver's connection, s; what late lines need comes on top."""
+        return max(self.limits.min_guard_s, self.amplifier_off_s)
 
 
 @dataclass(frozen=True)
@@ -76,7 +83,7 @@ def compile_shot(request: SequenceRequest, side: TransmitSide, *, blank: bool = 
         drives = drives_for_field(request.field_t * request.direction(), windows.frequency_hz, side.channels)
         check_drive(request.field_t, drives, side.limits)
     timeline = _timeline(request, windows, drives, side)
-    check_timeline(timeline, side.limits, side.card, side.switch)
+    check_timeline(timeline, side.limits, side.card, side.switch, side.amplifier_off_s)
     return ShotPlan(request, timeline, windows.frequency_hz, drives, blank)
 
 

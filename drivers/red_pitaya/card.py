@@ -11,14 +11,13 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import TextIO
 
 from drivers.errors import DeviceError, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
-from drivers.red_pitaya.board import Board, emergency_stop
+from drivers.red_pitaya.board import Board, arm_all, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card
@@ -72,6 +71,8 @@ class RedPitayaCard:
                 board.open()
             for board in self.boards:
                 board.settle()
+            if table.prove_wiring:
+                trigger.prove(self.boards)
         except Exception:
             self._let_go()
             raise
@@ -98,6 +99,7 @@ class RedPitayaCard:
             line_delay_s=self.layout.line_delay_s(),
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
+            unproved_lines=self.layout.unproved_lines() if self._table.prove_wiring else (),
             input_ends_v=tuple(b.scale.ends_v(k) for b, where in boards for k in where.inputs),
         )
 
@@ -150,7 +152,7 @@ class RedPitayaCard:
         with self._commanding():
             require(self._state, CardState.PROGRAMMED, where=WHERE)
             self._state = CardState.ARMED  # from here on only a run or a new connection ends it
-            _arm(self.boards, self._programs)
+            arm_all(self.boards, self._programs)
 
     def trigger(self) -> None:
         """See IoCard."""
@@ -162,6 +164,7 @@ class RedPitayaCard:
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
             chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
             self._reader = Reader(self.boards, self._programs, self._delay, total, chunk, self._start_samples)
+            self._pins.check_pace(chunk)
             self._pins.before_trigger()
             trigger.start(self.boards)
             for board in self.boards:
@@ -271,14 +274,6 @@ class RedPitayaCard:
             if self._stops != before or self._stopping.locked():
                 raise was_stopped(WHERE) from None
             raise
-
-
-def _arm(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:
-    """All boards at once, each takes some 50 ms; raises the first error when all have ended."""
-    with ThreadPoolExecutor(len(boards)) as pool:
-        armed = [pool.submit(board.arm, program) for board, program in zip(boards, programs, strict=True)]
-    for each in armed:
-        each.result()
 
 
 def _failures(boards: Sequence[Board], step: Callable[[Board], None]) -> list[str]:

@@ -134,7 +134,7 @@ def test_an_image_of_another_version_is_refused_unless_the_platform_file_names_i
 
 
 def test_whatever_survives_a_reconnect_is_set_and_the_outputs_are_off_before_anything_else(opened):
-    server, card = opened(lines={"pa_gate": {"pin": "DIO7_P"}})
+    server, card = opened(lines={"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "DIO6_P"}})
     pin = [line for line in server.log if "PIN7" in line]
     assert pin[0] == "RP:DIO:PIN7:SIDEP OFF"
     assert {"RP:DIO:PIN7:SIDEP:HBRIDGE OFF", "RP:DIO:PIN7:SIDEP:DIR OUT"} < set(pin)
