@@ -201,6 +201,8 @@ class Conversation:
             return None
         handler, numbers = found
         try:
+            if "?" in arguments:
+                raise Silence  # no argument that the parser knows
             with nullcontext() if handler in WAITING else self.board.cards.world.lock:
                 self.board.settle()
                 answer = handler(self, numbers, arguments)

@@ -19,6 +19,12 @@ def set_step(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     return "1"
 
 
+def get_step(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """The register, taken for a number with a sign, in samples."""
+    clocks = c.board.sequence.clocks_per_step
+    return str(int((clocks - CLOCKS if clocks >= CLOCKS // 2 else clocks) / c.board.decimation))
+
+
 def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     """How many channels the tables have."""
     configurable(c.board)
@@ -108,7 +114,7 @@ def clear_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
 
 SEQUENCE: dict[str, Handler] = {
     "RP:DAC:SEQ:SAMPlesperstep": set_step,
-    "RP:DAC:SEQ:SAMPlesperstep?": lambda c, n, a: str(c.board.sequence.clocks_per_step // c.board.decimation),
+    "RP:DAC:SEQ:SAMPlesperstep?": get_step,
     "RP:DAC:SEQ:CHan": set_channels,
     "RP:DAC:SEQ:CHan?": lambda c, n, a: str(c.board.sequence.channels),
     "RP:DAC:SEQ:LUT": upload_main,

@@ -31,7 +31,7 @@ from .registers import (
     FREQUENCY_STEP_HZ,
     OFFSET_CODES,
     OUTPUTS,
-    PHASE_STEP_RAD,
+    PHASE_STEPS,
     SIGNALS,
 )
 from .sequence import ServerCrash
@@ -84,9 +84,11 @@ def set_frequency(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
 
 
 def set_phase(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
-    """rad."""
+    """rad, within one turn, and truncated."""
     channel, component = component_of(n)
-    return _component(c.board, channel, component, phase_rad=round(number(a) / PHASE_STEP_RAD) * PHASE_STEP_RAD)
+    turn = np.fmod(number(a), 2 * np.pi)
+    steps = np.floor((turn + 2 * np.pi if turn < 0 else turn) / (2 * np.pi) * PHASE_STEPS)
+    return _component(c.board, channel, component, phase_rad=float(steps / PHASE_STEPS * 2 * np.pi))
 
 
 def set_signal(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -155,13 +157,22 @@ def set_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
 
 def get_ramp(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
     """Length of the ramp, s; of a register that was never written: infinite."""
-    return exact(c.board.registers.outputs[channel_of(n)].ramp_s or np.inf)
+    if n[0] >= OUTPUTS:
+        return exact(1 / BAD_CHANNEL)
+    return exact(c.board.registers.outputs[n[0]].ramp_s or np.inf)
 
 
 def enable_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """ON or OFF."""
     need(c.board, Mode.CONFIGURATION)
     return _output(c.board, channel_of(n), ramp_enabled=word(a, "ON", "OFF") == "ON", ramp_down=False)
+
+
+def get_ramp_enabled(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """ON or OFF; of a channel that is not there, a name that nobody has set."""
+    if n[0] >= OUTPUTS:
+        raise ServerCrash
+    return on_off(c.board.registers.outputs[n[0]].ramp_enabled)
 
 
 def ramp_down(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -196,7 +207,7 @@ WAVEFORMS: dict[str, Handler] = {
     "RP:DAC:CHannel#:RAMPing": set_ramp,
     "RP:DAC:CHannel#:RAMPing?": get_ramp,
     "RP:DAC:CHannel#:RAMPing:ENaBle": enable_ramp,
-    "RP:DAC:CHannel#:RAMPing:ENaBle?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_enabled),
+    "RP:DAC:CHannel#:RAMPing:ENaBle?": get_ramp_enabled,
     "RP:DAC:CHannel#:RAMPing:DoWN": ramp_down,
     "RP:DAC:CHannel#:RAMPing:DoWN?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_down),
     "RP:DAC:RAMPing:STATus?": ramp_status,
