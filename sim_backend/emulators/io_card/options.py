@@ -26,7 +26,8 @@ NOMINAL_SCALE = 1 / 32768
 class BoardOptions(Section):
     """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected; an output may
     also feed the "dipole"), how many of AO0 ... AO3 its image drives (1: that of server 0.11.1), how long the server
-    takes to end a client that has gone, versions, and what its EEPROM says; the converters have just these scales (inputs: V per code, outputs: register per V) and offsets V."""
+    takes to end a client that has gone, versions, and what its EEPROM says; the converters have just these scales
+    (inputs: V per code, outputs: register per V) and offsets V."""
 
     command_port: Port = 0
     data_port: Port = 0

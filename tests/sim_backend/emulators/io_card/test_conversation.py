@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import pytest
 
+from sim_backend.world import player
 from tests.kit.data import DATA
 from tests.kit.emulator_client import connect, lab
 
@@ -146,4 +147,37 @@ def test_who_asks_the_world_all_the_time_and_who_talks_to_a_card_do_not_wait_for
     for each in pollers:
         each.join(10)
     assert not any(each.is_alive() for each in pollers)
+    emulator.close()
+
+
+def test_who_holds_the_worlds_lock_gets_a_shot_that_somebody_else_is_computing(monkeypatch):
+    """The card's conversation holds it, the control port computes."""
+    emulator = lab()
+    world, begun, go_on = emulator.world, threading.Event(), threading.Event()
+    simulate = player.simulate
+
+    def slow(setup):
+        begun.set()
+        go_on.wait(5)
+        return simulate(setup)
+
+    monkeypatch.setattr(player, "simulate", slow)
+    client = connect(emulator)
+    client.do("RP:ADC:DEC 2048", "RP:MODE ACQUISITION", "RP:TRIGGER ON")
+    found = []
+
+    def hold():
+        with world.lock:
+            go_on.set()
+            found.append(world.player.result())
+
+    computing = threading.Thread(target=world.player.result, daemon=True)
+    computing.start()
+    assert begun.wait(5)
+    holding = threading.Thread(target=hold, daemon=True)
+    holding.start()
+    for each in (holding, computing):
+        each.join(10)
+        assert not each.is_alive()
+    assert found
     emulator.close()
