@@ -26,6 +26,7 @@ from drivers.red_pitaya.stream import PAIR_BYTES
 
 HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time; ending a client takes it as long
 ATTEMPTS = 4
+QUEUE_S = 1.2  # a port whose queue is full does not answer; a second try after a second is included
 QUEUE = 4  # more connections than wait at a port
 TAKE_OVER_S = 3.0  # no new attempt after that: somebody waits to hear that the card is gone, and will try again
 PROOF_SAMPLES = 16
@@ -52,14 +53,12 @@ def open_pair(
                 error = error if isinstance(error, DeviceProtocolError) else _silent(host, ports[0])
             except _HalfOpen:
                 continue
-            except Unanswered as failure:
-                error = failure
-                held.append(connect(host, ports[0]))  # makes the server take one out of the queue
             except DeviceProtocolError as failure:
                 error = failure
     finally:
         for each in held:
             each.close()
+    time.sleep(HALF_OPEN_S)  # whoever tries again comes when the server has ended all of these
     raise error
 
 
@@ -72,9 +71,10 @@ def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: flo
     until_s = time.monotonic() + TAKE_OVER_S
     held: list[socket.socket] = []
     try:
-        return _prove(host, ports, timeout_s, off, connect(host, ports[1]), held)
+        return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
     except DeviceError:
         old.close()
+        time.sleep(HALF_OPEN_S)
         return open_pair(host, ports, timeout_s, off, until_s)
     finally:
         old.close()
@@ -89,12 +89,22 @@ class _HalfOpen(Exception):
 def _attempt(
     host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], held: list[socket.socket]
 ) -> Connection:
-    data = connect(host, ports[1])
+    data = _data_connection(host, ports, held)
     if closed_within(data, HALF_OPEN_S):
         data.close()
         time.sleep(HALF_OPEN_S)
         raise _HalfOpen
     return _prove(host, ports, timeout_s, off, data, held)
+
+
+def _data_connection(host: str, ports: tuple[int, int], held: list[socket.socket]) -> socket.socket:
+    """A data connection, also if strangers fill the queue of that port: each command connection takes one of them."""
+    for _ in range(QUEUE):
+        try:
+            return connect(host, ports[1], QUEUE_S)
+        except Unanswered:
+            held.append(connect(host, ports[0]))
+    return connect(host, ports[1])
 
 
 def _prove(

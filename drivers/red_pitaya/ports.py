@@ -15,10 +15,10 @@ class Unanswered(DeviceNotFound):
     """Neither accepted nor refused: nobody there, or the queue of the port is full."""
 
 
-def connect(host: str, port: int) -> socket.socket:
+def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket:
     """A TCP connection.  Raises DeviceNotFound."""
     try:
-        made = socket.create_connection((host, port), CONNECT_S)
+        made = socket.create_connection((host, port), timeout_s)
     except OSError as error:
         kind = Unanswered if isinstance(error, TimeoutError) else DeviceNotFound
         raise kind(
