@@ -23,6 +23,7 @@ How a platform comes about:
 platform.py      `Platform`, all devices of a lab, and `Backend`, which makes them
 backend.py       `RealBackend`, the beginning of a back end in real time
 registry.py      finds back ends by entry point and builds a platform from its tables
+wiring_proof.py  a line that some cards cannot drive does move the switch
 entry_points.py  what other packages publish for us, by group and name
 validation.py    an option table checked by its pydantic model, as one ConfigError
 inventory.py     identity and state of each device of a platform, whatever fails

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.errors import DeviceStateError
 from drivers.identity import Identity
-from drivers.timeline import SampleClock, Timeline
+from drivers.timeline import DigitalLine, SampleClock, Timeline
 
 
 @dataclass(frozen=True)
@@ -20,9 +20,10 @@ class CardCapabilities:
 
     step_samples: every edge of a burst or line must lie on a multiple of it; line_delay_s: lines may change so much
     later than asked; output_step_v, frequency_step_hz: steps of the registers, a burst gets the nearest value
-    (0: exact); input_ends_v: lowest and highest voltage of each input, empty: all have +- input_full_scale_v;
-    retunes: one burst of an output may follow another with another frequency, amplitude or phase; holds_levels: it
-    plays bursts of frequency 0, which are constants.
+    (0: exact); unproved_lines: those that some cards of this kind cannot drive, to be proved before the first shot;
+    input_ends_v: lowest and highest voltage of each input, empty: all have +- input_full_scale_v; retunes: one burst of
+    an output may follow another with another frequency, amplitude or phase; holds_levels: it plays bursts of frequency
+    0, which are constants.
     """
 
     inputs: int
@@ -38,6 +39,7 @@ class CardCapabilities:
     input_ends_v: tuple[tuple[float, float], ...] = ()
     retunes: bool = False
     holds_levels: bool = False
+    unproved_lines: tuple[DigitalLine, ...] = ()
 
     def input_range_v(self, channel: int) -> tuple[float, float]:
         """The lowest and the highest voltage that an input can show."""

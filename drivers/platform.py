@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import threading
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -16,6 +17,8 @@ from drivers.reference import FieldProbe, ReferenceDipole
 from drivers.specimen import Specimen
 from drivers.thermometer import Thermometer
 from drivers.tx_rx_switch import TxRxSwitch
+
+OFF_S = 10.0  # for one device to confirm that its output is off, new connections included
 
 
 class Backend(Protocol):
@@ -83,6 +86,7 @@ class Platform:
     reference: ReferenceDipole | None = None
     probe: FieldProbe | None = None
     transmit_calibration: TransmitCalibration | None = None
+    amplifier_off_s: float = 0.0
 
     def mount(self, specimen: Specimen) -> None:
         """Tell every back end which resonator is in the clamping unit."""
@@ -100,25 +104,61 @@ class Platform:
         return {name: dict(record) for name, record in records.items() if record is not None}
 
     def outputs_off(self) -> None:
-        """Card stopped, amplifier disabled, receiver disconnected, in this order; every step is tried even if another
-        fails, then one OutputsUnconfirmed lists all that failed.  Any thread, any time."""
-        steps = (self.card.stop, self.amplifier.disable, self.switch.to_transmit)
-        self._try_all("outputs could not be confirmed off", steps, OutputsUnconfirmed)
+        """Card stopped, amplifier disabled, receiver disconnected, all at once, so that none waits for another that
+        does not answer; one OutputsUnconfirmed lists all that failed.  Any thread, any time.
+
+        A switch or amplifier on the card's lines, and a switch that a timeline still moves, comes after the card.
+        """
+        card = _Step(self.card.stop)
+        amplifier = _Step(self.amplifier.disable, after=card if _on_card(self.amplifier) else None)
+        switch = _Step(self.switch.to_transmit, after=card)
+        failures = [each.failure() for each in (card, amplifier, switch)]
+        _raise_all("outputs could not be confirmed off", failures, OutputsUnconfirmed)
 
     def close(self) -> None:
         """Outputs off and every device let go, the card last: others may hang on its lines; one DeviceError lists
         all that failed."""
         devices = (self.amplifier, self.switch, self.lna, self.thermometer, self.card)
         steps = [self.outputs_off, *(d.close for d in devices if d is not None)]
-        self._try_all("the platform did not close cleanly", steps, DeviceError)
+        _raise_all("the platform did not close cleanly", [_failure(step) for step in steps], DeviceError)
 
-    @staticmethod
-    def _try_all(what: str, steps: Any, kind: type[DeviceError]) -> None:
-        failures = []
-        for step in steps:
-            try:
-                step()
-            except Exception as error:  # every later step must still be tried
-                failures.append(f"{getattr(step, '__qualname__', step)}: {error}")
-        if failures:
-            raise kind(what, why="; ".join(failures), remedy="switch the amplifier's mains off by hand")
+
+class _Step:
+    """Something done in a thread of its own, when another step is over or has had its time."""
+
+    def __init__(self, step: Callable[[], None], after: _Step | None = None) -> None:
+        self._step, self._after, self._failed = step, after, ""
+        self.over = threading.Event()
+        threading.Thread(target=self._run, name="outputs-off", daemon=True).start()
+
+    def failure(self) -> str:
+        """Wait for it, and for what it waits for, OFF_S each; what failed, "" if nothing did."""
+        if not self.over.wait(OFF_S if self._after is None else 2 * OFF_S):
+            return f"{getattr(self._step, '__qualname__', self._step)}: not over after {OFF_S:g} s"
+        return self._failed
+
+    def _run(self) -> None:
+        if self._after is not None:
+            self._after.over.wait(OFF_S)
+        self._failed = _failure(self._step)
+        self.over.set()
+
+
+def _on_card(device: object) -> bool:
+    """True for a device that has no wire but the card's lines."""
+    return bool(getattr(device, "on_card_lines", False))
+
+
+def _failure(step: Callable[[], None]) -> str:
+    """Do it; what failed, "" if nothing did."""
+    try:
+        step()
+    except Exception as error:  # every later step must still be tried
+        return f"{getattr(step, '__qualname__', step)}: {error}"
+    return ""
+
+
+def _raise_all(what: str, failures: list[str], kind: type[DeviceError]) -> None:
+    failed = [each for each in failures if each]
+    if failed:
+        raise kind(what, why="; ".join(failed), remedy="switch the amplifier's mains off by hand")

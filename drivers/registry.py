@@ -22,6 +22,7 @@ from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.clock import SystemClock
 from drivers.errors import ConfigError, PlatformError
 from drivers.platform import Backend, Platform
+from drivers.wiring_proof import prove_lines
 
 
 class DeviceSection(BaseModel):
@@ -36,6 +37,12 @@ class DeviceSection(BaseModel):
         return dict(self.__pydantic_extra__ or {})
 
 
+class AmplifierSection(DeviceSection):
+    """`[power_amplifier]`: turn_off_s: how long it may put out power after its gate has fallen, whatever it is."""
+
+    turn_off_s: Annotated[float, Field(ge=0, allow_inf_nan=False, strict=True)] = 0.0
+
+
 class PlatformSection(BaseModel):
     """The part of a platform file that this room reads: name, device tables, options per back end."""
 
@@ -44,7 +51,7 @@ class PlatformSection(BaseModel):
     name: Annotated[str, Field(min_length=1, strict=True)]
     io_card: DeviceSection
     tx_rx_switch: DeviceSection
-    power_amplifier: DeviceSection
+    power_amplifier: AmplifierSection
     lna: DeviceSection
     thermometer: DeviceSection | None = None
     coils: DeviceSection
@@ -131,8 +138,10 @@ def build_platform(
             reference=_instrument(section, backends, "reference_dipole"),
             probe=_instrument(section, backends, "field_probe"),
             transmit_calibration=transmit_calibration,
+            amplifier_off_s=section.power_amplifier.turn_off_s,
         )
         check_gain(platform.calibration, platform.lna.gain())
+        prove_lines(platform)
         return platform
     except Exception as error:
         if isinstance(error, PlatformError):

@@ -21,12 +21,19 @@ from sequences.windows import Windows, realise, whole_steps
 
 @dataclass(frozen=True)
 class TransmitSide:
-    """What a sequence must know of the platform: coils, card, switch and the site's limits."""
+    """What a sequence must know of the platform: coils, card, switch, the site's limits, and how long
+    the amplifier may put out power after its gate has fallen, s."""
 
     channels: Sequence[TransmitChannel]
     card: CardCapabilities
     switch: SwitchTiming
     limits: SafetyLimits
+    amplifier_off_s: float = 0.0
+
+    @property
+    def guard_s(self) -> float:
+        """Least time from the end of the gate to the receiver's connection, s; what late lines need comes on top."""
+        return max(self.limits.min_guard_s, self.amplifier_off_s)
 
 
 @dataclass(frozen=True)
@@ -93,7 +100,7 @@ def compile_shot(
         check_drive(request.field_t, drives, side.limits)
         lobes = _lobes(request, windows, planned, side)
     timeline = _timeline(request, windows, drives, lobes, side)
-    check_timeline(timeline, side.limits, side.card, side.switch)
+    check_timeline(timeline, side.limits, side.card, side.switch, side.amplifier_off_s)
     figures = figures_of(timeline, drives)
     check_figures(figures, drives, timeline.duration_s, side.limits)
     frequency_hz = windows.frequency_hz if planned is None or lobes is None else lobes.mean_hz()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Annotated
 
@@ -24,7 +25,8 @@ class SafetyLimits(BaseModel):
     max_field_t: field amplitude at the rotor, T; max_coil_current_a: per coil, A; max_tx_s: length of the TX window, s;
     max_tx_duty: share of a shot that may be TX; settle_warning: share of the deflection that may remain at the next
     shot before a warning is given; max_coil_i2t_a2s: integral of the squared current over a shot, per coil, A^2 s;
-    max_coil_heat_w: heat in a coil, averaged over a shot, W; None: not limited.
+    max_coil_heat_w: heat in a coil, averaged over a shot, W; None: not limited; min_guard_s: least time from the end of
+    the amplifier's gate to the receiver's connection, s.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -36,6 +38,7 @@ class SafetyLimits(BaseModel):
     max_coil_i2t_a2s: Positive | None = None
     max_coil_heat_w: Positive | None = None
     settle_warning: Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)] = 0.03
+    min_guard_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
 
 
 def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLimits) -> None:
@@ -76,8 +79,16 @@ def check_figures(
             _at_most(f"the heat {name}", mean_w, most, "W", source, "field_t", change)
 
 
-def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilities, switch: SwitchTiming) -> None:
+def check_timeline(
+    timeline: Timeline,
+    limits: SafetyLimits,
+    card: CardCapabilities,
+    switch: SwitchTiming,
+    amplifier_off_s: float = 0.0,
+) -> None:
     """Times, DAC range and the exclusion of power and receiver; raises SequenceRejected.
+
+    amplifier_off_s: how long the amplifier may put out power after its gate has fallen.
 
     It looks only at the finished timeline, not at how it was made, so that a mistake in the compiler shows here.
     """
@@ -94,20 +105,24 @@ def check_timeline(timeline: Timeline, limits: SafetyLimits, card: CardCapabilit
         peak = float(np.max(np.abs(timeline.output_volts(output, 0, timeline.tx_samples))))
         name = f"DAC output {output}"
         _at_most(name, peak, card.output_full_scale_v, "V", "the card's output range", "field_t")
-    _check_exclusion(timeline, switch, card.line_delay_s * rate)
+    _check_exclusion(timeline, switch, card.line_delay_s * rate, max(limits.min_guard_s, amplifier_off_s) * rate)
 
 
-def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float) -> None:
-    """Power and receiver never together, receiver settled before RX begins; lines may be `late` samples late."""
+def _check_exclusion(timeline: Timeline, switch: SwitchTiming, late: float, guard: float) -> None:
+    """Power and receiver never together, receiver settled before RX begins; lines may be `late` samples late, and the
+    amplifier needs `guard` samples to be off."""
     power = [level for level in timeline.lines if level.line is DigitalLine.PA_GATE]
     receive = [level for level in timeline.lines if level.line is DigitalLine.RX_CONNECT]
     for p in power:
         for r in receive:
-            if r.start_sample <= p.stop_sample + late and p.start_sample <= r.stop_sample + late:
+            apart = late + guard
+            if r.start_sample <= p.stop_sample + apart and p.start_sample <= r.stop_sample + late:
                 raise SequenceRejected(
                     "the receiver would be connected while the amplifier can put out power",
                     where=f"samples {max(p.start_sample, r.start_sample)} to {min(p.stop_sample, r.stop_sample)}",
-                    remedy="leave a guard between the two lines",
+                    why=f"of {r.start_sample - p.stop_sample} samples between the two lines, {late:.0f} are the lines' "
+                    f"delay and {guard:.0f} the least guard (limits.min_guard_s, power_amplifier.turn_off_s)",
+                    remedy=f"set sequence.guard_samples to {math.floor(apart) + 1} or more",
                 )
     for b in timeline.bursts:
         if not all(timeline.is_high(DigitalLine.PA_GATE, k) for k in (b.start_sample, b.stop_sample - 1)):

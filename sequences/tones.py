@@ -61,7 +61,7 @@ def dipole_shot(output: int, frequency_hz: float, volts: float, listen_s: float,
     if any(c.output == output for c in side.channels):
         why = "the receiver would be connected to a driven coil"
         raise SequenceRejected(f"a coil hangs on output {output}", why=why, remedy="correct reference_dipole.output")
-    check_timeline(replace(timeline, bursts=()), side.limits, side.card, side.switch)
+    check_timeline(replace(timeline, bursts=()), side.limits, side.card, side.switch, side.amplifier_off_s)
     return ToneShot(timeline, blank=True)
 
 
@@ -73,10 +73,10 @@ def coil_tones(
     Raises SequenceRejected outside the safety envelope.
     """
     rate_hz, step = side.card.clock.rate_hz, side.card.step_samples
-    tone, gap = whole_steps(tone_s * rate_hz, step), whole_steps(GUARD_S * rate_hz, step)
+    tone, gap = whole_steps(tone_s * rate_hz, step), whole_steps(_guard_s(side) * rate_hz, step)
     spans = [(k * (tone + gap), k * (tone + gap) + tone) for k in range(len(drives))]
     tx = spans[-1][1]
-    before = whole_steps((side.switch.total_s + GUARD_S + side.card.line_delay_s) * rate_hz + 1, step) + step
+    before = whole_steps((side.switch.total_s + _guard_s(side) + side.card.line_delay_s) * rate_hz + 1, step) + step
     total = max(tx + before + step, whole_steps(1.01 * tx / side.limits.max_tx_duty, step))
     bursts = [
         Burst(d.channel.output, first, last, frequency_hz, d.dac_v, 0.0)
@@ -93,7 +93,7 @@ def coil_tones(
         bursts=tuple(bursts),
         lines=(LineLevel(DigitalLine.PA_GATE, 0, tx), LineLevel(DigitalLine.RX_CONNECT, tx + gap, total)),
     )
-    check_timeline(timeline, side.limits, side.card, side.switch)
+    check_timeline(timeline, side.limits, side.card, side.switch, side.amplifier_off_s)
     return ToneShot(timeline, blank=False), spans
 
 
@@ -111,3 +111,8 @@ def _has_output(output: int, card: CardCapabilities) -> None:
             why=f"its {card.outputs} outputs count from 0",
             remedy="add the output to the card's table in the platform file",
         )
+
+
+def _guard_s(side: TransmitSide) -> float:
+    """From the gate's fall to the receiver, more than the least guard by half a step at least."""
+    return max(GUARD_S, side.guard_s + side.card.step_samples / side.card.clock.rate_hz + side.card.line_delay_s)

@@ -29,6 +29,8 @@ class PlainAmplifier:
     clipping is never reported.
     """
 
+    on_card_lines = True
+
     def __init__(self, card: CardPins, enable: tuple[int, str], fault: tuple[int, str] | None) -> None:
         self._card, self._enable, self._fault = card, enable, fault
         self._wanted = False

@@ -35,6 +35,11 @@ class LineSwitch:
     def __init__(self, card: CardLines, timing: SwitchTiming, readback: tuple[int, str] | None) -> None:
         self._card, self._timing, self._readback = card, timing, readback
 
+    @property
+    def reads_back(self) -> bool:
+        """Whether its contacts are read, not assumed."""
+        return self._readback is not None
+
     def identity(self) -> Identity:
         """See TxRxSwitch."""
         return Identity("", "relay on the card's line", "", "with read-back" if self._readback else "no read-back")

@@ -9,28 +9,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from drivers.conformance.timelines import short_shot
+from drivers.conformance.incidents import IncidentContract
+from drivers.conformance.timelines import collect, short_shot
 from drivers.errors import DeviceStateError, InputError, SequenceRejected
-from drivers.io_card import CardState, Chunk, IoCard
+from drivers.io_card import CardState, IoCard
 from drivers.platform import Platform
 from drivers.timeline import Burst, SampleClock, Timeline
 
 WAKE_UP_S = 5.0
 
 
-def collect(card: IoCard, timeline: Timeline, most: int) -> list[Chunk]:
-    """A whole shot, in reads of at most so many samples."""
-    card.program(timeline)
-    card.arm()
-    card.trigger()
-    chunks: list[Chunk] = []
-    while sum(c.volts.shape[1] for c in chunks) < timeline.total_samples:
-        chunks.append(card.read(most))
-    return chunks
-
-
-class CardContract:
-    """Offer the fixture `card` or `platform`."""
+class CardContract(IncidentContract):
+    """Offer the fixture `card` or `platform`, and `emergency` and `stranger` if there is a way."""
 
     @pytest.fixture(scope="class")
     @classmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from drivers.io_card import CardCapabilities
+from drivers.io_card import CardCapabilities, Chunk, IoCard
 from drivers.timeline import Burst, DigitalLine, LineLevel, Timeline
 
 TX_S, GAP_S, RX_S = 0.01, 0.07, 0.1
@@ -24,3 +24,14 @@ def short_shot(can: CardCapabilities, *, bursts: bool = True, rx_s: float = RX_S
 def steps(samples: float, can: CardCapabilities) -> int:
     """Samples as whole steps of the card, at least one."""
     return max(1, round(samples / can.step_samples)) * can.step_samples
+
+
+def collect(card: IoCard, timeline: Timeline, most: int) -> list[Chunk]:
+    """A whole shot, in reads of at most so many samples."""
+    card.program(timeline)
+    card.arm()
+    card.trigger()
+    chunks: list[Chunk] = []
+    while sum(c.volts.shape[1] for c in chunks) < timeline.total_samples:
+        chunks.append(card.read(most))
+    return chunks

@@ -9,8 +9,10 @@ lines.py        lines on pins that no sequence can time: set by command, late, a
 scale.py        what its memory says of its converters
 reader.py       the boards' streams as one recording
 stream.py       samples and status records of a pipelined read
-connection.py   the two sockets: connecting, asking, uploading
-ports.py        getting through to one port, whoever is in the way
+sines.py        sines as commands, and their amplitudes read back
+pairing.py      getting through to the server, whoever is in the way, and proving that both sockets are ours
+connection.py   the two sockets: asking, uploading, receiving
+ports.py        connecting to one port
 commands.py     every command the driver may send, and what the server answers to it
 lock.py         one daemon per card on this computer
 backend.py, options.py   the back end `red_pitaya` and its tables

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 import structlog
 from numpy.typing import NDArray
 
-from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout
+from drivers.errors import ConfigError, DeviceError, DeviceFault, DeviceProtocolError, DeviceTimeout
 from drivers.io_card import ChunkFlags
 from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
-from drivers.red_pitaya.ports import use_up_strangers
+from drivers.red_pitaya.pairing import open_pair, take_over
 from drivers.red_pitaya.scale import Scale, read_scale
-from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram, Sine
+from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram
+from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
 
 log = structlog.get_logger()
 
-AMPLITUDE_STEP_V = 1 / 32767  # of the register, which truncates; divided by the output's scale
 SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
 OUTPUTS_OFF = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE 0" for o, c in SINES),
@@ -32,6 +32,7 @@ READ_BACK = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE?" for o, c in SINES),
     *(f"RP:DAC:CHANNEL{o}:OFFSET?" for o in (0, 1)),
 ]
+EMERGENCY = "RP:INSTANTRESET:TRIGGERED?"
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 
@@ -49,60 +50,42 @@ class Board:
     version: str = field(init=False, default="")
     _loaded: BoardProgram | None = field(init=False, default=None)
     _connection: Connection = field(init=False)
+    _next: Connection | None = field(init=False, default=None)
     _buffer: bytearray = field(init=False, default_factory=bytearray)
 
     def open(self) -> None:
         """Connect.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if something else answers."""
-        a = self.address
-        self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
+        self._connection = open_pair(*self._address, self.table.reply_timeout_s, self._off())
 
-    def take_over(self) -> None:
-        """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once."""
-        a, old = self.address, self._connection
-        try:
-            self._connection = Connection.take_over(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
-        finally:
-            old.close()
-        if old.starved:
-            self._pair_anew()
+    def replace(self) -> None:
+        """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once.
 
-    def _pair_anew(self) -> None:
-        """The data connection may be a stranger's, and so would be the next ones: off first, then get through."""
-        a = self.address
-        self.switch_off()
-        self._connection.close()
-        use_up_strangers(a.host, a.command_port)
-        self._connection = Connection.open(a.host, a.command_port, a.data_port, self.table.reply_timeout_s)
+        Whoever used the old one gets DeviceLost; the new one waits for `settle`.  Errors as in `open`.
+        """
+        self._next = None
+        self._next = take_over(self._connection, *self._address, self.table.reply_timeout_s, self._off())
 
     def settle(self) -> None:
-        """After a new connection: outputs off and read back, who is there, and all registers.
+        """After a new connection: who is there, outputs off and read back, and all registers.
 
         The master first: a slave cannot leave its mode while the master's trigger is on.
         """
+        if self._next is not None:
+            self._connection, self._next = self._next, None
         self._loaded = None
-        self.switch_off()
         self._identify()
+        self.switch_off()
         self._configure()
 
-    def prove_data_connection(self, silent: BoardProgram) -> None:
-        """Load a silent sequence, in mode CONFIGURATION, over the data connection; another one if that is not ours.
-
-        Whoever died between its two connections, a daemon that was killed while it started for one, left its data
-        connection behind, and the card takes it for ours.  What it says to an upload then is not documented: silence,
-        a refusal, a lost connection all count.  Raises DeviceError if nothing helps.
-        """
-        try:
-            self.load(silent)
-        except DeviceError:
-            self._connection.starved = True
-            self.take_over()
-            self.settle()
-            self.load(silent)
+    @property
+    def _address(self) -> tuple[str, tuple[int, int]]:
+        return self.address.host, (self.address.command_port, self.address.data_port)
 
     def close(self) -> None:
         """Let go.  Idempotent."""
-        if hasattr(self, "_connection"):
-            self._connection.close()
+        for each in (getattr(self, "_connection", None), self._next):
+            if each is not None:
+                each.close()
 
     def ask(self, *commands: str) -> list[str | int | float]:
         """See Connection.ask_all."""
@@ -142,23 +125,17 @@ class Board:
         """Sequence and sines into the registers, once per shot; then mode ACQUISITION.
 
         While the trigger is off the card holds everything at zero.  Raises DeviceProtocolError if an amplitude reads
-        back wrong.
+        back wrong, DeviceFault if the emergency input is high.
         """
-        sines = [command for sine in program.sines for command in _sine(sine)]
         scales = [self.scale.output[s.output] for s in program.sines]
-        wanted = [_truncated(s.amplitude_v, scale) for s, scale in zip(program.sines, scales, strict=True)]
-        amplitudes = [f"{_component(s)}:AMPLITUDE {v:.15g}" for s, v in zip(program.sines, wanted, strict=True)]
-        checks = [f"{_component(s)}:AMPLITUDE?" for s in program.sines]
-        answers = self.ask(*sines, "RP:DAC:SEQ:SET", *amplitudes, *checks, "RP:MODE ACQUISITION")
+        waves, amplitudes, checks = arming(program.sines, scales)
+        emergency, *answers = self.ask(
+            "RP:INSTANTRESET:STATUS?", *waves, "RP:DAC:SEQ:SET", *amplitudes, *checks, "RP:MODE ACQUISITION"
+        )
+        if emergency and self.table.instant_reset:
+            raise emergency_stop(self.where, "the emergency input keeps the outputs off")
         found = answers[len(answers) - 1 - len(checks) : -1]
-        for sine, scale, value in zip(program.sines, scales, found, strict=True):
-            # What is read back is the register, which holds the voltage times the output's scale.
-            if not abs(float(value) - sine.amplitude_v * scale) <= 1.5 * AMPLITUDE_STEP_V:
-                raise DeviceProtocolError(
-                    f"an amplitude of {sine.amplitude_v} V reads back as {value} V, at an output scale of {scale:g}",
-                    where=self.where,
-                    remedy="check the output calibration in the card's memory",
-                )
+        check_amplitudes(program.sines, scales, [float(v) for v in found], self.where)
 
     def quiet(self) -> None:
         """DIO lines low, sines and offsets read back off, and switched off if they are not; errors as in `switch_off`.
@@ -172,7 +149,7 @@ class Board:
 
     def switch_off(self) -> None:
         """Sines, offsets and DIO lines off, and read back.  Raises DeviceError if they are not."""
-        off = [*OUTPUTS_OFF, *self._lows()]
+        off = self._off()
         found = self._connection.ask_all([*off, *self._levels()], OFF_S)[len(off) :]
         if not _all_off(found, QUIET_V):
             raise DeviceError(
@@ -182,6 +159,9 @@ class Board:
                 remedy="switch the amplifier's mains off by hand",
             )
 
+    def _off(self) -> list[str]:
+        return [*OUTPUTS_OFF, *self._lows()]
+
     def _lows(self) -> list[str]:
         return [f"{pin_header(pin)} OFF" for pin in self.output_pins]
 
@@ -190,10 +170,26 @@ class Board:
         return [*READ_BACK, *(f"{pin_header(pin)}?" for pin in self.output_pins)]
 
     def play(self) -> tuple[bool, bool]:
-        """Whether the sequence runs, and whether the emergency input has switched the outputs off since the trigger."""
-        asked = ["RP:STATUS?", "RP:INSTANTRESET:TRIGGERED?"] if self.table.instant_reset else ["RP:STATUS?"]
+        """Whether the sequence runs, and whether the emergency input has switched the outputs off since the trigger.
+
+        That input holds the stepper, too: a sequence that it has stopped seems to run for ever.
+        """
+        asked = ["RP:STATUS?", EMERGENCY] if self.table.instant_reset else ["RP:STATUS?"]
         status, *emergency = self.ask(*asked)
         return bool(int(status) & 16), any(emergency)
+
+    def watch(self) -> None:
+        """Ask for the emergency input without waiting, and look at the answer to the question before.
+
+        Raises DeviceFault if it has switched the outputs off since the trigger.
+        """
+        if not self.table.instant_reset:
+            return
+        answers = self._connection.posted()
+        if answers is not None and any(answers):
+            raise emergency_stop(self.where)
+        if answers != []:  # the question before has its answer, or there was none
+            self._connection.post(EMERGENCY)
 
     # --- samples
 
@@ -268,22 +264,22 @@ class Board:
             )
 
 
+def arm_all(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:
+    """All boards at once, each takes some 50 ms; raises the first error when all have ended."""
+    with ThreadPoolExecutor(len(boards)) as pool:
+        armed = [pool.submit(board.arm, program) for board, program in zip(boards, programs, strict=True)]
+    for each in armed:
+        each.result()
+
+
+def emergency_stop(
+    where: str, what: str = "the emergency input switched the outputs off during the shot"
+) -> DeviceFault:
+    """The error for a card that was stopped by its input DIO3_P."""
+    return DeviceFault(what, where=where, remedy="find out why DIO3_P of the card is high")
+
+
 def _all_off(found: Sequence[str | int | float], at_most_v: float) -> bool:
     """Answers to READ_BACK, then levels of lines: voltages no larger than this, lines low."""
     volts, levels = found[: len(READ_BACK)], found[len(READ_BACK) :]
     return all(abs(float(v)) <= at_most_v for v in volts) and all(level == "OFF" for level in levels)
-
-
-def _component(sine: Sine) -> str:
-    return f"RP:DAC:CHANNEL{sine.output}:COMPONENT{sine.component}"
-
-
-def _sine(sine: Sine) -> list[str]:
-    head = _component(sine)
-    return [f"{head}:FREQUENCY {sine.frequency_hz:.15g}", f"{head}:PHASE {sine.phase_rad:.15g}"]
-
-
-def _truncated(volts: float, scale: float) -> float:
-    """The voltage to ask for so that the truncating register, `volts * scale` in steps, ends on the nearest step."""
-    most = 1.0 if scale == 1.0 else 1.0 - 0.5 * AMPLITUDE_STEP_V  # the product may be rounded up, and 1 is the limit
-    return min((math.floor(volts * scale / AMPLITUDE_STEP_V + 0.5) + 0.25) * AMPLITUDE_STEP_V, most) / scale

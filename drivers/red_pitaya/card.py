@@ -13,17 +13,18 @@ import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TextIO
 
-from drivers.errors import DeviceError, DeviceFault, InputError, PlatformError
+from drivers.errors import DeviceError, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
-from drivers.red_pitaya.board import AMPLITUDE_STEP_V, Board
+from drivers.red_pitaya.board import Board, arm_all, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.reader import Reader
-from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline, silence
+from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
+from drivers.red_pitaya.sines import AMPLITUDE_STEP_V
 from drivers.red_pitaya.stream import filter_delay_samples
 from drivers.timeline import Timeline
 
@@ -31,6 +32,7 @@ WHERE = "I/O card"
 FREQUENCY_STEP_HZ = 125e6 / 2**48
 PIN_CHUNK = 320  # samples per chunk where lines are set by command, which waits for the end of a chunk
 PATIENCE_S = 0.2  # how long a stop waits for commands that are on their way
+START_S = 0.1  # how long the server may take to see that a sequence plays
 GRANULE = 32  # the recording grows in steps of so many samples
 
 
@@ -45,6 +47,7 @@ class RedPitayaCard:
         """
         self._table, self.layout = table, table.layout()
         self._delay = round(filter_delay_samples(table.decimation))
+        self._start_samples = round(START_S * self.layout.clock.rate_hz)
         last = len(table.boards) - 1
         lines = [(p.board, p.pin) for p in self.layout.lines.values() if p.sequence_channel is None]
         self.boards = [
@@ -68,8 +71,8 @@ class RedPitayaCard:
                 board.open()
             for board in self.boards:
                 board.settle()
-            for board in self.boards:
-                board.prove_data_connection(silence(self.layout.step_samples))
+            if table.prove_wiring:
+                trigger.prove(self.boards)
         except Exception:
             self._let_go()
             raise
@@ -77,7 +80,7 @@ class RedPitayaCard:
     def identity(self) -> Identity:
         """See IoCard.  The serial number is the address: the server tells none."""
         for board in self.boards:
-            board.ask("RP:MODE?")  # it is still there, and so nobody else
+            board.ask("RP:MODE?")
         where = ", ".join(board.address.host for board in self.boards)
         versions = "; ".join(dict.fromkeys(board.version for board in self.boards))
         return Identity("Red Pitaya", f"{len(self.boards)} x STEMlab 125-14, RedPitayaDAQServer", where, versions)
@@ -97,6 +100,7 @@ class RedPitayaCard:
             output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
             frequency_step_hz=FREQUENCY_STEP_HZ,
             holds_levels=True,
+            unproved_lines=self.layout.unproved_lines() if self._table.prove_wiring else (),
             input_ends_v=tuple(b.scale.ends_v(k) for b, where in boards for k in where.inputs),
         )
 
@@ -149,8 +153,7 @@ class RedPitayaCard:
         with self._commanding():
             require(self._state, CardState.PROGRAMMED, where=WHERE)
             self._state = CardState.ARMED  # from here on only a run or a new connection ends it
-            for board, program in zip(self.boards, self._programs, strict=True):
-                board.arm(program)
+            arm_all(self.boards, self._programs)
 
     def trigger(self) -> None:
         """See IoCard."""
@@ -161,7 +164,8 @@ class RedPitayaCard:
             total = self._timeline.total_samples
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
             chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
-            self._reader = Reader(self.boards, self._programs, self._delay, total, chunk)
+            self._reader = Reader(self.boards, self._programs, self._delay, total, chunk, self._start_samples)
+            self._pins.check_pace(chunk)
             self._pins.before_trigger()
             trigger.start(self.boards)
             for board in self.boards:
@@ -187,23 +191,24 @@ class RedPitayaCard:
             if self._state is CardState.CLOSED:
                 return
             unfinished = self._state in (CardState.ARMED, CardState.RUNNING)
+            failed: list[str] = []
             if unfinished or not self._guard.acquire(timeout=PATIENCE_S):
                 unfinished = True
                 self._stops += 1
-                for board in self.boards:
-                    board.close()  # whoever waits for this card wakes up and lets go of it
+                failed = _failures(self.boards, Board.replace)  # whoever waits for the card wakes up and lets go of it
                 self._guard.acquire()
             try:
                 self._state, self._timeline = CardState.IDLE, None
-                self._all_off(unfinished=unfinished)
+                self._all_off(failed, unfinished=unfinished)
             finally:
                 self._guard.release()
 
-    def _all_off(self, *, unfinished: bool) -> None:
+    def _all_off(self, failed: list[str], *, unfinished: bool) -> None:
         """Read back that outputs are off, over new connections if need be.  Raises DeviceError if they may be on."""
-        if not unfinished and not _failures(self.boards, Board.quiet):
-            return
-        failed = _failures(self.boards, Board.take_over)
+        if not unfinished:
+            if not _failures(self.boards, Board.quiet):
+                return
+            failed = _failures(self.boards, Board.replace)
         for board in self.boards:
             failed += [] if failed else _failures([board], Board.settle)
         if failed:
@@ -241,11 +246,7 @@ class RedPitayaCard:
         trigger.end(self.boards)
         self._state = CardState.IDLE
         if stopped:
-            raise DeviceFault(
-                "the emergency input switched the outputs off during the shot",
-                where=", ".join(stopped),
-                remedy="find out why DIO3_P of the card is high",
-            )
+            raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
 
     def _let_go(self) -> None:
         for board in self.boards:

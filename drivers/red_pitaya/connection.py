@@ -1,29 +1,23 @@
-"""The two sockets of RedPitayaDAQServer.
+"""The two sockets of RedPitayaDAQServer: asking, uploading, receiving.  How they are connected: pairing.py.
 
-The server takes the command connection (5025), stops whatever its last client ran, and then waits for the data
-connection (5026) without limit before it reads a command.  Whoever dies between the two leaves it half open, and every
-client that connects in this order is then paired with the wrong sockets.  Connecting the data socket first heals that:
-a half-open server closes it at once.  Answers to commands of the former client may still arrive: `*IDN?` is the mark
-from which on replies are ours, so nothing else here ever asks it.
+Answers to commands of the former client may still arrive first: `*IDN?` is the mark from which on replies are ours, so
+nothing else here ever asks it.
 """
 
 from __future__ import annotations
 
 import contextlib
-import math
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Sequence
 
-from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
+from drivers.errors import DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
-from drivers.red_pitaya.ports import Unanswered, closed_within, connect, use_up_strangers
+from drivers.red_pitaya.ports import acknowledge_at_once
 
-HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time
 MARK_S = 1.5  # time for the answer to the first *IDN?
-ATTEMPTS = 4
-TAKE_OVER_S = 3.0  # no new attempt after that: somebody waits to hear that the card is gone, and will try again
 UPLOAD_BYTES_PER_S = 200e3  # slower than any network the card is on
 
 Value = str | int | float
@@ -34,62 +28,10 @@ class Connection:
 
     def __init__(self, command: socket.socket, data: socket.socket, where: str, timeout_s: float) -> None:
         self._command, self._data, self.where, self._timeout_s = command, data, where, timeout_s
-        self.heard = False  # anything on the data socket
-        self.starved = False  # a byte was waited for in vain, and there was none before: it may be a stranger's
         self._lock = threading.Lock()
         self._pending = bytearray()
+        self._posted: deque[str] = deque()
         self._broken: str | None = None
-        for each in (command, data):
-            each.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-
-    @classmethod
-    def open(
-        cls, host: str, command_port: int, data_port: int, timeout_s: float, until_s: float = math.inf
-    ) -> Connection:
-        """Connect to a server in whatever state it is; no new attempt from `until_s` (monotonic) on, but one at least.
-
-        Raises DeviceNotFound if nothing listens, DeviceTimeout if it does not answer, DeviceProtocolError if it is
-        something else.
-        """
-        where = f"{host}:{command_port}"
-        error: DeviceError = DeviceTimeout("the card does not answer", where=where)
-        for attempt in range(ATTEMPTS):
-            if attempt and time.monotonic() >= until_s:
-                break
-            try:
-                data = connect(host, data_port)
-            except Unanswered as failure:
-                error = failure
-                use_up_strangers(host, command_port)
-                continue
-            if closed_within(data, HALF_OPEN_S):
-                data.close()
-                continue
-            connection = cls(connect(host, command_port, data), data, where, timeout_s)
-            try:
-                connection._synchronise()
-                return connection
-            except DeviceError as failure:
-                error = failure
-                connection.close()
-        raise error
-
-    @classmethod
-    def take_over(cls, host: str, command_port: int, data_port: int, timeout_s: float) -> Connection:
-        """Connect where this client is connected already: the server evicts it and zeroes all outputs at once.
-
-        Falls back on `open`, with the same errors, but gives up after some TAKE_OVER_S.
-        """
-        until_s = time.monotonic() + TAKE_OVER_S
-        with contextlib.suppress(DeviceError):
-            command = connect(host, command_port)
-            connection = cls(command, connect(host, data_port, command), f"{host}:{command_port}", timeout_s)
-            try:
-                connection._synchronise()
-                return connection
-            except DeviceError:
-                connection.close()
-        return cls.open(host, command_port, data_port, timeout_s, until_s)
 
     def ask(self, command: str) -> Value:
         """Send one command and return its answer.  Raises DeviceTimeout, DeviceLost, DeviceProtocolError."""
@@ -108,8 +50,35 @@ class Connection:
             deadline = time.monotonic() + (timeout_s or self._timeout_s)
             for command in commands:
                 self._send(self._command, f"{command}\n".encode())
+            while self._posted:
+                self._line(self._posted[0], deadline)
+                self._posted.popleft()
             lines = [self._line(command, deadline) for command in commands]
         return [parse(command, line, self.where) for command, line in zip(commands, lines, strict=True)]
+
+    def post(self, command: str) -> None:
+        """Send a command whose answer is looked for later, by `posted`.  Raises DeviceTimeout, DeviceLost."""
+        reply_kind(command)
+        with self._lock:
+            self._check()
+            self._send(self._command, f"{command}\n".encode())
+            self._posted.append(command)
+
+    def posted(self) -> list[Value] | None:
+        """Answers to what was posted, as far as they are here, without waiting; None: nothing is on its way.
+
+        Whoever asks anything else meanwhile gets past them.  Raises DeviceLost, DeviceProtocolError.
+        """
+        found: list[Value] = []
+        with self._lock:
+            self._check()
+            if not self._posted:
+                return None
+            with contextlib.suppress(BlockingIOError):
+                while self._posted:
+                    line = self._line(self._posted[0], None)
+                    found.append(parse(self._posted.popleft(), line, self.where))
+        return found
 
     def upload(self, command: str, payload: bytes) -> None:
         """Send a command and its bytes on the data socket.
@@ -125,9 +94,6 @@ class Connection:
             try:
                 line = self._line(command, time.monotonic() + self._timeout_s + len(payload) / UPLOAD_BYTES_PER_S)
                 parse(command, line, self.where)
-            except DeviceTimeout:
-                self.starved = True
-                raise
             except DeviceProtocolError:
                 self._broken = f"the upload {command!r} was refused"
                 raise
@@ -141,9 +107,9 @@ class Connection:
         filled = 0
         while filled < len(target):
             try:
+                acknowledge_at_once(self._data)
                 count = self._data.recv_into(target[filled:])
             except TimeoutError:
-                self.starved = not self.heard
                 raise DeviceTimeout(
                     "no samples arrive",
                     where=self.where,
@@ -154,7 +120,6 @@ class Connection:
                 raise self._lost(str(error)) from None
             if count == 0:
                 raise self._lost("it closed the data socket")
-            self.heard = True
             filled += count
 
     def close(self) -> None:
@@ -165,8 +130,9 @@ class Connection:
                 each.shutdown(socket.SHUT_RDWR)
             each.close()
 
-    def _synchronise(self) -> None:
-        """Make sure that the next answer belongs to the next command."""
+    def synchronise(self) -> None:
+        """Make sure that the next answer belongs to the next command.  Raises DeviceTimeout, DeviceLost,
+        DeviceProtocolError if something else answers."""
         deadline = time.monotonic() + MARK_S
         self._send(self._command, b"\n*IDN?\n")
         heard = ""
@@ -193,12 +159,15 @@ class Connection:
         except OSError as error:
             raise self._lost(str(error)) from None
 
-    def _line(self, command: str, deadline: float) -> str:
-        """The next reply line; it may arrive in several pieces."""
+    def _line(self, command: str, deadline: float | None) -> str:
+        """The next reply line; it may arrive in several pieces.  deadline None: BlockingIOError if it is not here."""
         while (end := self._pending.find(b"\n")) < 0:
             try:
-                self._command.settimeout(max(deadline - time.monotonic(), 1e-3))
+                self._command.settimeout(0.0 if deadline is None else max(deadline - time.monotonic(), 1e-3))
+                acknowledge_at_once(self._command)
                 piece = self._command.recv(4096)
+            except BlockingIOError:
+                raise
             except TimeoutError:
                 self._broken = f"{command!r} was not answered"
                 raise DeviceTimeout(

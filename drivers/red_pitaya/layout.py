@@ -57,6 +57,10 @@ class Layout:
         """Board and output on it of the platform's output `index`."""
         return [(b, out) for b, board in enumerate(self.boards) for out in board.outputs][index]
 
+    def unproved_lines(self) -> tuple[DigitalLine, ...]:
+        """Lines on AO1 to AO3: released images with the same version number leave these off."""
+        return tuple(line for line, pin in self.lines.items() if pin.pin in ANALOG_PINS[1:])
+
     def line_delay_s(self) -> float:
         """How late a line may be set: nothing for sample-timed pins."""
         return max(0.0 if pin.sequence_channel is not None else self.pin_delay_s for pin in self.lines.values())

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from drivers.errors import ShotRefused
+from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
-from drivers.red_pitaya.layout import Layout, pin_header
-from drivers.timeline import Timeline
+from drivers.red_pitaya.layout import Layout, LinePin, pin_header
+from drivers.timeline import DigitalLine, Timeline
+
+TRIES = 3  # answers whose slowest says how late a line would be
 
 
 @dataclass(order=True)
@@ -19,6 +22,7 @@ class Edge:
     board: int
     pin: str
     high: bool
+    line: DigitalLine
 
 
 @dataclass
@@ -29,6 +33,8 @@ class PinLines:
     boards: Mapping[int, Board]
     edges: Sequence[Edge]
     delay_samples: float = 0.0
+    rate_hz: float = 1.0
+    gate: LinePin | None = None
     _done: int = field(init=False, default=0)
 
     @classmethod
@@ -38,10 +44,25 @@ class PinLines:
         for level in timeline.lines:
             pin = layout.lines[level.line]
             if pin.sequence_channel is None:
-                edges.append(Edge(level.start_sample, pin.board, pin.pin, True))
-                edges.append(Edge(level.stop_sample, pin.board, pin.pin, False))
-        delay = layout.pin_delay_s * layout.clock.rate_hz
-        return cls(boards[0].where, dict(enumerate(boards)), sorted(edges), delay)
+                edges.append(Edge(level.start_sample, pin.board, pin.pin, True, level.line))
+                edges.append(Edge(level.stop_sample, pin.board, pin.pin, False, level.line))
+        rate_hz, gate = layout.clock.rate_hz, layout.lines[DigitalLine.PA_GATE]
+        return cls(boards[0].where, dict(enumerate(boards)), sorted(edges), layout.pin_delay_s * rate_hz, rate_hz, gate)
+
+    def check_pace(self, chunk_samples: int) -> None:
+        """Before power: a line could be set in time.  Raises DeviceTimeout if the card answers too slowly for that."""
+        if not self.edges:
+            return
+        slowest_s = max(self._round_trip_s(board) for board in self.boards.values() for _ in range(TRIES))
+        late = chunk_samples + 2 * slowest_s * self.rate_hz
+        if late > self.delay_samples:
+            raise DeviceTimeout(
+                f"a line on a DIO pin would be {late / self.rate_hz:.3f} s late",
+                where=self.where,
+                why=f"the card answered after {slowest_s:.3f} s, and io_card.pin_delay_s allows "
+                f"{self.delay_samples / self.rate_hz:.3f} s",
+                remedy="repeat the shot; if it happens again, put the lines on AO0 ... AO3, which the card times",
+            )
 
     def before_trigger(self) -> None:
         """Lines that are high from the first sample on."""
@@ -67,8 +88,27 @@ class PinLines:
                 self.boards[edge.board].ask(f"{pin_header(edge.pin)} OFF")
 
     def _set(self, edge: Edge) -> int:
-        """Set the pin; returns the sample at which it was."""
-        level = "ON" if edge.high else "OFF"
-        _, written = self.boards[edge.board].ask(f"{pin_header(edge.pin)} {level}", "RP:ADC:WP?")
+        """Set the pin; returns the sample at which it was.
+
+        The receiver follows the gate as it reads back, at the pad, not as it was told.  Raises ShotRefused if the gate
+        is still high then, or if a pin does not follow.
+        """
+        if edge.line is DigitalLine.RX_CONNECT and edge.high and self._gate_is_high():
+            raise ShotRefused(
+                "the amplifier's gate still reads back high, so the receiver stays disconnected", where=self.where
+            )
+        level, header = "ON" if edge.high else "OFF", pin_header(edge.pin)
+        _, found, written = self.boards[edge.board].ask(f"{header} {level}", f"{header}?", "RP:ADC:WP?")
+        if found != level:
+            raise ShotRefused(f"{edge.pin} was set {level} and reads back {found}", where=self.where)
         self._done += 1
         return int(written)
+
+    def _gate_is_high(self) -> bool:
+        assert self.gate is not None
+        return self.boards[self.gate.board].ask(f"{pin_header(self.gate.pin)}?")[0] != "OFF"
+
+    def _round_trip_s(self, board: Board) -> float:
+        begun_s = time.monotonic()
+        board.ask("RP:ADC:WP?")
+        return time.monotonic() - begun_s

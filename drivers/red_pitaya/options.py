@@ -64,14 +64,15 @@ class CardTable(Section):
     looks at commands while it sends; server_version and image_version (None: the same number): what VERsion queries
     must answer; reply_timeout_s and sample_timeout_s: how long to wait; require_calibration: refuse a card whose
     inputs were never calibrated; pin_delay_s: how late a DIO line may be set; instant_reset: let the card's input
-    DIO3_P switch the outputs off.
+    DIO3_P switch the outputs off; prove_wiring: at the start let the master trigger all boards, with nothing to play,
+    and a line on AO1 to AO3 move the switch.
     """
 
     boards: Annotated[tuple[BoardTable, ...], Field(strict=False, min_length=1)]
     lines: LinesTable = LinesTable()
     decimation: Annotated[int, Field(ge=8, le=8192, multiple_of=2)] = 2048
     step_samples: Annotated[int, Field(ge=1, le=65536)] = 16
-    chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 1216
+    chunk_samples: Annotated[int, Field(ge=32, le=6103)] = 608
     server_version: Annotated[int, Field(ge=1)] = 11
     image_version: Annotated[int, Field(ge=0)] | None = None
     reply_timeout_s: Positive = 5.0
@@ -80,6 +81,7 @@ class CardTable(Section):
     pin_delay_s: Positive = 0.06
     instant_reset: bool = True
     trigger: Literal["internal", "external"] = "internal"
+    prove_wiring: bool = True
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -98,6 +100,7 @@ class CardTable(Section):
         tables = {DigitalLine.PA_GATE: self.lines.pa_gate, DigitalLine.RX_CONNECT: self.lines.rx_connect}
         for line, table in tables.items():
             check_pin(table.board, table.pin, len(self.boards), f"io_card.lines.{line.value}")
+        _check_timing([t.pin for t in tables.values()])
         pins = [(t.board, t.pin) for t in tables.values()]
         if len(set(pins)) < len(pins):
             raise ConfigError("both lines are on the same pin", where="io_card.lines", remedy="give each its own")
@@ -109,15 +112,46 @@ class CardTable(Section):
             pin_delay_s=self.pin_delay_s,
         )
 
+    @model_validator(mode="after")
+    def _gate_can_be_driven(self) -> Self:
+        if self.prove_wiring and self.lines.pa_gate.pin in ANALOG_PINS[1:]:
+            raise ValueError(
+                "lines.pa_gate: nothing reads the gate back, and images of server 0.11.1 drive AO0 only; put it on "
+                "AO0, or set prove_wiring = false if you have seen it move"
+            )
+        return self
+
+
+def _check_timing(pins: list[str]) -> None:
+    """Raises ConfigError if one line is timed by the card and the other by the host."""
+    if len({pin in ANALOG_PINS for pin in pins}) > 1:
+        raise ConfigError(
+            "the amplifier's gate and the receiver are timed by different clocks",
+            where="io_card.lines",
+            why=f"gate on {pins[0]}, receiver on {pins[1]}: one follows the card's sequence, the other a command of "
+            "this computer, and when this computer is late the receiver is connected to the live amplifier",
+            remedy="put both on AO0 ... AO3 (timed by the card), or both on DIO pins (timed by the host)",
+        )
+
 
 class SwitchTable(Section):
     """`[tx_rx_switch]` driven by the card's line: its times s, and the DIO pin that reads its contacts back, high on
-    RECEIVE (absent: the position is what the line says, after the switch's time)."""
+    RECEIVE.  no_readback: there is none, and the position is what the line says, after the switch's time."""
 
     dead_time_s: Positive
     bounce_s: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     settle_s: Annotated[float, Field(ge=0, allow_inf_nan=False)]
     readback: LineTable | None = None
+    no_readback: bool = False
+
+    @model_validator(mode="after")
+    def _declared(self) -> Self:
+        if (self.readback is None) is not self.no_readback:
+            raise ValueError(
+                "name the pin that reads the contacts back (readback), or declare that there is none "
+                "(no_readback = true): a stuck relay then goes unnoticed, and every recording says so"
+            )
+        return self
 
 
 class AmplifierTable(Section):

@@ -1,9 +1,4 @@
-"""Connecting to one port of RedPitayaDAQServer, and what is in the way.
-
-Whoever connects to the data port only (a port scan does) stays in its queue, is taken for the data connection of the
-next client, and from then on everybody gets the one of the client before; two of them fill the queue.  Nobody is told,
-but no sample ever arrives.  Command connections without data ones use such strangers up.
-"""
+"""Connecting to one port of RedPitayaDAQServer."""
 
 from __future__ import annotations
 
@@ -13,32 +8,18 @@ import socket
 from drivers.errors import DeviceNotFound
 
 CONNECT_S = 3.0  # TCP connect
-QUEUE = 4  # more connections than wait at a port
-ANSWER_S = 0.5  # a server that has both its connections answers within this time
+ACKNOWLEDGE_AT_ONCE: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
 class Unanswered(DeviceNotFound):
     """Neither accepted nor refused: nobody there, or the queue of the port is full."""
 
 
-def use_up_strangers(host: str, command_port: int) -> None:
-    """Let the server take the data connections that strangers left behind; once it waits for one, which keeps it from
-    answering, none is left.  Raises DeviceNotFound."""
-    for _ in range(QUEUE):
-        with connect(host, command_port) as command:
-            command.sendall(b"\n*IDN?\n")
-            readable, _, _ = select.select([command], [], [], ANSWER_S)
-        if not readable:
-            return
-
-
-def connect(host: str, port: int, other: socket.socket | None = None) -> socket.socket:
-    """A TCP connection; closes `other` if there is none to be had.  Raises DeviceNotFound."""
+def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket:
+    """A TCP connection.  Raises DeviceNotFound."""
     try:
-        return socket.create_connection((host, port), CONNECT_S)
+        made = socket.create_connection((host, port), timeout_s)
     except OSError as error:
-        if other is not None:
-            other.close()
         kind = Unanswered if isinstance(error, TimeoutError) else DeviceNotFound
         raise kind(
             "no I/O card answers",
@@ -46,14 +27,29 @@ def connect(host: str, port: int, other: socket.socket | None = None) -> socket.
             why=error.strerror or str(error),
             remedy="check address, power and network of the card, and that its DAQ server runs",
         ) from None
+    made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return made
+
+
+def acknowledge_at_once(link: socket.socket) -> None:
+    """Until the next receive: the server writes in small pieces and holds each back until the one before is
+    acknowledged, which a receiver delays by 40 ms.  The kernel forgets this, so it is asked for around every receive.
+    """
+    if ACKNOWLEDGE_AT_ONCE is not None:
+        link.setsockopt(socket.IPPROTO_TCP, ACKNOWLEDGE_AT_ONCE, 1)
 
 
 def closed_within(peer: socket.socket, seconds: float) -> bool:
     """True if the other side closes within that time."""
+    return said_within(peer, seconds) == b""
+
+
+def said_within(peer: socket.socket, seconds: float) -> bytes | None:
+    """What the other side says unasked within that time, left unread; b"" if it closes, None if it keeps silent."""
     readable, _, _ = select.select([peer], [], [], seconds)
     if not readable:
-        return False
+        return None
     try:
-        return peer.recv(1, socket.MSG_PEEK) == b""
+        return peer.recv(80, socket.MSG_PEEK)
     except OSError:
-        return True
+        return b""

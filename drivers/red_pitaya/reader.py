@@ -23,9 +23,10 @@ class Reader:
         start: int,
         total: int,
         chunk: int,
+        start_samples: int = 0,
     ) -> None:
         self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
-        self._accounts = [Continuity(b.where, p.samples) for b, p in zip(boards, programs, strict=False)]
+        self._accounts = [Continuity(b.where, p.samples, start_samples) for b, p in zip(boards, programs, strict=False)]
         self._received = self._given = 0
         self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None
 
@@ -56,6 +57,7 @@ class Reader:
         rows, flags = [], ChunkFlags()
         for board, account in zip(self._boards, self._accounts, strict=True):
             volts, verdict = board.next_chunk(self._start + self._received, count, account)
+            board.watch()
             rows.append(volts)
             flags = flags | verdict
         self._received += count

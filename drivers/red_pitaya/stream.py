@@ -73,10 +73,14 @@ class Record:
 
 
 class Continuity:
-    """Our own account of one board's recording, beside the card's flags."""
+    """Our own account of one board's recording, beside the card's flags.
 
-    def __init__(self, where: str, sequence_samples: int) -> None:
-        self._where, self._sequence_samples, self._written = where, sequence_samples, 0
+    start_samples: how late after the trigger the server may say that the sequence plays: one of its threads notices.
+    """
+
+    def __init__(self, where: str, sequence_samples: int, start_samples: int = 0) -> None:
+        self._where, self._sequence_samples, self._start_samples = where, sequence_samples, start_samples
+        self._written, self._played = 0, False
 
     def check(self, record: Record) -> None:
         """Raises ShotRefused if trigger, sequence or write pointer tell of another recording than ours."""
@@ -92,11 +96,25 @@ class Continuity:
                 where=self._where,
                 why=f"its write pointer went from {self._written} back to {record.written}",
             )
-        ended = record.written + record.meanwhile + STATUS_LAG
-        if not record.playing and ended < self._sequence_samples:
+        self._played |= record.playing
+        if not record.playing:
+            self._check_stopped(record)
+        self._written = record.written
+
+    def _check_stopped(self, record: Record) -> None:
+        """The sequence does not play: not yet, never, no longer, or too soon."""
+        begun, ended = record.written, record.written + record.meanwhile + STATUS_LAG
+        if ended >= self._sequence_samples:
+            return
+        if self._played:
             raise ShotRefused(
                 "the outputs ended early",
                 where=self._where,
                 why=f"the sequence stopped before sample {ended} of {self._sequence_samples}",
             )
-        self._written = record.written
+        if begun > self._start_samples:
+            raise ShotRefused(
+                "the outputs have not started",
+                where=self._where,
+                why=f"the server did not see its sequence begin within {begun} samples after the trigger",
+            )

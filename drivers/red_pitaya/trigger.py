@@ -11,17 +11,37 @@ from collections.abc import Sequence
 from drivers.errors import DeviceTimeout
 from drivers.red_pitaya.board import Board
 
+FOLLOW_S = 0.05
+
 
 def start(boards: Sequence[Board]) -> None:
     """Trigger all boards, which must be in mode ACQUISITION.  Raises DeviceTimeout if one has not followed."""
     boards[0].ask("RP:TRIGGER ON")
+    deadline = time.monotonic() + FOLLOW_S
     for board in boards:
-        if board.ask("RP:TRIGGER?")[0] != "ON":
+        while board.ask("RP:TRIGGER?")[0] != "ON":
+            if time.monotonic() < deadline:
+                continue
             raise DeviceTimeout(
                 "the trigger did not reach the board",
                 where=board.where,
                 remedy="check the cable between the boards, and that this one is wired as a slave",
             )
+
+
+def prove(boards: Sequence[Board]) -> None:
+    """The master's trigger reaches every board, and goes from every board, with nothing to play.
+
+    Raises DeviceTimeout: a cable, or a board that is not wired as a slave and so is a second master.
+    """
+    if len(boards) < 2:
+        return
+    for board in boards:
+        board.ask("RP:MODE ACQUISITION")
+    try:
+        start(boards)
+    finally:
+        end(boards)
 
 
 def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
@@ -31,13 +51,17 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
     """
     deadline, stopped = time.monotonic() + timeout_s, []
     for board in boards:
-        while (state := board.play())[0]:
+        while True:
+            playing, emergency = board.play()
+            if emergency:
+                stopped.append(board.where)
+            if emergency or not playing:
+                break
             if time.monotonic() > deadline:
                 raise DeviceTimeout(
                     "the sequence does not end", where=board.where, remedy="stop the card, which connects anew"
                 )
             time.sleep(1e-3)
-        stopped += [board.where] if state[1] else []
     return stopped
 
 

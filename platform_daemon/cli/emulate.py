@@ -16,6 +16,8 @@ from platform_daemon.settings import locate, read_toml
 
 from .interrupts import heed_one_interrupt
 
+CLOSE_S = 10.0
+
 
 def emulate(
     config: Annotated[str, typer.Option(help="Emulator file, or the name of a shipped one.")] = "lab",
@@ -44,7 +46,9 @@ def emulate(
     except KeyboardInterrupt:
         pass
     finally:
-        emulator.close()
+        closing = threading.Thread(target=emulator.close, daemon=True)
+        closing.start()
+        closing.join(CLOSE_S)  # whatever hangs in there, the process ends
         _withdraw(json_file, written)
 
 

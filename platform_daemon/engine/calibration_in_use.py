@@ -69,7 +69,13 @@ class CalibrationInUse:
         self, platform: Platform, limits: SafetyLimits, options: SelfTestOptions, files: CalibrationFiles
     ) -> None:
         self._platform, self._options, self._files = platform, options, files
-        self.side = TransmitSide(platform.transmit, platform.card.capabilities(), platform.switch.timing(), limits)
+        self.side = TransmitSide(
+            platform.transmit,
+            platform.card.capabilities(),
+            platform.switch.timing(),
+            limits,
+            platform.amplifier_off_s,
+        )
         self.self_test = SelfTest(platform, self.side, options)
 
     def activate(self, request: ActivationRequest, folder: Path) -> None:

@@ -65,18 +65,18 @@ class Player:
         self._feed, self._begun_s, self._leg_first, self._first_leg = feed, setup.start_s, 0, None
 
     def result(self) -> tuple[ShotSetup, ShotResult]:
-        """The last shot made or begun.  Raises DeviceFault if there is none."""
+        """The last shot made or begun.  Raises DeviceFault if there is none.
+
+        Whoever calls this may hold the world's lock, so nobody may ask for that one while holding `_compute`.
+        """
         with self._compute:
             while True:
-                with self._lock:
-                    setup = self.setup
-                    if setup is None:
-                        raise DeviceFault("no shot has been made yet", where="simulated world", remedy="trigger one")
-                    if self._cached is not None and self._cached[0] is setup:
-                        return self._cached
-                cached = (setup, simulate(setup))
-                with self._lock:
-                    self._cached = cached
+                setup, cached = self.setup, self._cached
+                if setup is None:
+                    raise DeviceFault("no shot has been made yet", where="simulated world", remedy="trigger one")
+                if cached is not None and cached[0] is setup:
+                    return cached
+                self._cached = (setup, simulate(setup))
 
     def leg(self) -> tuple[int, ShotResult]:
         """The present leg of an open-ended shot and the number of its first sample."""

@@ -8,7 +8,9 @@ import pytest
 from drivers import entry_points, registry
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import ConfigError, DeviceError
+from drivers.io_card import CardCapabilities
 from drivers.registry import PlatformSection, build_platform, load_backend
+from drivers.timeline import SampleClock
 from drivers.validation import validated
 
 DEVICES = ("io_card", "tx_rx_switch", "power_amplifier", "lna", "coils", "calibration")
@@ -32,6 +34,9 @@ class Part:
 
     def gain(self) -> float:
         return 40.0
+
+    def capabilities(self) -> CardCapabilities:
+        return CardCapabilities(1, 1, 1.0, 1.0, SampleClock(125e6, 2048), 1000)
 
     def to_transmit(self) -> None:
         self._note("to_transmit")
@@ -114,7 +119,8 @@ def test_outputs_off_tries_every_step_and_then_names_all_that_failed():
     platform = build_platform(section(io_card={"backend": "theirs", "fails": True}))
     with pytest.raises(DeviceError, match="io_card does not answer"):
         platform.outputs_off()
-    assert TheirBackend.log == ["io_card.stop", "power_amplifier.disable", "tx_rx_switch.to_transmit"]
+    assert sorted(TheirBackend.log) == ["io_card.stop", "power_amplifier.disable", "tx_rx_switch.to_transmit"]
+    assert TheirBackend.log.index("io_card.stop") < TheirBackend.log.index("tx_rx_switch.to_transmit")
 
 
 @pytest.mark.parametrize("missing", DEVICES[:-1])

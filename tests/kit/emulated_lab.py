@@ -9,6 +9,7 @@ from typing import Any
 
 from drivers.platform import Platform
 from drivers.red_pitaya.connection import Connection
+from drivers.red_pitaya.pairing import open_pair
 from drivers.registry import build_platform
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.settings import PlatformFile, apply_override, load_platform, locate, read_toml
@@ -63,4 +64,4 @@ def watched_shot(platform: Platform, shot: ShotPlan) -> RawShot:
 def intruder(lab: Lab, board: int = 0) -> Connection:
     """Another client of the card, as a daemon on another computer would be."""
     at = lab.emulator.endpoints()["io_cards"][board]
-    return Connection.take_over(at["host"], at["command_port"], at["data_port"], 2.0)
+    return open_pair(at["host"], (at["command_port"], at["data_port"]), 2.0, ())

@@ -172,13 +172,14 @@ class ReferenceServer:
 
     def _amplitude(self, channel: str, component: str, what: str) -> str:
         if what == "?":
-            return f"{self.amplitude.get((channel, component), 0.0):.15g}"
+            register = self.amplitude.get((channel, component), 0.0)
+            return f"{register / self.calibration[f'DAC:{channel}:SCALE']:.15g}" if register else "0"
         level = float(what) * self.calibration[f"DAC:{channel}:SCALE"]
         if not 0 <= level <= 1:
             return "-2"
         self.amplitude.pop((channel, component), None)
         if level:
-            self.amplitude[channel, component] = int(level * 32767) / 32767
+            self.amplitude[channel, component] = int(level * 65534) / 65534
         return "1"
 
     def _sequence(self, what: str, rest: str) -> str:
@@ -216,6 +217,11 @@ class ReferenceServer:
                 return "-5"
             self.mode = rest
             return "1"
+        if head == "RP:ADC:DATA?":
+            if self.mode != "ACQUISITION":
+                return "-5"
+            self._data.sendall(bytes(4 * int(rest.split(",")[1])))
+            return "1"
         if head == "RP:ADC:DATA:PIPELINED?":
             if self.mode != "ACQUISITION":
                 return "-5"
@@ -231,6 +237,7 @@ class ReferenceServer:
             "RP:VERSION:IMAGE?": str(self.image),
             "RP:VERSION:SERVER?": str(self.version),
             "RP:CALIB:FLAGS": str(self.flags),
+            "RP:INSTANTRESET:STATUS?": "0",
             "RP:INSTANTRESET:TRIGGERED?": "0",
         }
         return answers.get(head)

@@ -61,14 +61,31 @@ def lines(command: socket.socket) -> Callable[[], str]:
     return following
 
 
+PROOF = (b"RP:MODE ACQUISITION\nRP:ADC:DATA? 0,16\n", b"1\r\n1\r\n", b"\0" * 64)
+
+
+def prove(command: socket.socket, data: socket.socket) -> None:
+    """Take and answer what a client asks to see that both sockets are its own."""
+    heard = b""
+    while len(heard) < len(PROOF[0]):
+        heard += command.recv(len(PROOF[0]) - len(heard))
+    assert heard == PROOF[0]
+    command.sendall(PROOF[1])
+    data.sendall(PROOF[2])
+
+
 def answering(replies: dict[str, str]) -> Script:
     """Answers from a table, silence to everything else, until the client goes."""
 
     def script(command: socket.socket, data: socket.socket) -> None:
         stream = command.makefile("r")
         for line in stream:
-            reply = {"*IDN?": "CUSTOM,REDPITAYA,0,0.1", **replies}.get(line.strip())
+            asked = line.strip()
+            known = {"*IDN?": "CUSTOM,REDPITAYA,0,0.1", "RP:MODE ACQUISITION": "1", "RP:ADC:DATA? 0,16": "1"}
+            reply = (known | replies).get(asked)
             if reply is not None:
                 command.sendall(f"{reply}\r\n".encode())
+            if asked == "RP:ADC:DATA? 0,16":
+                data.sendall(PROOF[2])
 
     return script

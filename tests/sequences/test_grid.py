@@ -70,3 +70,18 @@ def test_late_lines_need_a_longer_switch_window_and_guard():
     with pytest.raises(SequenceRejected, match="before RX begins"):
         compile_shot(changed(guard_samples=1300), late)
     assert compile_shot(changed(guard_samples=1300, switch_s=0.06), late).timeline.switch_samples > 1300
+
+
+@pytest.mark.parametrize("whose", ["min_guard_s", "amplifier_off_s"])
+def test_the_least_guard_and_the_amplifiers_turn_off_time_are_kept_apart_from_the_receiver(whose):
+    side = on_grid(1)
+    rate_hz = side.card.clock.rate_hz
+    guard_s = (THREAD.guard_samples + 10) / rate_hz
+    if whose == "min_guard_s":
+        side = replace(side, limits=side.limits.model_copy(update={whose: guard_s}))
+    else:
+        side = replace(side, amplifier_off_s=guard_s)
+    enough = THREAD.guard_samples + 11
+    with pytest.raises(SequenceRejected, match=rf"least guard.*guard_samples to {enough} or more"):
+        compile_shot(THREAD, side)
+    assert compile_shot(changed(guard_samples=enough), side)

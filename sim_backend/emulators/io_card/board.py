@@ -137,7 +137,8 @@ class Board:
     def settle(self) -> None:
         """If the sequence has ended by now: the server has stopped everything (stopTx)."""
         program = self.registers.program
-        if self.triggered and program is not None and self.write_pointer() >= program.stop:
+        held = self.reset_latched  # the emergency input holds the stepper: the sequence seems to run for ever
+        if self.triggered and not held and program is not None and self.write_pointer() >= program.stop:
             self.sequence.finished()
             self.registers = self.registers.silenced()
             self._record(self.registers, at=int(program.stop) + self.offset)

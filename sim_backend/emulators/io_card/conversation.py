@@ -10,6 +10,7 @@ import select
 import socket
 import struct
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from contextlib import nullcontext, suppress
@@ -46,6 +47,8 @@ class Conversation:
         self._buffer = left_over
         self.errors: deque[str] = deque(maxlen=ERRORS)
         self._sending: Sending | None = None
+        self._dying = False
+        self.gone_s: float | None = None
         self._evicted = threading.Event()
         self._wake, self._woken = socket.socketpair()
         self._thread = threading.Thread(target=self._run, name="daq-client", daemon=True)
@@ -57,18 +60,25 @@ class Conversation:
         self._evicted.set()
         with suppress(OSError):
             self._wake.send(b"x")
-        if threading.current_thread() is not self._thread:
+        self._dying |= successor is None
+        while threading.current_thread() is not self._thread and self._thread.is_alive():
             self._thread.join(timeout=5)
+            if successor is None:
+                break
         return self._buffer
+
+    def die(self) -> None:
+        """The process ends, in the middle of whatever it does."""
+        self._dying = True
 
     # --- what handlers need
 
     def upload(self, count: int) -> bytes:
-        """See daq_handler.Connection."""
+        """See daq_handler.Connection.  The server waits for them whoever else wants to be served."""
         parts: list[bytes] = []
-        while count > 0 and not self._evicted.is_set():
-            readable, _, _ = select.select([self._data, self._woken], [], [])
-            if self._data in readable:
+        while count > 0 and not self._dying:
+            readable, _, _ = select.select([self._data], [], [], 0.05)
+            if readable:
                 part = self._data.recv(min(count, 1 << 16))
                 if not part:
                     break
@@ -114,7 +124,7 @@ class Conversation:
                     self._commands(0.0)
             self._last_words()
         except (OSError, EOFError):
-            pass
+            self.gone_s = time.monotonic()
         except Hangup as fault:
             with suppress(OSError):
                 self._replies.send(fault.last)
@@ -191,6 +201,8 @@ class Conversation:
             return None
         handler, numbers = found
         try:
+            if "?" in arguments:
+                raise Silence  # no argument that the parser knows
             with nullcontext() if handler in WAITING else self.board.cards.world.lock:
                 self.board.settle()
                 answer = handler(self, numbers, arguments)

@@ -6,11 +6,13 @@ from .board import Mode
 from .daq_handler import RANGE, Code, Connection, Handler, need, on_off, quoted, whole, word
 from .tape import RING
 
+WORD = 2**16
+
 
 def set_decimation(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-    """Even, 8 ... 8192."""
+    """Even, 8 ... 8192, of which the server sees 16 bits."""
     need(c.board, Mode.CONFIGURATION)
-    decimation = whole(a)
+    decimation = whole(a) % WORD  # a register of 16 bits
     if not 8 <= decimation <= 8192 or decimation % 2:
         raise Code(RANGE)
     c.board.decimation = decimation
@@ -79,7 +81,7 @@ ACQUISITION: dict[str, Handler] = {
     "RP:ADC:DECimation": set_decimation,
     "RP:ADC:DECimation?": lambda c, n, a: str(c.board.decimation),
     "RP:ADC:FIREnabled": set_fir,
-    "RP:ADC:FIREnabled?": lambda c, n, a: str(int(c.board.fir)),
+    "RP:ADC:FIREnabled?": lambda c, n, a: on_off(c.board.fir),
     "RP:ADC:WP?": lambda c, n, a: str(c.board.write_pointer()),
     "RP:ADC:BUFfer:Size?": lambda c, n, a: str(RING),
     "RP:ADC:DATa?": read_simple,

@@ -18,8 +18,9 @@ def _get_calibration(kind: str, values: str) -> Handler:
 def _set_calibration(kind: str, values: str) -> Handler:
     def put(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
         need(c.board, Mode.CONFIGURATION)
+        value = float(np.float32(number(a)))
         channel = channel_of(n)
-        getattr(c.board, values)[kind, channel] = float(np.float32(number(a)))
+        getattr(c.board, values)[kind, channel] = value
         bit = 4 * (kind == "DAC") + 2 * channel + (values == "offsets")
         return _calibrated(c.board, bit)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from .board import Mode
 from .daq_handler import (
     BAD_CHANNEL,
+    BAD_MODE,
     MISSING,
-    UNSPECIFIED,
     Code,
     Connection,
     Handler,
@@ -25,7 +25,7 @@ def set_mode(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     asked = word(a, "CONFIGURATION", "ACQUISITION", "TRANSMISSION")
     need(c.board, Mode.CONFIGURATION, Mode.ACQUISITION)
     if asked == "TRANSMISSION":
-        raise Code(UNSPECIFIED)
+        raise Code(BAD_MODE)
     c.board.mode = Mode(asked)
     return "1"
 
@@ -80,8 +80,10 @@ def _pin_commands(side: str) -> dict[str, Handler]:
     }
 
 
-def _set_word(name: str, *words: str) -> Handler:
+def _set_word(name: str, *words: str, configuration: bool = False) -> Handler:
     def handle(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+        if configuration:
+            need(c.board, Mode.CONFIGURATION)
         c.board.words[name] = word(a, *words)
         return "1"
 
@@ -167,7 +169,7 @@ SERVER: dict[str, Handler] = (
         "RP:CounterTrigger:COUNTer:LAst?": lambda c, n, a: "0",
         "RP:CounterTrigger:COUNTer:REFerence": _set_number("reference"),
         "RP:CounterTrigger:COUNTer:REFerence?": lambda c, n, a: str(c.board.numbers["reference"]),
-        "RP:CounterTrigger:SouRCe:TYPe": _set_word("source_type", "DIO", "ADC"),
+        "RP:CounterTrigger:SouRCe:TYPe": _set_word("source_type", "DIO", "ADC", configuration=True),
         "RP:CounterTrigger:SouRCe:TYPe?": lambda c, n, a: quoted(c.board.words["source_type"]),
         "RP:CounterTrigger:SouRCe:CHANnel": set_source,
         "RP:CounterTrigger:SouRCe:CHANnel?": lambda c, n, a: quoted(c.board.words["source"]),

@@ -5,21 +5,24 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .daq_handler import NOT_CONFIGURABLE, RANGE, Code, Connection, Handler, Silence, configurable, whole
+from .daq_handler import NOT_CONFIGURABLE, RANGE, Code, Connection, Handler, configurable, whole
 from .daq_waveforms import floats
 from .registers import OUTPUTS
 
-STEP_CLOCKS = 2**31
+CLOCKS = 2**32
 
 
 def set_step(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-    """Samples per step; kept in clocks of 125 MHz."""
+    """Samples per step, whatever number; kept in clocks of 125 MHz, in a register of 32 bits."""
     configurable(c.board)
-    clocks = whole(a) * c.board.decimation
-    if not 0 <= clocks < STEP_CLOCKS or clocks % 2:
-        raise Code(RANGE)
-    c.board.sequence.clocks_per_step = clocks
+    c.board.sequence.clocks_per_step = whole(a) * c.board.decimation % CLOCKS
     return "1"
+
+
+def get_step(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
+    """The register, taken for a number with a sign, in samples."""
+    clocks = c.board.sequence.clocks_per_step
+    return str(int((clocks - CLOCKS if clocks >= CLOCKS // 2 else clocks) / c.board.decimation))
 
 
 def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
@@ -32,10 +35,10 @@ def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
 
 def _shape(c: Connection, a: list[str]) -> tuple[int, int]:
     """Steps and repetitions of an upload."""
+    steps, repetitions = whole(a, 0), whole(a, 1)
     configurable(c.board)
     if c.board.sequence.channels <= 0:
         raise Code(NOT_CONFIGURABLE)
-    steps, repetitions = whole(a, 0), whole(a, 1)
     if steps < 1 or repetitions < 1:
         raise Code(RANGE)
     return steps, repetitions
@@ -43,9 +46,10 @@ def _shape(c: Connection, a: list[str]) -> tuple[int, int]:
 
 def _table(c: Connection, steps: int) -> NDArray[np.float32]:
     channels = c.board.sequence.channels
-    values = floats(c, steps * channels)
-    if values.size < steps * channels:
-        raise Silence
+    """The rest is zero if the data connection ends before: the server does not look at that."""
+    values = np.zeros(steps * channels, np.float32)
+    came = floats(c, values.size)
+    values[: came.size] = came
     return values.reshape(steps, channels)
 
 
@@ -77,9 +81,7 @@ def _bits(c: Connection, channels: int) -> NDArray[np.bool_]:
     steps = c.board.sequence.steps()
     if not steps or channels <= 0:
         raise Code(NOT_CONFIGURABLE)
-    raw = c.upload(steps * channels)
-    if len(raw) < steps * channels:
-        raise Silence
+    raw = c.upload(steps * channels).ljust(steps * channels, b"\0")
     return np.frombuffer(raw, np.uint8).reshape(steps, channels) != 0
 
 
@@ -99,6 +101,7 @@ def set_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
     """`SEQ:SET`."""
     configurable(c.board)
     c.board.sequence.set(c.board.sequence.clocks_per_step // c.board.decimation)
+    c.board.sequence.lost_steps = c.board.triggered  # the step counter is far ahead of what was filled
     return "1"
 
 
@@ -111,7 +114,7 @@ def clear_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
 
 SEQUENCE: dict[str, Handler] = {
     "RP:DAC:SEQ:SAMPlesperstep": set_step,
-    "RP:DAC:SEQ:SAMPlesperstep?": lambda c, n, a: str(c.board.sequence.clocks_per_step // c.board.decimation),
+    "RP:DAC:SEQ:SAMPlesperstep?": get_step,
     "RP:DAC:SEQ:CHan": set_channels,
     "RP:DAC:SEQ:CHan?": lambda c, n, a: str(c.board.sequence.channels),
     "RP:DAC:SEQ:LUT": upload_main,

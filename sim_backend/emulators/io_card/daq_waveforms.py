@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from .board import Board, Mode
 from .daq_handler import (
+    BAD_CHANNEL,
     RANGE,
     Code,
     Connection,
@@ -28,10 +29,12 @@ from .registers import (
     BASE_HZ,
     COMPONENTS,
     FREQUENCY_STEP_HZ,
+    OFFSET_CODES,
     OUTPUTS,
-    PHASE_STEP_RAD,
+    PHASE_STEPS,
     SIGNALS,
 )
+from .sequence import ServerCrash
 
 SLOWEST_HZ = 0.03
 
@@ -48,23 +51,27 @@ def set_amplitude(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     volts = number(a)
     if volts < 0:
         raise Code(RANGE)
-    return _component(c.board, channel, component, amplitude_v=_put_out(c.board, channel, volts))
+    return _component(c.board, channel, component, amplitude_v=_put_out(c.board, channel, volts, AMPLITUDE_CODES))
 
 
 def get_amplitude(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
-    """The register, which holds volts times scale."""
-    channel, component = component_of(n)
-    level = c.board.registers.outputs[channel].components[component].amplitude_v
-    return exact(level * c.board.scales["DAC", channel])
+    """V: the register divided by the scale; of a channel or component that is not there, the code for that as if it
+    were the register (16 bits without sign)."""
+    try:
+        channel, component = component_of(n)
+    except Code as refusal:
+        scale = c.board.scales.get(("DAC", n[0]), 1.0)
+        return exact((refusal.number % 2**16) / (AMPLITUDE_CODES / 2) / scale / 2)
+    return exact(c.board.registers.outputs[channel].components[component].amplitude_v)
 
 
-def _put_out(board: Board, channel: int, volts: float) -> float:
-    """V that the register makes of it.  Raises Code if it is too much for it."""
+def _put_out(board: Board, channel: int, volts: float, codes: int) -> float:
+    """V that a register of so many codes makes of it.  Raises Code if it is too much for it."""
     scale = board.scales["DAC", channel]
     if abs(volts * scale) > 1:
         raise Code(RANGE)
-    level = int(volts * scale * AMPLITUDE_CODES) / AMPLITUDE_CODES
-    return level / scale if level else 0.0
+    level = int(volts * scale * codes)
+    return level / codes / scale if level else 0.0
 
 
 def set_frequency(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -77,9 +84,11 @@ def set_frequency(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
 
 
 def set_phase(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
-    """rad."""
+    """rad, within one turn, and truncated."""
     channel, component = component_of(n)
-    return _component(c.board, channel, component, phase_rad=round(number(a) / PHASE_STEP_RAD) * PHASE_STEP_RAD)
+    turn = np.fmod(number(a), 2 * np.pi)
+    steps = np.floor((turn + 2 * np.pi if turn < 0 else turn) / (2 * np.pi) * PHASE_STEPS)
+    return _component(c.board, channel, component, phase_rad=float(steps / PHASE_STEPS * 2 * np.pi))
 
 
 def set_signal(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -96,7 +105,12 @@ def _component(board: Board, channel: int, component: int, **changes: float | st
 
 def _get_component(name: str) -> Handler:
     def get(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
-        channel, component = component_of(n)
+        try:
+            channel, component = component_of(n, COMPONENTS - 1 if name == "signal" else COMPONENTS)
+        except Code as refusal:
+            if name == "signal":
+                raise ServerCrash from None  # a name that nobody has set
+            return exact(refusal.number)
         value = getattr(c.board.registers.outputs[channel].components[component], name)
         return quoted(value) if name == "signal" else exact(value)
 
@@ -106,13 +120,14 @@ def _get_component(name: str) -> Handler:
 def set_offset(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """V, up to 1/scale in both directions."""
     channel, volts = channel_of(n), number(a)
-    return _output(c.board, channel, offset_v=_put_out(c.board, channel, volts))
+    return _output(c.board, channel, offset_v=_put_out(c.board, channel, volts, OFFSET_CODES))
 
 
 def get_offset(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
-    """The register, which holds volts times scale."""
-    channel = channel_of(n)
-    return exact(c.board.registers.outputs[channel].offset_v * c.board.scales["DAC", channel])
+    """V, as `get_amplitude`."""
+    if n[0] >= OUTPUTS:
+        return exact(BAD_CHANNEL / OFFSET_CODES)
+    return exact(c.board.registers.outputs[n[0]].offset_v)
 
 
 def _output(board: Board, channel: int, **changes: object) -> str:
@@ -142,13 +157,22 @@ def set_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
 
 def get_ramp(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
     """Length of the ramp, s; of a register that was never written: infinite."""
-    return exact(c.board.registers.outputs[channel_of(n)].ramp_s or np.inf)
+    if n[0] >= OUTPUTS:
+        return exact(1 / BAD_CHANNEL)
+    return exact(c.board.registers.outputs[n[0]].ramp_s or np.inf)
 
 
 def enable_ramp(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
     """ON or OFF."""
     need(c.board, Mode.CONFIGURATION)
     return _output(c.board, channel_of(n), ramp_enabled=word(a, "ON", "OFF") == "ON", ramp_down=False)
+
+
+def get_ramp_enabled(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
+    """ON or OFF; of a channel that is not there, a name that nobody has set."""
+    if n[0] >= OUTPUTS:
+        raise ServerCrash
+    return on_off(c.board.registers.outputs[n[0]].ramp_enabled)
 
 
 def ramp_down(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -183,7 +207,7 @@ WAVEFORMS: dict[str, Handler] = {
     "RP:DAC:CHannel#:RAMPing": set_ramp,
     "RP:DAC:CHannel#:RAMPing?": get_ramp,
     "RP:DAC:CHannel#:RAMPing:ENaBle": enable_ramp,
-    "RP:DAC:CHannel#:RAMPing:ENaBle?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_enabled),
+    "RP:DAC:CHannel#:RAMPing:ENaBle?": get_ramp_enabled,
     "RP:DAC:CHannel#:RAMPing:DoWN": ramp_down,
     "RP:DAC:CHannel#:RAMPing:DoWN?": lambda c, n, a: on_off(c.board.registers.outputs[channel_of(n)].ramp_down),
     "RP:DAC:RAMPing:STATus?": ramp_status,

@@ -25,13 +25,16 @@ NOMINAL_SCALE = 1 / 32768
 
 class BoardOptions(Section):
     """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected; an output may
-    also feed the "dipole"), versions, and what its EEPROM says; the converters have just these scales
+    also feed the "dipole"), how many of AO0 ... AO3 its image drives (1: that of server 0.11.1), how long the server
+    takes to end a client that has gone, versions, and what its EEPROM says; the converters have just these scales
     (inputs: V per code, outputs: register per V) and offsets V."""
 
     command_port: Port = 0
     data_port: Port = 0
     inputs: Pair
     outputs: Terminals
+    slow_outputs: Annotated[int, Field(ge=1, le=4)] = 4
+    ending_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.05
     server_version: Annotated[int, Field(ge=0)] = 11
     image_version: Annotated[int, Field(ge=0)] = 11
     adc_scale_v: Two = (NOMINAL_SCALE, NOMINAL_SCALE)

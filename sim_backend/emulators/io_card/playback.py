@@ -48,7 +48,7 @@ def high_spans(history: History, pin: str | None, pdm: int | None, first: int, l
     out: Spans = []
     for (start, registers), stop in _stretches(history, last):
         spans = [(start, stop, pin in registers.pins)] if pin is not None else []
-        if pdm is not None and registers.program is not None:
+        if pdm is not None and registers.program is not None and not registers.muted:
             spans = _levels(registers.program, OUTPUTS + pdm, start, stop)
         for a, b, high in spans:
             a, b = max(a, first), min(b, last)

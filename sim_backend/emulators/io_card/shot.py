@@ -132,11 +132,13 @@ class Shot:
         ]
 
     def _spans(self, line: LineOptions, first: int, last: int) -> Spans:
-        card = self._cards.boards[line.board]
+        card, pdm = self._cards.boards[line.board], line.pdm()
+        if pdm is not None and pdm >= card.options.slow_outputs:
+            return []
         if not card.history:
             high = line.pin() in card.registers.pins
             return [(first, last)] if high else []
-        return high_spans(card.history, line.pin(), line.pdm(), first, last)
+        return high_spans(card.history, line.pin(), pdm, first, last)
 
     def _connects(self, first: int, last: int) -> Spans:
         """When the contacts are told to connect the receiver: by the card's line, or by the switch's own controller."""

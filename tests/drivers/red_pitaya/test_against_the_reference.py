@@ -75,7 +75,7 @@ def test_what_is_played_is_the_timeline_and_the_next_shot_is_armed_anew(opened):
         assert set(shot["sines"]) == {("0", "0"), ("1", "0")}
     assert server.played[3]["sines"] == {}
     assert not server.played[3]["enable"][:, :2].any()
-    assert sum("SEQ:LUT " in line for line in server.log) == 1 + 2  # silence at the start, then only what is new
+    assert sum("SEQ:LUT " in line for line in server.log) == 2  # only what is new
     assert sum("SEQ:SET" in line for line in server.log) == 4
 
 
@@ -85,7 +85,7 @@ def test_the_outputs_calibration_is_the_servers_and_the_driver_asks_in_volts(ope
     volts_of(card, timeline)
     for (output, _), level in server.played[0]["sines"].items():
         volts = next(b.amplitude_v for b in timeline.bursts if b.output == int(output))
-        assert level == pytest.approx(volts * server.calibration[f"DAC:{output}:SCALE"], abs=0.6 / 32767)
+        assert level == pytest.approx(volts * server.calibration[f"DAC:{output}:SCALE"], abs=0.6 / 65534)
 
 
 def test_full_scale_is_what_the_server_accepts_on_every_output(opened):
@@ -134,7 +134,7 @@ def test_an_image_of_another_version_is_refused_unless_the_platform_file_names_i
 
 
 def test_whatever_survives_a_reconnect_is_set_and_the_outputs_are_off_before_anything_else(opened):
-    server, card = opened(lines={"pa_gate": {"pin": "DIO7_P"}})
+    server, card = opened(lines={"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "DIO6_P"}})
     pin = [line for line in server.log if "PIN7" in line]
     assert pin[0] == "RP:DIO:PIN7:SIDEP OFF"
     assert {"RP:DIO:PIN7:SIDEP:HBRIDGE OFF", "RP:DIO:PIN7:SIDEP:DIR OUT"} < set(pin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 import time
@@ -9,16 +10,18 @@ import time
 import pytest
 
 from drivers.errors import DeviceLost, DeviceNotFound, DeviceProtocolError, DeviceTimeout
-from drivers.red_pitaya import connection as module
-from drivers.red_pitaya.connection import Connection
-from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener
+from drivers.red_pitaya import connection as sockets
+from drivers.red_pitaya import pairing as module
+from drivers.red_pitaya.pairing import open_pair, take_over
+from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener, prove
 
 IDENTITY = b"CUSTOM,REDPITAYA,0,0.1\r\n"
 
 
 @pytest.fixture(autouse=True)
 def impatient(monkeypatch):
-    monkeypatch.setattr(module, "MARK_S", 0.3)
+    monkeypatch.setattr(sockets, "MARK_S", 0.3)
+    monkeypatch.setattr(module, "PROOF_S", 0.3)
     monkeypatch.setattr(module, "HALF_OPEN_S", 0.05)
     monkeypatch.setattr(module, "ATTEMPTS", 2)
 
@@ -37,7 +40,7 @@ def serve():
 
 
 def opened(ports, timeout_s=0.3):
-    return Connection.open("127.0.0.1", *ports, timeout_s)
+    return open_pair("127.0.0.1", ports, timeout_s, ())
 
 
 def test_nobody_at_the_address_is_said_at_once():
@@ -49,7 +52,7 @@ def test_nobody_at_the_address_is_said_at_once():
 
 def test_a_host_that_has_no_name_is_not_found():
     with pytest.raises(DeviceNotFound, match=r"no-such-card\.invalid"):
-        Connection.open("no-such-card.invalid", 5025, 5026, 0.3)
+        open_pair("no-such-card.invalid", (5025, 5026), 0.3, ())
 
 
 def test_a_server_that_stays_silent_is_a_time_out(serve):
@@ -70,6 +73,7 @@ def test_answers_meant_for_the_former_client_are_passed_over(serve):
         following = lines(command)
         assert following() == "*IDN?"
         command.sendall(b'"OUT"\r\n' + IDENTITY)
+        prove(command, data)
         assert following() == "RP:ADC:DECIMATION?"
         command.sendall(b"2048\r\n")
 
@@ -85,6 +89,7 @@ def test_a_half_open_server_is_healed_by_connecting_the_data_socket_first():
         second = data.accept()[0]
         lines(first)()
         first.sendall(IDENTITY)
+        prove(first, second)
         second.recv(1)
 
     thread = threading.Thread(target=half_open, daemon=True)
@@ -104,6 +109,7 @@ def test_a_reply_in_pieces_is_one_reply(serve):
         for piece in (b"CUS", b"TOM,", b"REDPITAYA,0,0.1", b"\r", b"\n"):
             command.sendall(piece)
             time.sleep(0.002)
+        prove(command, data)
         following()
         command.sendall(b"20")
         time.sleep(0.002)
@@ -116,7 +122,9 @@ def test_every_command_is_one_segment_with_its_end(serve, monkeypatch):
     received = []
 
     def watching(command, data):
-        for _ in range(3):
+        for number in range(3):
+            if number == 1:
+                prove(command, data)
             received.append(command.recv(4096))
             command.sendall(IDENTITY if b"IDN" in received[-1] else b"1\r\n")
 
@@ -128,9 +136,9 @@ def test_every_command_is_one_segment_with_its_end(serve, monkeypatch):
 
 @pytest.mark.parametrize(("reply", "reason"), [("-5", "wrong server mode"), ("-2", "out of range"), ("0", "refused")])
 def test_a_refusal_is_an_error_that_says_why(serve, reply, reason):
-    connection = opened(serve(answering({"RP:MODE ACQUISITION": reply})))
+    connection = opened(serve(answering({"RP:MODE CONFIGURATION": reply})))
     with pytest.raises(DeviceProtocolError, match=reason):
-        connection.ask("RP:MODE ACQUISITION")
+        connection.ask("RP:MODE CONFIGURATION")
 
 
 @pytest.mark.parametrize("reply", ["", "abc", "1.5x", "\x00\x01"])
@@ -141,10 +149,10 @@ def test_garbage_is_an_error_that_quotes_it(serve, reply):
 
 
 def test_after_a_refusal_commands_and_answers_are_still_in_step(serve):
-    table = {"RP:MODE ACQUISITION": "-5", "RP:ADC:WP?": "7", "RP:ADC:DECIMATION?": "2048"}
+    table = {"RP:MODE CONFIGURATION": "-5", "RP:ADC:WP?": "7", "RP:ADC:DECIMATION?": "2048"}
     connection = opened(serve(answering(table)))
     with pytest.raises(DeviceProtocolError):
-        connection.ask_all(["RP:MODE ACQUISITION", "RP:ADC:WP?"])
+        connection.ask_all(["RP:MODE CONFIGURATION", "RP:ADC:WP?"])
     assert connection.ask("RP:ADC:DECIMATION?") == 2048
 
 
@@ -166,6 +174,7 @@ def test_an_eviction_is_noticed(serve):
     def evict(command, data):
         lines(command)()
         command.sendall(IDENTITY)
+        prove(command, data)
         command.close()
         data.close()
 
@@ -186,6 +195,7 @@ def test_samples_that_stay_away_and_a_stream_that_breaks_off_are_different_error
     def half(command, data):
         lines(command)()
         command.sendall(IDENTITY)
+        prove(command, data)
         data.sendall(b"\1" * 10)
         time.sleep(0.3)
         data.sendall(b"\2" * 10)
@@ -207,13 +217,17 @@ def test_closing_from_another_thread_wakes_a_reader(serve):
 
 
 def test_garbage_in_place_of_the_first_answer_is_overcome_by_connecting_again(serve):
-    ports = serve(answering({"*IDN?": "\x01\x7fgarbage"}), answering({"RP:ADC:WP?": "7"}))
+    def garbage(command, data):
+        lines(command)()
+        command.sendall(b"\x01\x7fgarbage\r\n")
+
+    ports = serve(garbage, answering({"RP:ADC:WP?": "7"}))
     connection = opened(ports)
     assert connection.ask("RP:ADC:WP?") == 7
     connection.close()
 
 
-@pytest.mark.parametrize(("take_over_s", "connections"), [(0.0, 2), (60.0, 5)])
+@pytest.mark.parametrize(("take_over_s", "connections"), [(0.0, 3), (60.0, 6)])
 def test_a_take_over_from_a_dead_card_tries_no_longer_than_somebody_can_wait(
     serve, monkeypatch, take_over_s, connections
 ):
@@ -225,6 +239,84 @@ def test_a_take_over_from_a_dead_card_tries_no_longer_than_somebody_can_wait(
 
     monkeypatch.setattr(module, "ATTEMPTS", 4)
     monkeypatch.setattr(module, "TAKE_OVER_S", take_over_s)
-    with pytest.raises(DeviceTimeout):
-        Connection.take_over("127.0.0.1", *serve(*[silent] * 10), 0.3)
-    assert len(tried) == connections
+    ports = serve(answering({}), *[silent] * 10)
+    old = opened(ports)
+    threading.Timer(0.1, old.close).start()  # this server does not throw anybody out
+    with pytest.raises(DeviceTimeout, match="its DAQ server takes the connection and says nothing"):
+        take_over(old, "127.0.0.1", ports, 0.3, ())
+    assert len(tried) + 1 == connections
+
+
+def test_a_new_pair_is_connected_before_the_old_one_goes():
+    order = []
+    with listener() as command, listener() as data:
+        ports = (command.getsockname()[1], data.getsockname()[1])
+
+        def client(name, *pair):
+            order.append(f"{name} comes")
+            with contextlib.suppress(OSError):
+                answering({"RP:ADC:WP?": "7"})(*pair)
+            order.append(f"{name} goes")
+
+        def serve_pairs():
+            for name in ("old", "new"):
+                pair = command.accept()[0], data.accept()[0]
+                threads.append(threading.Thread(target=client, args=(name, *pair), daemon=True))
+                threads[-1].start()
+
+        threads = []
+        threading.Thread(target=serve_pairs, daemon=True).start()
+        old = opened(ports)
+        new = take_over(old, "127.0.0.1", ports, 0.3, ())
+        threads[0].join(5)
+        assert order == ["old comes", "new comes", "old goes"]
+        assert new.ask("RP:ADC:WP?") == 7
+        new.close()
+
+
+def test_a_data_connection_that_is_a_strangers_is_got_past(serve):
+    """Somebody connected to the data port only: everybody gets the data connection of the client before."""
+    with listener() as command, listener() as data:
+        ports = (command.getsockname()[1], data.getsockname()[1])
+        strangers = [socket.create_connection(("127.0.0.1", ports[1])) for _ in range(1)]
+
+        def serve_pairs():
+            while True:
+                pair = command.accept()[0], data.accept()[0]
+                threading.Thread(target=answering({"RP:ADC:WP?": "7"}), args=pair, daemon=True).start()
+
+        def guarded():
+            with contextlib.suppress(OSError):
+                serve_pairs()
+
+        threading.Thread(target=guarded, daemon=True).start()
+        connection = opened(ports)
+        assert connection.ask("RP:ADC:WP?") == 7
+        connection.close()
+        for each in strangers:
+            each.close()
+        for each in (command, data):
+            each.shutdown(socket.SHUT_RDWR)
+
+
+def test_a_data_port_of_another_program_is_named(serve):
+    def banner(command, data):
+        data.sendall(b"SSH-2.0-OpenSSH_9.2\r\n")
+        answering({})(command, data)
+
+    with pytest.raises(DeviceProtocolError, match=r"data port is not that of the card.*SSH-2.0"):
+        opened(serve(banner, banner, banner))
+
+
+def test_an_answer_that_is_not_waited_for_stays_in_step_with_the_others(serve):
+    connection = opened(serve(answering({"RP:INSTANTRESET:TRIGGERED?": "1", "RP:ADC:WP?": "7"})))
+    assert connection.posted() is None
+    connection.post("RP:INSTANTRESET:TRIGGERED?")
+    deadline = time.monotonic() + 5
+    while not (found := connection.posted()) and time.monotonic() < deadline:
+        time.sleep(1e-3)
+    assert found == [1]
+    connection.post("RP:INSTANTRESET:TRIGGERED?")
+    assert connection.ask("RP:ADC:WP?") == 7
+    assert connection.posted() is None
+    connection.close()

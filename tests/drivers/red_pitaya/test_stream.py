@@ -60,8 +60,22 @@ def test_a_recording_that_began_anew_refuses_the_shot():
 
 
 def test_outputs_that_ended_early_refuse_the_shot():
+    account = Continuity("card", 5000, 6000)
+    account.check(record(first=300))
     with pytest.raises(ShotRefused, match="ended early"):
-        Continuity("card", 5000).check(record(TRIGGERED, first=1000))
+        account.check(record(TRIGGERED, first=1000))
+
+
+def test_outputs_that_the_server_has_not_seen_begin_yet_are_no_complaint_for_a_while():
+    account = Continuity("card", 5000, 1500)
+    account.check(record(TRIGGERED, first=0))
+    account.check(record(TRIGGERED, first=600))
+    with pytest.raises(ShotRefused, match="have not started"):
+        account.check(record(TRIGGERED, first=1200))
+    account = Continuity("card", 5000, 1500)
+    account.check(record(TRIGGERED, first=0))
+    account.check(record(first=600))
+    account.check(record(first=1200))
 
 
 @pytest.mark.parametrize("which", ["lag", "meanwhile"])

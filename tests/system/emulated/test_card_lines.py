@@ -10,7 +10,7 @@ from drivers.errors import ConfigError, DeviceFault
 from platform_daemon.app import start_engine
 from tests.kit.acquisitions import acquire
 
-SWITCH = 'tx_rx_switch={backend="red_pitaya", dead_time_s=3e-3, bounce_s=1e-3, settle_s=4e-3}'
+SWITCH = 'tx_rx_switch={backend="red_pitaya", dead_time_s=3e-3, bounce_s=1e-3, settle_s=4e-3, no_readback=true}'
 AMPLIFIER = 'power_amplifier={backend="red_pitaya", enable={board=1, pin="DIO7_N"}}'
 
 

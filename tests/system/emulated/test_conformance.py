@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 
 import pytest
@@ -24,7 +25,31 @@ def platform(lab):
     assert lab.violations() == ()
 
 
-TestCard, TestSwitch, _, TestLna, TestPlatform = WHOLE_PLATFORM
+_, TestSwitch, _, TestLna, TestPlatform = WHOLE_PLATFORM
+
+
+class ShortCardContract(CardContract):
+    """In short, on a busy computer."""
+
+    stops = 15
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def soon_s(cls):
+        return 0.1
+
+
+class TestCard(ShortCardContract):
+    """Two cards; somebody presses the slave's emergency input, and scans the master's port."""
+
+    @pytest.fixture
+    def emergency(self, lab):
+        return lambda level: lab.control("instant_reset", board=1, level=level)
+
+    @pytest.fixture
+    def stranger(self, lab):
+        at = lab.emulator.endpoints()["io_cards"][0]
+        return lambda: socket.create_connection((at["host"], at["data_port"]), timeout=2).close()
 
 
 class TestAmplifier(AmplifierContract):
@@ -33,7 +58,7 @@ class TestAmplifier(AmplifierContract):
         return lambda: lab.control("trip_amplifier")
 
 
-class TestOneCard(CardContract):
+class TestOneCard(ShortCardContract):
     """The master alone, without a cluster."""
 
     @pytest.fixture(scope="class")
@@ -62,7 +87,7 @@ class TestOneCard(CardContract):
             card.read(1000)
 
 
-class TestLinesOnPins(CardContract):
+class TestLinesOnPins(ShortCardContract):
     """Gate and receiver by command."""
 
     @pytest.fixture(scope="class")

@@ -66,7 +66,7 @@ def test_1_a_new_client_zeroes_amplitudes_but_everything_else_survives(emulator)
     assert float(again.ask("RP:DAC:CH0:COMP0:PHA?")) == pytest.approx(0.5)
     assert float(again.ask("RP:DAC:CH1:OFF?")) == pytest.approx(0.25, abs=1e-4)
     answers_now = [again.ask(f"RP:{q}?") for q in ("MODE", "TRIGGER", "TRIGGER:ALIVE", "ADC:DECIMATION", "ADC:FIRE")]
-    assert answers_now == ['"ACQUISITION"', '"ON"', '"ON"', "2048", "0"]
+    assert answers_now == ['"ACQUISITION"', '"ON"', '"ON"', "2048", '"OFF"']
     assert again.ask("RP:DIO:PIN6:SIDEN?") == '"ON"'
 
 
@@ -74,7 +74,7 @@ def test_1_defaults_of_a_server_just_started(client):
     queries = {
         "MODE": '"CONFIGURATION"',
         "ADC:DECIMATION": "16",
-        "ADC:FIRENABLED": "1",
+        "ADC:FIRENABLED": '"ON"',
         "WATCHDOGMODE": '"OFF"',
         "TRIGGER": '"OFF"',
         "TRIGGER:MODE": '"INTERNAL"',
@@ -127,7 +127,7 @@ def test_1_replies_to_what_the_old_client_had_asked_reach_the_new_one(emulator):
     lines = [new.line()]
     while not lines[-1].startswith("CUSTOM,"):
         lines.append(new.line())
-    assert lines[:-1] == ["1"]
+    assert lines[:-1] == ['"ON"']
 
 
 def test_1_half_a_command_of_the_old_client_is_put_before_the_first_of_the_new_one(emulator):

@@ -177,14 +177,14 @@ def test_6_a_table_beyond_full_scale_is_refused(loop):
     assert loop.ask("RP:MODE?") == '"CONFIGURATION"'
 
 
-def test_6_an_output_is_scaled_in_the_register_so_that_volts_come_out_and_the_register_is_read_back(loop):
+def test_6_an_output_is_scaled_in_the_register_so_that_volts_come_out_and_volts_are_read_back(loop):
     loop.do("RP:CALIB:DAC:CH0:SCALE 0.8")
     assert loop.ask("RP:DAC:CH0:COMP0:AMP 1.3") == "-2"
     program(loop, 2000, [GATE, OFF])
     tone(loop, 1000.0, 0.3)
     loop.do("RP:DAC:CH0:OFFSET 0.1")
-    assert float(loop.ask("RP:DAC:CH0:COMP0:AMP?")) == pytest.approx(0.24, abs=1 / 32767)
-    assert float(loop.ask("RP:DAC:CH0:OFFSET?")) == pytest.approx(0.08, abs=1 / 32767)
+    assert float(loop.ask("RP:DAC:CH0:COMP0:AMP?")) == pytest.approx(0.3, abs=1 / 65534 / 0.8)
+    assert float(loop.ask("RP:DAC:CH0:OFFSET?")) == pytest.approx(0.1, abs=1 / 32767 / 0.8)
     u = shot(loop, 2000)[5:1999, 0]
     assert np.abs(u - 0.1 - expected(2000, 1000.0, 0.3)[5:1999]).max() < 2e-4
 

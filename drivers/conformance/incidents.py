@@ -1,0 +1,119 @@
+"""What happens to an I/O card in a lab, as the server of a real one taught; part of `CardContract`.
+
+Stops at any moment, calibrated outputs, its emergency input, strangers on its port, slow answers.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from drivers.conformance.timelines import collect, short_shot
+from drivers.errors import DeviceFault
+from drivers.io_card import CardState, IoCard
+
+SOON_S = 0.02
+TRIES = 5
+EMERGENCY_S = 0.2
+
+
+class IncidentContract:
+    """Offer the fixtures `emergency` and `stranger` if there is a way; `stops`: how many."""
+
+    stops = 100
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def soon_s(cls) -> float:
+        """How soon after the trigger the first sample must be there, s; larger for a slow link or a busy computer."""
+        return SOON_S
+
+    @pytest.fixture
+    def emergency(self) -> Callable[[bool], None] | None:
+        """Press (True) or release the card's emergency input; None: that cannot be done here."""
+        return None
+
+    @pytest.fixture
+    def stranger(self) -> Callable[[], None] | None:
+        """Connect to a port of the card and go, as a port scan does; None: it has none."""
+        return None
+
+    def test_stop_at_any_moment_and_the_next_shot_is_whole(self, card: IoCard) -> None:
+        """Idle, programmed, armed, running and over, in turns: the card must never hang."""
+        timeline = short_shot(card.capabilities(), rx_s=0.03)
+        steps = [lambda: card.program(timeline), card.arm, card.trigger, lambda: card.read(500)]
+        for count in range(self.stops):
+            for step in steps[: count % (len(steps) + 1)]:
+                step()
+            card.stop()
+            assert card.state() is CardState.IDLE
+        assert sum(c.volts.shape[1] for c in collect(card, timeline, 5000)) == timeline.total_samples
+
+    def test_every_amplitude_up_to_full_scale_can_be_armed(self, card: IoCard) -> None:
+        """Also where outputs are calibrated: what is read back is compared in the right unit, to a step.
+
+        Nothing is triggered, so nothing is put out.
+        """
+        can = card.capabilities()
+        good = short_shot(can)
+        for share in (1e-4, 0.1, 1 / 3, 0.5, 0.777, 0.95, 1.0):
+            volts = share * can.output_full_scale_v
+            card.program(replace(good, bursts=tuple(replace(b, amplitude_v=volts) for b in good.bursts)))
+            card.arm()
+            card.stop()
+
+    def test_the_first_samples_come_soon_after_the_trigger(self, card: IoCard, soon_s: float) -> None:
+        """A driver that waits for a delayed acknowledgement somewhere loses 40 ms each time."""
+        timeline, waited = short_shot(card.capabilities()), []
+        for _ in range(TRIES):
+            card.program(timeline)
+            card.arm()
+            begun_s = time.monotonic()
+            card.trigger()
+            card.read(1)
+            waited.append(time.monotonic() - begun_s)
+            card.stop()
+        assert min(waited) < soon_s
+
+    def test_the_emergency_input_ends_a_shot_with_a_fault(
+        self, card: IoCard, emergency: Callable[[bool], None] | None
+    ) -> None:
+        """Named at once, not at the end of the shot; afterwards the card shoots again."""
+        if emergency is None:
+            pytest.skip("the card has no emergency input, or nobody here to press it")
+        timeline = short_shot(card.capabilities(), rx_s=1.0)
+        card.program(timeline)
+        card.arm()
+        card.trigger()
+        done = card.read(100).volts.shape[1]
+        emergency(True)
+        begun_s = time.monotonic()
+
+        def rest() -> None:
+            """To the end of the shot."""
+            left = timeline.total_samples - done
+            while left:
+                left -= card.read(min(100, left)).volts.shape[1]
+
+        with pytest.raises(DeviceFault):
+            rest()
+        assert time.monotonic() - begun_s < EMERGENCY_S
+        card.stop()
+        emergency(False)
+        assert sum(c.volts.shape[1] for c in collect(card, timeline, 5000)) == timeline.total_samples
+
+    def test_a_stranger_on_the_port_costs_no_shot_after_a_stop(
+        self, card: IoCard, stranger: Callable[[], None] | None
+    ) -> None:
+        """Somebody connects to the card beside us and goes."""
+        if stranger is None:
+            pytest.skip("the card has no port, or nobody here to knock at it")
+        timeline = short_shot(card.capabilities())
+        card.program(timeline)
+        card.arm()
+        stranger()
+        card.stop()
+        assert sum(c.volts.shape[1] for c in collect(card, timeline, 5000)) == timeline.total_samples

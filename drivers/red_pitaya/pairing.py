@@ -1,0 +1,165 @@
+"""Getting through to RedPitayaDAQServer, whoever is in the way, and proving that both sockets are ours.
+
+The server accepts a command connection, ends its last client, and takes the oldest waiting data connection for this
+one's, whoever made it.  Seen on the real server:
+
+* Half open: a client died between its two connections.  The next data connection is paired with the dead client and
+  closed at once, so the data socket is connected first and must live for a while.
+* A stranger's data connection (a port scan) is taken for ours, and everybody gets the one of the client before.  An
+  upload does not show that: the server answers it with success.  A short read does: its samples must arrive here.
+  Another command connection takes the next data connection, until it is ours.
+* A client that closes and connects again at once can hang the server for good: two of its threads end the same third
+  one.  So nothing is closed here before the connection after it has been answered.
+"""
+
+from __future__ import annotations
+
+import math
+import socket
+import time
+from collections.abc import Sequence
+
+from drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeout
+from drivers.red_pitaya.connection import Connection
+from drivers.red_pitaya.ports import Unanswered, closed_within, connect, said_within
+from drivers.red_pitaya.stream import PAIR_BYTES
+
+HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time; ending a client takes it as long
+ATTEMPTS = 4
+QUEUE_S = 1.2  # a port whose queue is full does not answer; a second try after a second is included
+QUEUE = 4  # more connections than wait at a port
+TAKE_OVER_S = 3.0  # no new attempt after that: somebody waits to hear that the card is gone, and will try again
+PROOF_SAMPLES = 16
+PROOF_S = 0.5
+
+
+def open_pair(
+    host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], until_s: float = math.inf
+) -> Connection:
+    """Connect to a server in whatever state it is; no new attempt from `until_s` (monotonic) on, but one at least.
+
+    off: the commands that switch the outputs off, which are the first that are sent.  Raises DeviceNotFound if nothing
+    listens, DeviceTimeout if it does not answer, DeviceProtocolError if it, or its data port, is something else.
+    """
+    error: DeviceError = _silent(host, ports[0])
+    held: list[socket.socket] = []
+    try:
+        for attempt in range(ATTEMPTS):
+            if attempt and time.monotonic() >= until_s:
+                break
+            try:
+                return _attempt(host, ports, timeout_s, off, held)
+            except DeviceTimeout:
+                error = error if isinstance(error, DeviceProtocolError) else _silent(host, ports[0])
+            except _HalfOpen:
+                continue
+            except DeviceProtocolError as failure:
+                error = failure
+    finally:
+        for each in held:
+            each.close()
+    time.sleep(HALF_OPEN_S)  # whoever tries again comes when the server has ended all of these
+    raise error
+
+
+def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str]) -> Connection:
+    """A new pair in place of `old`, which is closed: the server zeroes the outputs at once.
+
+    The new pair is connected first.  If that is not answered, the server may be waiting for bytes of the old one, which
+    then goes, and it is tried as in `open_pair`, with the same errors, but for some TAKE_OVER_S only.
+    """
+    until_s = time.monotonic() + TAKE_OVER_S
+    held: list[socket.socket] = []
+    try:
+        return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
+    except DeviceError:
+        old.close()
+        time.sleep(HALF_OPEN_S)
+        return open_pair(host, ports, timeout_s, off, until_s)
+    finally:
+        old.close()
+        for each in held:
+            each.close()
+
+
+class _HalfOpen(Exception):
+    """The server paired the data connection with a client that is dead."""
+
+
+def _attempt(
+    host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], held: list[socket.socket]
+) -> Connection:
+    data = _data_connection(host, ports, held)
+    if closed_within(data, HALF_OPEN_S):
+        data.close()
+        time.sleep(HALF_OPEN_S)
+        raise _HalfOpen
+    return _prove(host, ports, timeout_s, off, data, held)
+
+
+def _data_connection(host: str, ports: tuple[int, int], held: list[socket.socket]) -> socket.socket:
+    """A data connection, also if strangers fill the queue of that port: each command connection takes one of them."""
+    for _ in range(QUEUE):
+        try:
+            return connect(host, ports[1], QUEUE_S)
+        except Unanswered:
+            held.append(connect(host, ports[0]))
+    return connect(host, ports[1])
+
+
+def _prove(
+    host: str,
+    ports: tuple[int, int],
+    timeout_s: float,
+    off: Sequence[str],
+    data: socket.socket,
+    held: list[socket.socket],
+) -> Connection:
+    """Command connections, one after the other, until one has this data connection; the others go into `held`."""
+    where = f"{host}:{ports[1]}"
+    try:
+        for _ in range(QUEUE):
+            command = connect(host, ports[0])
+            held.append(command)
+            connection = Connection(command, data, f"{host}:{ports[0]}", timeout_s)
+            connection.synchronise()
+            connection.ask_all(off)
+            if (said := said_within(data, 0.0)) is not None:
+                raise _foreign(where, f"it says {said!r} unasked")
+            if _samples_arrive(connection):
+                held.remove(command)
+                return connection
+    except DeviceError:
+        data.close()
+        raise
+    data.close()
+    raise _foreign(where, f"of {PROOF_SAMPLES} samples that were asked for {QUEUE} times none arrived")
+
+
+def _samples_arrive(connection: Connection) -> bool:
+    """A short read, which needs no trigger.  Leaves the server in mode ACQUISITION."""
+    connection.ask_all(["RP:MODE ACQUISITION", f"RP:ADC:DATA? 0,{PROOF_SAMPLES}"])
+    try:
+        connection.receive_into(memoryview(bytearray(PROOF_SAMPLES * PAIR_BYTES)), PROOF_S)
+    except DeviceTimeout:
+        return False
+    return True
+
+
+def _silent(host: str, port: int) -> DeviceTimeout:
+    return DeviceTimeout(
+        "the card does not answer",
+        where=f"{host}:{port}",
+        why="its DAQ server takes the connection and says nothing: it hangs, or waits for another program that is "
+        "connected to its data port",
+        remedy="end that program, or restart the card's DAQ server (or the card)",
+    )
+
+
+def _foreign(where: str, why: str) -> DeviceProtocolError:
+    return DeviceProtocolError(
+        "the data port is not that of the card",
+        where=where,
+        why=why,
+        remedy="correct io_card.boards.data_port, or end the programs that are connected to it",
+    )

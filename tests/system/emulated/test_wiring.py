@@ -1,0 +1,93 @@
+"""Which wirings are allowed, and what is proved of them before the first shot."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from drivers.conformance.io_card import collect
+from drivers.conformance.timelines import short_shot
+from drivers.errors import ConfigError, DeviceFault, DeviceTimeout
+
+PROVE = "io_card.prove_wiring=true"
+
+
+@pytest.mark.parametrize(("gate", "receiver"), [("AO0", "DIO6_P"), ("DIO7_P", "AO1")])
+def test_gate_and_receiver_timed_by_different_clocks_are_refused_with_the_reason(lab, gate, receiver):
+    with pytest.raises(ConfigError, match=r"different clocks.*live amplifier.*both on"):
+        lab.platform(f'io_card.lines.pa_gate={{pin="{gate}"}}', f'io_card.lines.rx_connect={{pin="{receiver}"}}')
+
+
+def test_a_switch_without_read_back_must_be_declared_and_says_so(lab):
+    switch = 'tx_rx_switch={backend="red_pitaya", dead_time_s=3e-3, bounce_s=1e-3, settle_s=4e-3'
+    with pytest.raises(ConfigError, match="no_readback = true"):
+        lab.platform(switch + "}")
+    with pytest.raises(ConfigError, match="no_readback = true"):
+        lab.platform(switch + ', no_readback=true, readback={pin="DIO5_N"}}')
+    platform = lab.platform(switch + ", no_readback=true}")
+    assert platform.switch.identity().firmware == "no read-back"
+    platform.close()
+
+
+def test_a_line_on_ao1_is_proved_before_the_first_shot(lab_of_its_own):
+    lab = lab_of_its_own()
+    platform = lab.platform(PROVE)
+    assert not lab.control("outputs")["amplifier_live"]
+    assert sum(c.volts.shape[1] for c in collect(platform.card, short_shot(platform.card.capabilities()), 5000))
+    platform.close()
+    assert lab.violations() == ()
+
+
+def test_an_image_that_leaves_ao1_off_is_named(lab_of_its_own):
+    boards = '{inputs=["x","y"], outputs=["x","y"], slow_outputs=1}, {inputs=["z",""], outputs=["z",""]}'
+    lab = lab_of_its_own(f"io_cards.boards=[{boards}]")
+    with pytest.raises(DeviceFault, match=r"does not follow the card's line.*0\.11\.1 drive AO0 only"):
+        lab.platform(PROVE)
+
+
+def test_a_gate_where_it_cannot_be_proved_is_refused(lab):
+    with pytest.raises(ConfigError, match="put it on AO0"):
+        lab.platform(PROVE, 'io_card.lines.pa_gate={pin="AO2"}')
+
+
+def test_a_second_master_is_found_before_anything_is_energised(lab_of_its_own):
+    lab = lab_of_its_own('io_cards.trigger_wire="dio"')  # nothing reaches the second card over the clock cable
+    with pytest.raises(DeviceTimeout, match="trigger did not reach the board"):
+        lab.platform(PROVE)
+    assert lab.control("power_log") == []
+
+
+def test_a_host_too_slow_for_lines_on_pins_is_told_before_power(lab_of_its_own):
+    lab = lab_of_its_own('io_cards.pa_gate={output="DIO7_P"}', 'io_cards.rx_connect={output="DIO6_P"}')
+    pins = 'io_card.lines.pa_gate={pin="DIO7_P"}', 'io_card.lines.rx_connect={pin="DIO6_P"}'
+    platform = lab.platform(*pins, "io_card.pin_delay_s=0.004")
+    platform.card.program(short_shot(platform.card.capabilities()))
+    platform.card.arm()
+    with pytest.raises(DeviceTimeout, match=r"line on a DIO pin would be .* late"):
+        platform.card.trigger()
+    assert not lab.control("outputs")["pa_gate"]
+    platform.close()
+
+
+def test_a_dead_card_does_not_keep_the_amplifier_live(lab_of_its_own):
+    lab = lab_of_its_own()
+    platform = lab.platform("io_card.reply_timeout_s=1.0")
+    platform.card.program(short_shot(platform.card.capabilities()))
+    platform.card.arm()
+    platform.amplifier.enable()
+    platform.amplifier.unmute()
+    power = lab.emulator.world.power
+    assert power.enabled
+    lab.control("wire_fault", kind="timeout", device="io_card_0")
+    thread = threading.Thread(target=platform.outputs_off)
+    begun_s = time.monotonic()
+    thread.start()
+    while power.enabled and time.monotonic() < begun_s + 5:
+        time.sleep(1e-3)
+    assert time.monotonic() - begun_s < 1.0
+    assert thread.is_alive()  # the card has not answered yet
+    thread.join(60)
+    lab.control("clear_faults")
+    platform.close()
