@@ -14,6 +14,10 @@ Finished: A file is fitted.
 fit_files: Fit files in the order given and hand each out as it finishes.
 calibrated_signal: The RX window of a frame, (c, n) V.
 reason_of: Why a frame that cannot be read is refused.
+CharacterisationTask: What is to be characterised, checked.
+characterisation_task: Everything that can be checked before the first fit.
+characterise: Fit every shot in both windows and make the tables.
+shown_shot: The shot of the figures with its D30 fit.
 derived_report: Of every frame and of the series.
 frame_envelopes: Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.
 NothingToDiagnoseError: The files can be read, but none of their shots can be diagnosed.

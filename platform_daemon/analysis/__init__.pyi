@@ -12,6 +12,10 @@ from .batch.run import Finished as Finished
 from .batch.run import fit_files as fit_files
 from .calibrated import calibrated_signal as calibrated_signal
 from .calibrated import reason_of as reason_of
+from .characterisation.characterise import CharacterisationTask as CharacterisationTask
+from .characterisation.characterise import characterisation_task as characterisation_task
+from .characterisation.characterise import characterise as characterise
+from .characterisation.characterise import shown_shot as shown_shot
 from .derived import derived_report as derived_report
 from .derived import frame_envelopes as frame_envelopes
 from .diagnose import OBSERVABLES as OBSERVABLES

@@ -12,6 +12,7 @@ DiagnosisRequest: A diagnosis of one specimen.
 PredictionRequest: A planned measurement, of which the smallest standard deviations are asked.
 RecordingFitRequest: A fit of a stored recording.
 RetirementRequest: A version of an adopted model is taken out of use.
+NamedWindow: An evaluation window with a name: n50 or d30.
 NoResult: There is no result.
 Root: Something whose JSON is a list, a mapping, or one of several schemas.
 Schema: Something that crosses a boundary.
@@ -23,6 +24,16 @@ CalibrationsInUse: The calibrations that the next series is made with.
 ComplexTable: A measured complex table in the unit of its key.
 ReceiveCalibrationReport: What a calibration of the receive side has found (paper eq:u(t,p,R)).
 TransmitCalibrationReport: What a calibration of the transmit side has found.
+SIGNIFICANCE: Level of significance of the paper (ssec:primary_results).
+CharacterisationReport: What `characterise --json` writes.
+CharacterisationRequest: A characterisation of one resonator from shots that are stored.
+FitDataset: The fits of all shots over one window.
+OrientationReference: The best D30 fit.
+ParameterStatistics: A fitted parameter over the good shots.
+QualityFactors: Quality factors over the good shots (tab:quality_factors).
+RefusedShots: Shots without a fit, for one reason.
+ShotStatistics: A quantity over the shots that have it, in the unit that its name holds.
+WindowComparison: A quantity in N50 against the same in D30, shot by shot.
 AllanReport: Overlapping Allan deviation of f_nat with its confidence interval of 68.3 % (NIST SP 1065).
 DerivedReport: Derived quantities of a fit.
 EnvelopesReport: Envelopes of a fitted frame over its window.

@@ -9,6 +9,7 @@ from .analysis_requests import DiagnosisRequest as DiagnosisRequest
 from .analysis_requests import PredictionRequest as PredictionRequest
 from .analysis_requests import RecordingFitRequest as RecordingFitRequest
 from .analysis_requests import RetirementRequest as RetirementRequest
+from .base import NamedWindow as NamedWindow
 from .base import NoResult as NoResult
 from .base import Root as Root
 from .base import Schema as Schema
@@ -20,6 +21,16 @@ from .calibrations import CalibrationsInUse as CalibrationsInUse
 from .calibrations import ComplexTable as ComplexTable
 from .calibrations import ReceiveCalibrationReport as ReceiveCalibrationReport
 from .calibrations import TransmitCalibrationReport as TransmitCalibrationReport
+from .characterisation import SIGNIFICANCE as SIGNIFICANCE
+from .characterisation import CharacterisationReport as CharacterisationReport
+from .characterisation import CharacterisationRequest as CharacterisationRequest
+from .characterisation import FitDataset as FitDataset
+from .characterisation import OrientationReference as OrientationReference
+from .characterisation import ParameterStatistics as ParameterStatistics
+from .characterisation import QualityFactors as QualityFactors
+from .characterisation import RefusedShots as RefusedShots
+from .characterisation import ShotStatistics as ShotStatistics
+from .characterisation import WindowComparison as WindowComparison
 from .derived import AllanReport as AllanReport
 from .derived import DerivedReport as DerivedReport
 from .derived import EnvelopesReport as EnvelopesReport

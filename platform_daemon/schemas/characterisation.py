@@ -1,0 +1,202 @@
+"""Characterisation of a resonator: the paper's tables over many shots, N50 beside D30, and what its figures show."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import ConfigDict, Field
+
+from .analysis_requests import Frames, RecordingId, Terms
+from .base import Finite, NamedWindow, Request, Schema, Vector, example
+from .derived import EnvelopesReport
+from .fits import FitReport
+from .recordings import ExcitationInfo
+from .requests import ModelName
+
+SIGNIFICANCE = 0.001
+"""Level of significance of the paper (ssec:primary_results)."""
+Level = Annotated[float, Field(gt=0, lt=0.5, allow_inf_nan=False)]
+
+
+class CharacterisationRequest(Request):
+    """A characterisation of one resonator from shots that are stored."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"recording": "acquisition-20261121T101500-1a2b3c"}]})
+
+    recording: RecordingId
+    """Id of the recording."""
+    frames: Frames = None
+    """Numbers of frames, from 0; null: all, blank shots left out."""
+    variant: ModelName | None = None
+    """Model: thread, jewel or another declared one, or an adopted one; null: what the recording says."""
+    terms: Terms = Field(default=[])
+    """Further torque terms, as quadratic_drag."""
+    held_in_n50: dict[str, Finite] = Field(default={})
+    """Losses that are held in the N50 fits, by public name, SI; empty: of a model with several losses lambda, at the
+    median of its own D30 fits."""
+    alpha: Level = SIGNIFICANCE
+    """Level of significance of all comparisons together."""
+
+
+class ShotStatistics(Schema):
+    """A quantity over the shots that have it, in the unit that its name holds."""
+
+    shots: int
+    """Shots that have it."""
+    mean: float
+    """Mean; of psi_start_rad on the circle."""
+    std: float | None
+    """Empirical standard deviation from shot to shot; null for a single shot."""
+    median: float
+    """Median."""
+    lowest: float
+    """Smallest value."""
+    highest: float
+    """Largest value."""
+
+
+class ParameterStatistics(ShotStatistics):
+    """A fitted parameter over the good shots."""
+
+    fit_std: float | None
+    """Median of the standard deviations that the fits give; null: the parameter was held."""
+    systematic_std: float | None
+    """The calibration's share in the error of the mean, which no number of shots makes less; null: not known."""
+
+
+class RefusedShots(Schema):
+    """Shots without a fit, for one reason."""
+
+    reason: str
+    """Why they were refused; of reasons that differ in their numbers only, that of the first shot."""
+    frames: tuple[int, ...]
+    """Their frames, from 0."""
+
+
+class FitDataset(Schema):
+    """The fits of all shots over one window: a row of the paper's tables."""
+
+    window: NamedWindow
+    """Evaluation window."""
+    shots: int
+    """Excited shots that were to be fitted."""
+    good: int
+    """Those with a fit."""
+    refused: tuple[RefusedShots, ...]
+    """Those without, by reason."""
+    held: dict[str, float]
+    """Parameters that were held in all fits, by public name, SI."""
+    duration_s: ShotStatistics | None
+    """Length T of the windows, s; null, here and below: no good fit."""
+    r2: ShotStatistics | None
+    """Coefficient of determination (tab:fit_results_quality: its median and smallest value)."""
+    nrmse: ShotStatistics | None
+    """Root mean square of the residual over that of the signal, 1 (tab:fit_results_quality)."""
+    chi2_per_dof: ShotStatistics | None
+    """chi^2 per degree of freedom; 1: nothing but noise is left."""
+    computing_s: ShotStatistics | None
+    """Computing time of a fit, s (tab:fit_results_quality)."""
+    parameters: dict[str, ParameterStatistics]
+    """By public name, without the orientation (tab:model_params_fit_result)."""
+    orientation_error_rad: ShotStatistics | None
+    """Angle to the orientation of reference, rad (tab:model_params_fit_result); null: there is no reference, or no
+    calibration."""
+
+
+class OrientationReference(Schema):
+    """The best D30 fit: the one with the largest R² (ssec:primary_results)."""
+
+    frame: int
+    """Its frame, from 0."""
+    r2: float
+    """Its R²."""
+    rodrigues_rad: Vector
+    """Its rotation vector, rad."""
+
+
+class WindowComparison(Schema):
+    """A quantity in N50 against the same in D30, shot by shot."""
+
+    quantity: str
+    """Public name of the parameter, or orientation_error_rad."""
+    shots: int
+    """Pairs: shots that are good in both windows."""
+    difference: float | None
+    """Mean of N50 minus D30, in the unit that the name holds; null: nothing to compare, see `reason`."""
+    low: float | None
+    """Lower end of its confidence interval at 1 - alpha, before the correction for several quantities."""
+    high: float | None
+    """Upper end of it."""
+    p_value: float | None
+    """Of the paired t test: chance of a difference as large where the means are equal."""
+    p_adjusted: float | None
+    """The same after Holm's correction for the quantities that were tested."""
+    significant: bool | None
+    """Adjusted p value below alpha; null: not tested."""
+    signed_rank_p_value: float | None
+    """Of Wilcoxon's signed-rank test, which outliers do not move; not corrected, decides nothing."""
+    lag_one_correlation: float | None
+    """Of a shot's difference with that of the next shot, 1: far from 0 the shots are not independent, and the p value
+    is too small; null: too few shots."""
+    reason: str | None
+    """Why it was not tested; null: it was."""
+
+
+class QualityFactors(Schema):
+    """Quality factors over the good shots (tab:quality_factors); null: no shot has one."""
+
+    n50: ShotStatistics | None
+    """Equivalent Q over N50 (eq:tilde-Q), of the N50 fits, 1."""
+    d30: ShotStatistics | None
+    """Equivalent Q over D30, of the D30 fits, 1."""
+    infinity: ShotStatistics | None
+    """Equivalent Q until the motion has died, of the D30 fits, 1."""
+    viscous: ShotStatistics | None
+    """Q of the viscous losses alone (eq:lambda), of the D30 fits, 1."""
+
+
+class CharacterisationReport(Schema):
+    """What `characterise --json` writes."""
+
+    model_config = ConfigDict(json_schema_extra=example("characterisation_report"))
+
+    software_version: str
+    """Version of the software that made it."""
+    file: str
+    """Path as it was named; by REST the file's name."""
+    sample: str | None
+    """Name of the specimen; null: the file does not say."""
+    measured: str | None
+    """When the first shot was made, ISO 8601; null: the file does not say."""
+    variant: str
+    """Model that was fitted: a declared one, with further torque terms after "+", or NAME@VERSION of an adopted one."""
+    calibration: str | None
+    """Identifier of the receive calibration; null: none, so that neither moment nor orientation are known."""
+    excitation: ExcitationInfo | None
+    """What the first of these shots was excited with (tab:measurement_parameter); null: the file does not say."""
+    receive_s: float
+    """Length of the receive window, s (tab:measurement_parameter)."""
+    n50: FitDataset
+    """The first 0.24 s of every shot."""
+    d30: FitDataset
+    """Every shot until 30 % of its maximum is left."""
+    orientation_reference: OrientationReference | None
+    """Of all orientation errors; null: no good D30 fit with a calibration."""
+    alpha: float
+    """Level of significance of all comparisons together."""
+    comparisons: tuple[WindowComparison, ...]
+    """N50 against D30, quantity by quantity."""
+    quality_factors: QualityFactors
+    """Quality factors."""
+    shown_frame: int | None
+    """The shot of the figures: the D30 fit with the median R²; null: there is none."""
+    envelopes: tuple[EnvelopesReport, ...]
+    """Of that shot over the whole receive window: by its D30 fit, then by its N50 fit; empty without a calibration."""
+    notes: tuple[str, ...]
+    """What is missing and why, and what may spoil the numbers."""
+    n50_fits: FitReport
+    """Shot by shot."""
+    d30_fits: FitReport
+    """Shot by shot."""
+    seconds: float
+    """Computing time of all of it, s."""
