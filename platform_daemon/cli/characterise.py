@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from drivers.errors import InputError
+from platform_daemon.schemas import SIGNIFICANCE
 
 from .interrupts import end_at_once, heed_one_interrupt
 from .options import (
@@ -24,7 +25,7 @@ from .options import (
     variant_named,
 )
 from .output import keep_page, must_not_exist, write_json
-from .progress import progress
+from .progress import prepare_fit, progress
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import CharacterisationTask
@@ -41,7 +42,7 @@ def characterise(
     hold: Annotated[
         list[str] | None, typer.Option("--hold", help="Hold the loss NAME=VALUE in N50; default: lambda, of D30.")
     ] = None,
-    alpha: Annotated[float, typer.Option(min=1e-12, max=0.5, help="Level of significance.")] = 0.001,
+    alpha: Annotated[float, typer.Option(min=1e-12, max=0.5, help="Level of significance.")] = SIGNIFICANCE,
     json_file: JsonOption = None,
     html: HtmlOption = None,
     force: ForceOption = False,
@@ -92,5 +93,6 @@ def _fitted(task: CharacterisationTask) -> CharacterisationReport:
 
     from .fit import workers_for
 
+    prepare_fit()  # or the time of the first fit would be that of compiling
     with progress() as display, workers_for(task.frames) as workers:
         return fit_and_tell(task, workers, display.tell)

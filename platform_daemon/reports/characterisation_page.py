@@ -5,7 +5,7 @@ from __future__ import annotations
 from platform_daemon.analysis import RingDownPlotData
 from platform_daemon.schemas import CharacterisationReport
 
-from .characterisation_text import characterisation_tables
+from .characterisation_tables import characterisation_tables
 from .figures import characterisation as plots
 from .fit_tables import frame_notes
 from .page import page

@@ -94,6 +94,8 @@ AcquisitionJob: A series of shots.
 AcquisitionJobs: All acquisitions, oldest first.
 CalibrationJob: A calibration.
 CalibrationJobs: All calibrations, oldest first.
+CharacterisationJob: A characterisation.
+CharacterisationJobs: All characterisations, oldest first.
 DiagnosisJob: A diagnosis.
 DiagnosisJobs: All diagnoses, oldest first.
 FitJob: A fit of a stored recording.

@@ -91,6 +91,8 @@ from .jobs import AcquisitionJob as AcquisitionJob
 from .jobs import AcquisitionJobs as AcquisitionJobs
 from .jobs import CalibrationJob as CalibrationJob
 from .jobs import CalibrationJobs as CalibrationJobs
+from .jobs import CharacterisationJob as CharacterisationJob
+from .jobs import CharacterisationJobs as CharacterisationJobs
 from .jobs import DiagnosisJob as DiagnosisJob
 from .jobs import DiagnosisJobs as DiagnosisJobs
 from .jobs import FitJob as FitJob

@@ -10,6 +10,7 @@ from .acquisitions import AcquisitionResult
 from .analysis_requests import DiagnosisRequest, RecordingFitRequest
 from .base import NoResult, Root, Schema
 from .calibrations import CalibrationReport
+from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .jobs import JobState, RequestT, ResultT
@@ -77,6 +78,13 @@ class DiagnosisRecord(JobRecord[DiagnosisRequest, DiagnosisReport | NoResult]):
     """A diagnosis."""
 
 
+class CharacterisationRecord(JobRecord[CharacterisationRequest, CharacterisationReport | NoResult]):
+    """The record of a characterisation."""
+
+    kind: Literal["characterisation"]
+    """A characterisation."""
+
+
 class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResult]):
     """The record of a calibration."""
 
@@ -91,7 +99,9 @@ class ProcedureRecord(JobRecord[SweepRequest, ProcedureResult]):
     """A procedure."""
 
 
-AnyJobRecord = AcquisitionRecord | FitRecord | DiagnosisRecord | CalibrationRecord | ProcedureRecord
+AnyJobRecord = (
+    AcquisitionRecord | FitRecord | DiagnosisRecord | CharacterisationRecord | CalibrationRecord | ProcedureRecord
+)
 
 
 class StoredJob(Root[Annotated[AnyJobRecord, Field(discriminator="kind")]]):

@@ -11,6 +11,7 @@ from .acquisitions import AcquisitionResult
 from .analysis_requests import DiagnosisRequest, RecordingFitRequest
 from .base import NoResult, Root, Schema, example
 from .calibrations import CalibrationReport
+from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .problems import Problem
@@ -109,6 +110,15 @@ class DiagnosisJob(Job[DiagnosisRequest, DiagnosisReport | NoResult]):
     """A diagnosis."""
 
 
+class CharacterisationJob(Job[CharacterisationRequest, CharacterisationReport | NoResult]):
+    """A characterisation; `result` is what `characterise --json` writes, and empty before that."""
+
+    model_config = ConfigDict(json_schema_extra=example("characterisation_job"))
+
+    kind: Literal["characterisation"]
+    """A characterisation."""
+
+
 class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """A calibration; `result` is what `calibrate --json` writes, and empty before that."""
 
@@ -148,6 +158,12 @@ class DiagnosisJobs(Root[tuple[DiagnosisJob, ...]]):
     """All diagnoses, oldest first."""
 
     model_config = ConfigDict(json_schema_extra=example("diagnosis_job", listed=True))
+
+
+class CharacterisationJobs(Root[tuple[CharacterisationJob, ...]]):
+    """All characterisations, oldest first."""
+
+    model_config = ConfigDict(json_schema_extra=example("characterisation_job", listed=True))
 
 
 class CalibrationJobs(Root[tuple[CalibrationJob, ...]]):

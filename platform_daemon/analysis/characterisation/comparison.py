@@ -47,7 +47,7 @@ class Pairs:
         if self.reason is not None:
             return self.reason
         if len(self.n50) < _FEWEST:
-            return f"{len(self.n50)} shots are good in both windows, a scatter needs {_FEWEST}"
+            return f"{len(self.n50)} of the {_FEWEST} shots that a test needs at least"
         difference = self.differences()
         if np.ptp(difference) <= _ROUNDING * np.max(np.abs([self.n50, self.d30])):
             return "the difference is the same in all shots, so that there is no scatter to compare it with"

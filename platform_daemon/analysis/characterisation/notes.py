@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from platform_daemon.schemas import CharacterisationReport, RecordingInfo, definition_of
 
+_WHOLE = 0.999  # of the receive window
 _FAR = 3.0  # standard deviations of the correlation of independent shots
 
 
@@ -58,7 +59,7 @@ def _of_orientation(report: CharacterisationReport) -> Iterator[str]:
     if reference is None:
         yield "orientation: no good D30 fit with a calibration, so there is no reference to measure errors from"
     elif report.d30.good == 1:
-        yield f"orientation: frame {reference.frame}, the one good D30 fit, is its own reference: its error is empty"
+        yield f"orientation: frame {reference.frame}, the one good D30 fit, is its own reference: its error is 0"
     else:
         yield (
             f"orientation: frame {reference.frame} is the reference; its own D30 error of 0 is in the mean, as in the "
@@ -68,6 +69,12 @@ def _of_orientation(report: CharacterisationReport) -> Iterator[str]:
 
 def _of_windows(report: CharacterisationReport) -> Iterator[str]:
     short, long = report.n50.duration_s, report.d30.duration_s
+    cut = [f.frame for f in report.d30_fits.good_frames if (f.window_s or 0.0) > _WHOLE * report.receive_s]
+    if cut:
+        yield (
+            f"D30: in {len(cut)} of {report.d30.good} shots more than 30 % are left at the end of the receive window "
+            f"of {report.receive_s:.3g} s: there D30 is that window"
+        )
     if short is not None and long is not None and long.lowest < short.median:
         yield f"D30 ends after {long.lowest:.3g} s in at least one shot, before N50: there the two are hardly apart"
 
