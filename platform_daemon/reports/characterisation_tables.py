@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from platform_daemon.schemas import (
     CharacterisationReport,
     FitDataset,
     ParameterStatistics,
+    ParameterUncertainty,
     ShotStatistics,
     WindowComparison,
     definition_of,
@@ -50,6 +51,7 @@ def characterisation_tables(report: CharacterisationReport) -> tuple[WordedTable
         _fit_quality(report),
         _parameters(report),
         _compared(report),
+        _uncertainties(report),
         _quality_factors(report),
     )
 
@@ -152,6 +154,27 @@ def _verdict(row: WindowComparison) -> str:
     if row.significant is None:
         return row.reason or _NONE
     return "yes" if row.significant else "no"
+
+
+def _uncertainties(report: CharacterisationReport) -> WordedTable:
+    """What one shot is good for."""
+    rows = [(u, definition_of(u.parameter)) for u in report.uncertainties]
+
+    def column(pick: Callable[[ParameterUncertainty], float | None]) -> list[str]:
+        return [_NONE if (x := pick(u)) is None else f"{abs(x) * d.display_factor:.2g}" for u, d in rows]
+
+    columns = (
+        ("D30 mean", [f"{u.value * d.display_factor:.6g}" for u, d in rows]),
+        ("scatter", column(lambda u: u.scatter)),
+        ("|N50 − D30|", column(lambda u: u.window_difference)),
+        ("calibration", column(lambda u: u.systematic_std)),
+        ("uncertainty", column(lambda u: u.uncertainty)),
+    )
+    said = (
+        "Standard uncertainty of one D30 fit: scatter from shot to shot, what the two windows disagree by, which a "
+        "complete model would not let them, and the calibration, as far as they are known."
+    )
+    return WordedTable("What one shot is good for", ("parameter", [d.heading for _, d in rows]), columns, said)
 
 
 def _quality_factors(report: CharacterisationReport) -> WordedTable:

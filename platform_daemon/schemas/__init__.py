@@ -30,6 +30,7 @@ CharacterisationRequest: A characterisation of one resonator from shots that are
 FitDataset: The fits of all shots over one window.
 OrientationReference: The best D30 fit.
 ParameterStatistics: A fitted parameter over the good shots.
+ParameterUncertainty: What a D30 fit of one shot is good for.
 QualityFactors: Quality factors over the good shots (tab:quality_factors).
 RefusedShots: Shots without a fit, for one reason.
 ShotStatistics: A quantity over the shots that have it, in the unit that its name holds.

@@ -27,6 +27,7 @@ from .characterisation import CharacterisationRequest as CharacterisationRequest
 from .characterisation import FitDataset as FitDataset
 from .characterisation import OrientationReference as OrientationReference
 from .characterisation import ParameterStatistics as ParameterStatistics
+from .characterisation import ParameterUncertainty as ParameterUncertainty
 from .characterisation import QualityFactors as QualityFactors
 from .characterisation import RefusedShots as RefusedShots
 from .characterisation import ShotStatistics as ShotStatistics

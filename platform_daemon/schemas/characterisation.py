@@ -142,6 +142,27 @@ class WindowComparison(Schema):
     """Why it was not tested; null: it was."""
 
 
+class ParameterUncertainty(Schema):
+    """What a D30 fit of one shot is good for: a standard uncertainty, and what it is made of, in the unit of the name.
+
+    Not of the mean: shots scatter less around a wrong mean the more of them there are.
+    """
+
+    parameter: str
+    """Public name."""
+    value: float
+    """Mean of the D30 fits."""
+    scatter: float | None
+    """Standard deviation from shot to shot; null for a single shot."""
+    window_difference: float | None
+    """What N50 and D30 differ by on average: with a complete model nothing, so that it is the least error of the model;
+    null: held in N50, or no shot is good in both."""
+    systematic_std: float | None
+    """The calibration's share; null: not known."""
+    uncertainty: float | None
+    """Root of the sum of the squares of those that are known; null: none is."""
+
+
 class QualityFactors(Schema):
     """Quality factors over the good shots (tab:quality_factors); null: no shot has one."""
 
@@ -186,6 +207,8 @@ class CharacterisationReport(Schema):
     """Level of significance of all comparisons together."""
     comparisons: tuple[WindowComparison, ...]
     """N50 against D30, quantity by quantity."""
+    uncertainties: tuple[ParameterUncertainty, ...]
+    """Of every parameter of the D30 fits."""
     quality_factors: QualityFactors
     """Quality factors."""
     shown_frame: int | None

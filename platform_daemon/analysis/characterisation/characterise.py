@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import median
@@ -13,12 +14,15 @@ from platform_daemon import __version__
 from platform_daemon.schemas import (
     CharacterisationReport,
     EnvelopesReport,
+    FitDataset,
     FitReport,
     FrameFit,
     FrameQuantities,
     OrientationReference,
+    ParameterUncertainty,
     QualityFactors,
     ShotStatistics,
+    WindowComparison,
     names_in_order,
 )
 from platform_daemon.store import describe
@@ -150,6 +154,8 @@ def _report(
     reference = orientation_reference(d30)
     short, long = shot_values((n50, d30), reference)
     shown = _shown(d30)
+    comparisons = compare(_pairs(short, long, held, reference), task.alpha)
+    whole = dataset_of("d30", d30, long, {})
     told = CharacterisationReport(
         software_version=__version__,
         file=str(task.path),
@@ -160,10 +166,11 @@ def _report(
         excitation=info.shots[first].excitation if info.shots else None,
         receive_s=receive_s,
         n50=dataset_of("n50", n50, short, held),
-        d30=dataset_of("d30", d30, long, {}),
+        d30=whole,
         orientation_reference=reference,
         alpha=task.alpha,
-        comparisons=compare(_pairs(short, long, held, reference), task.alpha),
+        comparisons=comparisons,
+        uncertainties=_uncertainties(whole, comparisons),
         quality_factors=_quality_factors(n50, d30),
         shown_frame=None if shown is None else shown.frame,
         envelopes=_envelopes(ask, shown, n50, receive_s),
@@ -204,6 +211,26 @@ def _orientation_pairs(short: ShotValues, long: ShotValues, reference: Orientati
         return Pairs(ORIENTATION_ERROR, reason="there is no orientation of reference")
     both = [k for k in short.errors_rad if k in long.errors_rad and k != reference.frame]
     return Pairs(ORIENTATION_ERROR, [short.errors_rad[k] for k in both], [long.errors_rad[k] for k in both])
+
+
+def _uncertainties(d30: FitDataset, comparisons: Iterable[WindowComparison]) -> tuple[ParameterUncertainty, ...]:
+    differences = {row.quantity: row.difference for row in comparisons}
+    found = []
+    for name, over in d30.parameters.items():
+        parts = over.std, differences.get(name), over.systematic_std
+        known = [part for part in parts if part is not None]
+        scatter, difference, systematic = parts
+        found.append(
+            ParameterUncertainty(
+                parameter=name,
+                value=over.mean,
+                scatter=scatter,
+                window_difference=difference,
+                systematic_std=systematic,
+                uncertainty=math.hypot(*known) if known else None,
+            )
+        )
+    return tuple(found)
 
 
 def _quality_factors(n50: FitReport, d30: FitReport) -> QualityFactors:

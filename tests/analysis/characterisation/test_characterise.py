@@ -88,6 +88,18 @@ def test_orientation_errors_are_angles_to_the_best_long_fit(report, truths):
     assert row.shots == SHOTS - 1  # the reference has no error of its own
 
 
+def test_the_uncertainty_of_a_shot_holds_scatter_and_what_the_windows_disagree_by(report, truths):
+    found = {row.parameter: row for row in report.uncertainties}
+    assert set(found) == set(report.d30.parameters)
+    f_nat = found["f_nat_hz"]
+    assert f_nat.uncertainty == pytest.approx(math.hypot(f_nat.scatter, f_nat.window_difference))
+    assert (found["lambda_per_s"].window_difference, f_nat.systematic_std) == (None, None)
+    for name, row in found.items():
+        true = np.mean([truth.value(name) for truth in truths])
+        if name != "psi_start_rad":
+            assert abs(row.value - true) < 2.0 * row.uncertainty
+
+
 def test_quality_factors_fall_with_the_window_and_to_the_end(report):
     q = report.quality_factors
     # Dry friction takes the more of the motion the smaller it is (tab:quality_factors).
