@@ -31,7 +31,10 @@ PAGES = (
     "README.md",
     *(
         f"docs/{name}.md"
-        for name in ("tasks", "design", "rest", "procedures", "calibration", "diagnosis", "emulator", "adding-a-driver")
+        for name in (
+            *("tasks", "design", "rest", "procedures", "characterise", "calibration", "diagnosis", "emulator"),
+            "adding-a-driver",
+        )
     ),
     "docs/simulated-resonator.md",
 )
