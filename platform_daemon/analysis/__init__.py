@@ -17,6 +17,7 @@ reason_of: Why a frame that cannot be read is refused.
 CharacterisationTask: What is to be characterised, checked.
 characterisation_task: Everything that can be checked before the first fit.
 characterise: Fit every shot in both windows and make the tables.
+check_held_in_n50: What it raises of losses that cannot be held.
 shown_shot: The shot of the figures with its D30 fit.
 derived_report: Of every frame and of the series.
 frame_envelopes: Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.

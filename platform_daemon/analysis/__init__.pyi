@@ -15,6 +15,7 @@ from .calibrated import reason_of as reason_of
 from .characterisation.characterise import CharacterisationTask as CharacterisationTask
 from .characterisation.characterise import characterisation_task as characterisation_task
 from .characterisation.characterise import characterise as characterise
+from .characterisation.characterise import check_held_in_n50 as check_held_in_n50
 from .characterisation.characterise import shown_shot as shown_shot
 from .derived import derived_report as derived_report
 from .derived import frame_envelopes as frame_envelopes

@@ -4,36 +4,62 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from drivers.errors import InputError
+from drivers.validation import validated
 from platform_daemon.schemas import SIGNIFICANCE
 
 from .interrupts import end_at_once, heed_one_interrupt
 from .options import (
     CalibrationOption,
+    EndpointsOption,
     ForceOption,
     FramesOption,
     HtmlOption,
     JsonOption,
     ModelsOption,
+    PlatformOption,
+    SetOption,
     TermOption,
     VariantOption,
     calibration_in,
     variant_named,
 )
 from .output import keep_page, must_not_exist, write_json
+from .procedures import Conducted
 from .progress import prepare_fit, progress
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import CharacterisationTask
+    from platform_daemon.engine import Job, ProcedureWork
     from platform_daemon.schemas import CharacterisationReport
 
 
 def characterise(
-    source: Annotated[Path | None, typer.Option("--from", help="Recording with the shots of one resonator.")] = None,
+    resonator: Annotated[str | None, typer.Option(help="Measure this one: thread, jewel, or a resonator file.")] = None,
+    source: Annotated[
+        Path | None, typer.Option("--from", help="Or a recording with the shots of one resonator.")
+    ] = None,
+    shots: Annotated[int, typer.Option(min=1, help="Excited shots.")] = 100,
+    blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 4,
+    field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
+    rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
+    pause_s: Annotated[float | None, typer.Option(help="Wait between shots, s; default: the preset's.")] = None,
+    out: Annotated[
+        Path | None, typer.Option("--output", "--out", help="Recording to write; default: characterise.h5.")
+    ] = None,
+    sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
+    operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
+    comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the shots and show the plan; nothing moves.")
+    ] = False,
+    platform: PlatformOption = "simulated",
+    overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
     frames: FramesOption = None,
     variant: VariantOption = None,
     term: TermOption = None,
@@ -47,31 +73,75 @@ def characterise(
     html: HtmlOption = None,
     force: ForceOption = False,
 ) -> None:
-    """Fit many shots over N50 and D30: tables and figures of the paper, and whether the two windows agree."""
-    from platform_daemon.analysis import FitSettings, characterisation_task
+    """Fit many shots over N50 and D30: tables and figures of the paper, and whether the two windows agree.
 
+    Either of shots that are made now (--resonator), or of a recording (--from).
+    """
     from .parsing import parse_frames, parse_values
 
-    if source is None:
-        raise InputError("nothing to characterise", where="--from", remedy="name a recording")
+    if (resonator is None) == (source is None):
+        remedy = "name a resonator to measure, or a recording"
+        raise InputError("give one of the two", where="--resonator, --from", remedy=remedy)
     must_not_exist(json_file, force, ".json")
     must_not_exist(html, force, ".html", ".htm")
-    settings = FitSettings(
-        variant_named(variant, models),
-        calibration=calibration_in(calibration),
-        terms=tuple(term or ()),
-        frames=None if frames is None else parse_frames(frames),
-    )
     held = parse_values(hold, "--hold") if hold else None
+    if source is not None:
+        chosen = None if frames is None else parse_frames(frames)
+        settings = (variant_named(variant, models), calibration_in(calibration), tuple(term or ()), chosen)
+        _characterise_recording(source, settings, held, alpha, json_file, html)
+        return
+    for name, value in (("--frames", frames), ("--calibration", calibration), ("--with-term", term)):
+        if value is not None:
+            remedy = "measure first, then give it with --from"
+            raise InputError("goes with a recording", where=name, remedy=remedy)
+    sequence = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s, "pause_s": pause_s}
+    known = {
+        "resonator": resonator,
+        "shots": shots,
+        "blank_shots": blank_shots,
+        "sequence": {name: value for name, value in sequence.items() if value is not None},
+        "variant": variant,
+    } | {"sample": sample, "operator": operator, "comment": comment}
+    asked = {"kind": "characterise", "acquisition": known, "held_in_n50": held or {}, "alpha": alpha}
+    target = out or Path("characterise.h5")
+    run = Conducted(platform, overrides, endpoints, models, target, dry_run, force, plan_file=json_file)
+    _characterise_resonator(run, asked, json_file, html)
+
+
+def _characterise_resonator(run: Conducted, asked: dict[str, Any], json_file: Path | None, html: Path | None) -> None:
+    """Raises InputError, and what Conducted.run raises."""
+    from platform_daemon.engine import CharacterisationFiles
+    from platform_daemon.reports import characterisation_html, characterisation_text
+    from platform_daemon.schemas import CharacteriseRequest
+
+    def tell(work: ProcedureWork, job: Job) -> None:
+        if job.result.characterisation is not None:
+            print(characterisation_text(job.result.characterisation))
+            if html is not None:
+                print(html)
+
+    tables = CharacterisationFiles(characterisation_html, report=json_file, html=html)
+    run.run(validated(CharacteriseRequest, asked, "characterise"), tell, tables)
+
+
+def _characterise_recording(
+    source: Path, asked: tuple[Any, ...], held: dict[str, float] | None, alpha: float, json_file: Path | None,
+    html: Path | None,
+) -> None:  # fmt: skip
+    """asked: model, calibration, further terms, frames."""
+    from platform_daemon.analysis import FitSettings, characterisation_task
+
+    model, calibration, terms, frames = asked
+    settings = FitSettings(model, calibration=calibration, terms=terms, frames=frames)
     heed_one_interrupt()
     try:
-        tell_characterisation(characterisation_task(source, settings, held, alpha), json_file, html)
+        _tell(characterisation_task(source, settings, held, alpha), json_file, html)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         end_at_once()
 
 
-def tell_characterisation(task: CharacterisationTask, json_file: Path | None, html: Path | None) -> None:
+def _tell(task: CharacterisationTask, json_file: Path | None, html: Path | None) -> None:
     """Fit with a bar, print the tables, write what was asked for.  Raises typer.Exit: 3 if no shot has a fit."""
     from platform_daemon.reports import characterisation_text
 

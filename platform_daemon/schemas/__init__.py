@@ -150,7 +150,9 @@ Problem: What went wrong, where and why, and what to do about it (RFC 9457, `app
 ProblemKind: What a kind of problem means.
 UnreadableFile: A file that looks like what is listed but cannot be used.
 PlannedStep: One step as it would be.
+CharacteriseRequest: A characterisation.
 ProcedureLog: The log of a procedure on disk, written anew after every step, and what `sweep --json` writes.
+ProcedureRequest: A procedure of any kind.
 ProcedureResult: What a procedure has brought so far.
 ProcedureSummary: A procedure as it would be: every step is checked, nothing moves.
 StepEstimate: A result of a step over its good fits, in the unit that its name holds.

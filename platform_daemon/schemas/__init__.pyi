@@ -146,8 +146,10 @@ from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
 from .problems import UnreadableFile as UnreadableFile
+from .procedures import CharacteriseRequest as CharacteriseRequest
 from .procedures import PlannedStep as PlannedStep
 from .procedures import ProcedureLog as ProcedureLog
+from .procedures import ProcedureRequest as ProcedureRequest
 from .procedures import ProcedureResult as ProcedureResult
 from .procedures import ProcedureSummary as ProcedureSummary
 from .procedures import StepEstimate as StepEstimate

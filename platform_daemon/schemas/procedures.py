@@ -10,10 +10,13 @@ from pydantic import ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .base import Absent, Finite, Given, Request, Schema, Vector, Verdict, example
+from .characterisation import SIGNIFICANCE, CharacterisationReport, Level
 from .requests import AcquisitionRequest
 
 MOST_STEPS = 1000
 Comparison = TypeAliasType("Comparison", Literal[">", "<", ">=", "<="])
+LONGEST_PAUSE_S = 28_800.0
+PauseLimit = Annotated[float, Field(gt=0, le=604_800, allow_inf_nan=False)]
 _Key = Annotated[str, Field(min_length=1, max_length=100)]
 _Number = Annotated[int, Field(ge=-(10**12), le=10**12)] | Finite
 _Value = _Number | Annotated[str, Field(max_length=100)] | Annotated[tuple[Finite, ...], Field(strict=False)]
@@ -122,7 +125,7 @@ class SweepRequest(Request):
     """Keys with their values; of several all combinations are made, the last one changes fastest."""
     stop_when: StopRule | None = None
     """Ends the sweep early; null: all steps are made."""
-    longest_pause_s: Annotated[float, Field(gt=0, le=604_800, allow_inf_nan=False)] = 28_800.0
+    longest_pause_s: PauseLimit = LONGEST_PAUSE_S
     """A pause that lasts longer ends the sweep, s: it holds up those that wait, and a change of calibration."""
 
     @model_validator(mode="after")
@@ -130,6 +133,33 @@ class SweepRequest(Request):
         if (steps := math.prod(len(axis.points) for axis in self.over)) > MOST_STEPS:
             raise ValueError(f"{steps} steps are more than {MOST_STEPS}: ask for fewer values")
         return self
+
+
+class CharacteriseRequest(Request):
+    """A characterisation: many shots of one resonator in one recording, and the paper's tables from them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={
+            "examples": [
+                {"kind": "characterise", "acquisition": {"resonator": "jewel", "shots": 100, "blank_shots": 4}}
+            ]
+        }
+    )
+
+    kind: Literal["characterise"]
+    """A characterisation."""
+    acquisition: AcquisitionRequest
+    """The shots; keys of `sequence` that are not given are those of the resonator's preset."""
+    held_in_n50: dict[str, Finite] = Field(default={})
+    """Losses that are held in the N50 fits, by public name, SI; empty: of a model with several losses lambda, at the
+    median of its own D30 fits."""
+    alpha: Level = SIGNIFICANCE
+    """Level of significance of all comparisons together."""
+    longest_pause_s: PauseLimit = LONGEST_PAUSE_S
+    """A pause that lasts longer ends it, s: it holds up those that wait, and a change of calibration."""
+
+
+ProcedureRequest = Annotated[SweepRequest | CharacteriseRequest, Field(discriminator="kind")]
 
 
 class SweptValue(Schema):
@@ -197,6 +227,8 @@ class ProcedureResult(Schema):
     """Name of its file."""
     steps: tuple[StepReport, ...]
     """Step by step, in order."""
+    characterisation: Absent[CharacterisationReport] = None
+    """What a characterisation has made of its shots; missing as long as it measures, and in other procedures."""
     stopped: str | None
     """Why it ended; null: it has not."""
 
@@ -212,7 +244,7 @@ class ProcedureLog(Schema):
     """Id of its job."""
     started: str
     """When it began, ISO 8601."""
-    request: SweepRequest
+    request: ProcedureRequest
     """What was asked for, with every default."""
     result: ProcedureResult
     """What came out; `stopped` is null as long as it goes on, and after a crash for ever."""

@@ -54,7 +54,8 @@ def test_what_makes_no_sense_is_said_before_anything_is_fitted(path, arguments, 
 def test_files_that_hold_no_shots_of_a_resonator(tmp_path):
     assert_one_line_error(here("characterise", "--from", tmp_path / "no.h5"), 2, "no such file")
     assert_one_line_error(here("characterise", "--from", DATA / "measured" / "r5_hung_rod_a.h5"), 2, "time series")
-    assert_one_line_error(here("characterise"), 2, "--from")
+    assert_one_line_error(here("characterise"), 2, "--from", "--resonator")
+    assert_one_line_error(here("characterise", "--resonator", "jewel", "--frames", "0"), 2, "--frames")
 
 
 def test_shots_that_are_all_refused_end_with_3_and_a_report(tmp_path):
@@ -63,3 +64,18 @@ def test_shots_that_are_all_refused_end_with_3_and_a_report(tmp_path):
     assert done.returncode == 3
     assert "every shot was refused" in done.stderr
     assert (tmp_path / "c.html").exists()
+
+
+def test_a_resonator_is_measured_and_characterised_at_once(tmp_path):
+    short = ("--resonator", "jewel", "--shots", "2", "--blank-shots", "0", "--rx-s", "0.6", "--pause-s", "5")
+    plan = here("characterise", *short, "--dry-run")
+    assert "2 shots" in plan.stdout
+    files = ("--out", tmp_path / "c.h5", "--json", tmp_path / "c.json", "--html", tmp_path / "c.html")
+    done = here("characterise", *short, *files)
+    assert done.returncode == 0, done.stderr
+    assert "N50 against D30" in done.stdout
+    report = CharacterisationReport.model_validate_json((tmp_path / "c.json").read_text())
+    assert (report.d30.good, report.file) == (2, "c.h5")
+    assert (tmp_path / "c.html").exists()
+    assert (tmp_path / "c.h5.log.json").exists()
+    assert_one_line_error(here("characterise", *short, "--out", tmp_path / "c.h5"), 2, "--force")

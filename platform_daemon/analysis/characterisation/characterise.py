@@ -33,6 +33,7 @@ from ..derived import frame_envelopes
 from ..fit_request import FitRequest, FitSettings
 from ..frames import chosen_frames
 from ..measurement import BLANK, VoltageMeasurement, open_for_fit, open_voltages
+from ..model_registry.resolve import ModelChoice, label_of, model_of
 from ..plot_data import RingDownPlotData, ring_down_plot_data
 from .comparison import Pairs, compare
 from .dataset import PHASE, ShotValues, dataset_of, orientation_reference, shot_values
@@ -86,18 +87,24 @@ def characterisation_task(
     open_voltages(path)  # an angle has neither a moment nor an orientation
     settings = replace(settings, window="n50", fixed=dict(held or {}), derived=True)
     measurement, ask = open_for_fit(path, settings)
-    unknown = [name for name in held or () if name not in ask.ring_down_model.losses]
-    if unknown:
-        remedy = f"hold one of {', '.join(ask.ring_down_model.losses)}, or none"
-        raise InputError(f"{unknown[0]} is no loss of {ask.label}", where="held_in_n50", remedy=remedy)
-    if len(held or ()) == len(ask.ring_down_model.losses):
-        raise InputError("no loss is left to be fitted", where="held_in_n50", remedy="leave one of them free")
+    check_held_in_n50(ask.model, held or {})
     frames = [k for k in chosen_frames(measurement, settings.frames) if measurement.excuse(k) != BLANK]
     if not frames:
         remedy = "choose frames of excited shots, or another recording"
         raise InputError("there is no excited shot", where=str(path), remedy=remedy)
     settings = replace(settings, window="d30", fixed=None, frames=tuple(frames))
     return CharacterisationTask(path, settings, held, alpha)
+
+
+def check_held_in_n50(model: ModelChoice, held: Mapping[str, float]) -> None:
+    """Raises InputError for what is no loss of the model, and where none is left to be fitted."""
+    losses = model_of(model).losses
+    unknown = [name for name in held if name not in losses]
+    if unknown:
+        remedy = f"hold one of {', '.join(losses)}, or none"
+        raise InputError(f"{unknown[0]} is no loss of {label_of(model)}", where="held_in_n50", remedy=remedy)
+    if len(held) == len(losses):
+        raise InputError("no loss is left to be fitted", where="held_in_n50", remedy="leave one of them free")
 
 
 def characterise(task: CharacterisationTask, workers: WorkerPool, tell: Tell) -> CharacterisationReport:

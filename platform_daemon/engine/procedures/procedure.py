@@ -1,13 +1,14 @@
 """What a procedure is: steps one after another, each decided from the reports of those before it.
 
-A procedure touches neither the engine nor a file; `conductor.py` makes its steps.  Ramp, tune and characterise are to
-be further classes with the same three members.
+A procedure touches neither the engine nor a file; `conductor.py` makes its steps.  What is made of its recording
+afterwards is a `Conclusion`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 from platform_daemon.schemas import (
@@ -15,9 +16,10 @@ from platform_daemon.schemas import (
     AcquisitionResult,
     AcquisitionSummary,
     FitReport,
+    ProcedureRequest,
     ProcedureResult,
+    ProcedureSummary,
     StepReport,
-    SweepRequest,
     SweptValue,
 )
 from platform_daemon.store import StepLabel
@@ -26,7 +28,7 @@ from ..jobs import AnyJob, Job
 from ..work.destination import Destination
 from ..work.series import AcquisitionJob
 
-ProcedureJob = Job[SweepRequest, ProcedureResult]
+ProcedureJob = Job[ProcedureRequest, ProcedureResult]
 StepSequence = Generator["Step", StepReport, str]
 """Yields steps, is sent the report of each, returns why it ended."""
 
@@ -56,14 +58,33 @@ class Procedure(Protocol):
     """What is measured, step by step."""
 
     @property
-    def request(self) -> SweepRequest:
+    def request(self) -> ProcedureRequest:
         """What was asked for."""
+
+    @property
+    def title(self) -> str:
+        """What it does, in a few words, for the title of its recording."""
+
+    @property
+    def ends_early(self) -> str | None:
+        """What ends it before its last step, in words; None: nothing."""
 
     def outline(self) -> Sequence[Step]:
         """The steps that it makes at most, as far as they are known beforehand: checked before anything moves."""
 
     def steps(self) -> StepSequence:
         """The steps one after another.  May raise PlatformError for a report that it cannot go on from."""
+
+
+class Conclusion(Protocol):
+    """What a procedure makes of its recording once that is there: no hardware is needed for it."""
+
+    def share(self, outline: ProcedureSummary) -> float:
+        """Of all the procedure's time, 0 to 1: so much is likely to be left when the last shot is made."""
+
+    def __call__(self, job: ProcedureJob, recording: Path, tell: Callable[[str, float], None]) -> None:
+        """Put it into the job's result, and on disk.  tell: phase, and the share of the conclusion that is done; may
+        raise Cancelled, and rests where the procedure is paused."""
 
 
 class Steps(Protocol):

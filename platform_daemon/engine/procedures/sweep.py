@@ -40,6 +40,17 @@ class Sweep:
             made = with_values(request.acquisition, dict(zip(keys, values, strict=True)), where)
             self._steps.append(Step(tuple(SweptValue(key=a.key, value=v) for a, v in named), made))
 
+    @property
+    def title(self) -> str:
+        """See Procedure."""
+        return f"sweep over {', '.join(axis.key for axis in self.request.over)}"
+
+    @property
+    def ends_early(self) -> str | None:
+        """See Procedure."""
+        rule = self.request.stop_when
+        return None if rule is None else str(rule)
+
     def outline(self) -> Sequence[Step]:
         """See Procedure."""
         return self._steps

@@ -21,13 +21,51 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class CharacterisationFiles:
+    """Where report and page are kept: in `folder` as ID.json and ID.html of the job's id, or where `report` and `html`
+    say; a file that neither says is not written.
+
+    page: makes the page.
+    """
+
+    page: Page
+    folder: Path | None = None
+    report: Path | None = None
+    html: Path | None = None
+
+    def named(self, job: str) -> tuple[Path | None, Path | None]:
+        """(report, page) of the job of that id."""
+        if self.folder is None:
+            return self.report, self.html
+        return self.folder / f"{job}.json", self.folder / f"{job}.html"
+
+
+def characterise_to_disk(
+    task: CharacterisationTask, files: CharacterisationFiles | None, job: AnyJob, tell: Callable[[str, float], None]
+) -> CharacterisationReport:
+    """Fit in this process, frame after frame, and keep report and page.  Raises what `tell` raises, StorageError."""
+    with analysis.in_this_process() as workers:
+        found = analysis.characterise(task, workers, tell)
+    report = found.model_copy(update={"file": task.path.name})
+    target, html = (None, None) if files is None else files.named(job.identifier)
+    if files is not None and html is not None:
+        tell("page", 0.99)
+        write_file(html, files.page(report, analysis.shown_shot(task, report)))
+    if target is not None:
+        write_file(target, to_json(report, indent=1).encode())
+    tell("write", 1.0)
+    if not (report.n50.good or report.d30.good):
+        job.warnings.append("every shot was refused in both windows")
+    return report
+
+
+@dataclass(frozen=True)
 class CharacterisationWork:
-    """Fits the shots of a recording in both windows; report and page are kept in `folder`."""
+    """Fits the shots of a recording in both windows; report and page are kept."""
 
     request: CharacterisationRequest
     task: CharacterisationTask
-    folder: Path
-    page: Page
+    files: CharacterisationFiles
     kind, unit, total, no_result = "characterisation", "share", 1.0, NoResult()
 
     def __call__(self, job: AnyJob) -> None:
@@ -38,14 +76,4 @@ class CharacterisationWork:
             if job.cancel_requested.is_set():
                 raise Cancelled
 
-        with analysis.in_this_process() as workers:
-            found = analysis.characterise(self.task, workers, tell)
-        report = found.model_copy(update={"file": self.task.path.name})
-        tell("page", 0.99)
-        page = self.page(report, analysis.shown_shot(self.task, report))
-        job.at(1.0, "write")
-        write_file(self.folder / f"{job.identifier}.html", page)
-        write_file(self.folder / f"{job.identifier}.json", to_json(report, indent=1).encode())
-        job.result = report
-        if not (report.n50.good or report.d30.good):
-            job.warnings.append("every shot was refused in both windows")
+        job.result = characterise_to_disk(self.task, self.files, job, tell)
