@@ -10,7 +10,6 @@ included; T_f/I is that of a contact that only spins, which a tilted one does no
 from __future__ import annotations
 
 import argparse
-import subprocess
 import tempfile
 import time
 from collections.abc import Sequence
@@ -24,7 +23,7 @@ from platform_daemon.schemas import CharacterisationReport, ParameterUncertainty
 from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.settings import load_platform
 from platform_daemon.store.truth import read_truth
-from tests.kit.command_line import COMMAND
+from tests.kit.command_line import here
 
 TRUTHS = {
     "f_nat_hz": ("main_mode_hz", "f_nat_hz"),
@@ -51,7 +50,7 @@ class Characterised:
 def command(*arguments: str) -> float:
     """Run it, s.  Raises SystemExit with what it said."""
     began = time.perf_counter()
-    done = subprocess.run([COMMAND, *arguments], capture_output=True, text=True, check=False)
+    done = here(*arguments)
     if done.returncode:
         raise SystemExit(f"platform-daemon {' '.join(arguments)}: {done.stderr}")
     return time.perf_counter() - began

@@ -212,6 +212,11 @@ def _procedures(daemon: Daemon) -> None:
         daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}")
     daemon.ask("procedures/cancel-ended", "DELETE", made)
     daemon.ask("procedures/all", "GET", "/procedures")
+    tables = {"kind": "characterise", "acquisition": {**shot, "shots": 2}}
+    daemon.ask("procedures/characterise-dry-run", "POST", "/procedures/dry-run", json=tables)
+    found = daemon.job("procedures/characterise", "/procedures", tables)["links"]
+    daemon.ask("procedures/report", "GET", found["report"])
+    daemon.ask("procedures/no-report", "GET", f"{made}/report")
     bad = {"key": {**fields, "key": "field"}, "step-0": {**fields, "step": 0}, "limit": {**fields, "stop": 5000}}
     for name, axis in bad.items():
         daemon.ask(f"procedures/422-{name}", "POST", "/procedures", json={**sweep, "over": [axis]})
