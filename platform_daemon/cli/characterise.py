@@ -26,15 +26,16 @@ from .options import (
     TermOption,
     VariantOption,
     calibration_in,
+    library,
     variant_named,
 )
 from .output import keep_page, must_not_exist, write_json
-from .procedures import Conducted
+from .procedure import conduct
 from .progress import prepare_fit, progress
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import CharacterisationTask
-    from platform_daemon.engine import Job, ProcedureWork
+    from platform_daemon.engine import Engine, Job
     from platform_daemon.schemas import CharacterisationReport
 
 
@@ -77,6 +78,9 @@ def characterise(
 
     Either of shots that are made now (--resonator), or of a recording (--from).
     """
+    from platform_daemon.app import start_engine
+    from platform_daemon.settings import load_platform
+
     from .parsing import parse_frames, parse_values
 
     if (resonator is None) == (source is None):
@@ -104,24 +108,33 @@ def characterise(
     } | {"sample": sample, "operator": operator, "comment": comment}
     asked = {"kind": "characterise", "acquisition": known, "held_in_n50": held or {}, "alpha": alpha}
     target = out or Path("characterise.h5")
-    run = Conducted(platform, overrides, endpoints, models, target, dry_run, force, plan_file=json_file)
-    _characterise_resonator(run, asked, json_file, html)
+    must_not_exist(None if dry_run else target, force, ".h5", ".hdf5", ".mmr")
+    heed_one_interrupt()
+    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    try:
+        _measured(engine, asked, target, json_file, html, dry_run=dry_run, force=force)
+    finally:
+        engine.close()
 
 
-def _characterise_resonator(run: Conducted, asked: dict[str, Any], json_file: Path | None, html: Path | None) -> None:
-    """Raises InputError, and what Conducted.run raises."""
+def _measured(
+    engine: Engine, asked: dict[str, Any], out: Path, json_file: Path | None, html: Path | None, *, dry_run: bool,
+    force: bool,
+) -> None:  # fmt: skip
+    """Raises InputError, and what `conduct` raises."""
     from platform_daemon.engine import CharacterisationFiles
     from platform_daemon.reports import characterisation_html, characterisation_text
-    from platform_daemon.schemas import CharacteriseRequest
+    from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest
 
-    def tell(work: ProcedureWork, job: Job) -> None:
-        if job.result.characterisation is not None:
-            print(characterisation_text(job.result.characterisation))
+    def tell(job: Job) -> None:
+        if isinstance(job.result.outcome, CharacteriseOutcome):
+            print(characterisation_text(job.result.outcome.report))
             if html is not None:
                 print(html)
 
+    request = validated(CharacteriseRequest, asked, "characterise")
     tables = CharacterisationFiles(characterisation_html, report=json_file, html=html)
-    run.run(validated(CharacteriseRequest, asked, "characterise"), tell, tables)
+    conduct(engine, request, out, json_file, dry_run=dry_run, overwrite=force, tables=tables, tell=tell)
 
 
 def _characterise_recording(

@@ -11,6 +11,7 @@ import typer
 from drivers.errors import InputError
 from drivers.validation import validated
 
+from .interrupts import heed_one_interrupt
 from .options import (
     EndpointsOption,
     ForceOption,
@@ -19,10 +20,11 @@ from .options import (
     PlatformOption,
     SetOption,
     WindowOption,
+    library,
 )
-from .output import must_not_exist, write_json
+from .output import must_not_exist
 from .parsing import parse_window
-from .procedures import Conducted
+from .procedure import conduct
 
 if TYPE_CHECKING:
     from platform_daemon.schemas import SweepRequest
@@ -61,6 +63,9 @@ def sweep(
     force: ForceOption = False,
 ) -> None:
     """Sweep keys of a series: every step is fitted and logged, all shots are in one recording."""
+    from platform_daemon.app import start_engine
+    from platform_daemon.settings import load_platform
+
     sequence = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s, "pause_s": pause_s}
     common: dict[str, Any] = {
         "resonator": resonator,
@@ -71,11 +76,15 @@ def sweep(
         "variant": variant,
     } | {"sample": sample, "operator": operator, "comment": comment}
     request = _request(common, over, stop_when)
+    out = out or Path("sweep.h5")
     must_not_exist(json_file, force, ".json")
-    run = Conducted(
-        platform, overrides, endpoints, models, out or Path("sweep.h5"), dry_run, force, plan_file=json_file
-    )
-    run.run(request, lambda work, job: write_json(json_file, work.record(job)))
+    must_not_exist(None if dry_run else out, force, ".h5", ".hdf5", ".mmr")
+    heed_one_interrupt()
+    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    try:
+        conduct(engine, request, out, json_file, dry_run=dry_run, overwrite=force)
+    finally:
+        engine.close()
 
 
 def _request(common: dict[str, Any], over: list[str], stop_when: str | None) -> SweepRequest:

@@ -38,7 +38,9 @@ from .regression.prediction import unpredicted
 from .selection.clock_gaps import filled_angles, filled_dipoles
 from .selection.confounders import gain_of
 from .selection.data_integrity import DataDefect, data_defects, merged, without_gaps
+from .selection.kick_search import kicks
 from .selection.omnibus_test import omnibus_test
+from .selection.scales import beside_scales
 from .selection.stepwise import ProgressCallback, Selection, select_effects
 from .selection.tone_free_noise import with_tone_free_noise
 from .shots.initial_fits import UnfittedShot, initial_fits
@@ -155,9 +157,9 @@ def _diagnose(
     left = found.omnibus_test
     torque = missing_torque(final, left) if verdict in ("unexplained", "partly_explained") else None
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
-    after_all = widened(
-        exact, [(means(r.joint_fit), r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
-    )
+    others = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
+    others += [(other, 1.0) for other in beside_scales(final, pool)]
+    after_all = widened(exact, [(means(other), rise) for other, rise in others])
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
@@ -286,11 +288,10 @@ def candidates_for(base: JointFit) -> list[Candidate]:
     if record.quantity == "angle":
         fastest = max(2.0 * s.dynamics.w * math.sin(0.5 * abs(s.dynamics.amplitude)) for s in base.states)
         longest_s = max(float(s.time_s[-1]) for s in base.started)
-        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s)]
+        return [*pendulum_candidates(model, fastest, longest_s), *zero_drifts(longest_s), *kicks(base)]
     small = all(abs(s.dynamics.amplitude) < _HERTZ_LAW_RAD for s in base.states)
     found = [*torque_candidates(model, jewel_law=small), drift_candidate(), *stribeck_candidates(model)]
-    if base.chi2_per_dof > _NOISE:
-        # Whether a weak drift comes to rest cannot be told.
-        found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.started)))
+    # A weak drift too: without it others imitate one that comes to rest.
+    found.append(settling_candidate(max(float(s.time_s[-1]) for s in base.started)))
     f_nat_hz = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
     return [*found, *receiver_candidates(record.channels, record.quantity, f_nat_hz)]

@@ -24,6 +24,8 @@ from .calibrations import TransmitCalibrationReport as TransmitCalibrationReport
 from .characterisation import SIGNIFICANCE as SIGNIFICANCE
 from .characterisation import CharacterisationReport as CharacterisationReport
 from .characterisation import CharacterisationRequest as CharacterisationRequest
+from .characterisation import CharacteriseOutcome as CharacteriseOutcome
+from .characterisation import CharacteriseRequest as CharacteriseRequest
 from .characterisation import FitDataset as FitDataset
 from .characterisation import OrientationReference as OrientationReference
 from .characterisation import ParameterStatistics as ParameterStatistics
@@ -146,16 +148,15 @@ from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
 from .problems import UnreadableFile as UnreadableFile
-from .procedures import CharacteriseRequest as CharacteriseRequest
+from .procedure_requests import ProcedureRequest as ProcedureRequest
+from .procedures import AnyOutcome as AnyOutcome
+from .procedures import AnyProcedureRequest as AnyProcedureRequest
 from .procedures import PlannedStep as PlannedStep
 from .procedures import ProcedureLog as ProcedureLog
-from .procedures import ProcedureRequest as ProcedureRequest
 from .procedures import ProcedureResult as ProcedureResult
 from .procedures import ProcedureSummary as ProcedureSummary
 from .procedures import StepEstimate as StepEstimate
 from .procedures import StepReport as StepReport
-from .procedures import StopRule as StopRule
-from .procedures import SweepRequest as SweepRequest
 from .procedures import SweptValue as SweptValue
 from .recordings import CalibrationInfo as CalibrationInfo
 from .recordings import DmdtSeries as DmdtSeries
@@ -177,3 +178,7 @@ from .requests import SequencePreset as SequencePreset
 from .sliding import FlatnessReport as FlatnessReport
 from .sliding import SlidingReport as SlidingReport
 from .sliding import WindowFitReport as WindowFitReport
+from .sweeps import StopRule as StopRule
+from .sweeps import SweepRequest as SweepRequest
+from .tunes import TuneOutcome as TuneOutcome
+from .tunes import TuneRequest as TuneRequest

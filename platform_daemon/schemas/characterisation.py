@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -10,6 +10,7 @@ from .analysis_requests import Frames, RecordingId, Terms
 from .base import Finite, NamedWindow, Request, Schema, Vector, example
 from .derived import EnvelopesReport
 from .fits import FitReport
+from .procedure_requests import ProcedureRequest
 from .recordings import ExcitationInfo
 from .requests import ModelName
 
@@ -223,3 +224,28 @@ class CharacterisationReport(Schema):
     """Shot by shot."""
     seconds: float
     """Computing time of all of it, s."""
+
+
+class CharacteriseRequest(ProcedureRequest):
+    """Characterise: many shots of one resonator in one recording, and the paper's tables from them."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"kind": "characterise", "acquisition": {"resonator": "jewel", "shots": 100}}]}
+    )
+
+    kind: Literal["characterise"]
+    """Characterise."""
+    held_in_n50: dict[str, Finite] = Field(default={})
+    """Losses that are held in the N50 fits, by public name, SI; empty: of a model with several losses lambda, at the
+    median of its own D30 fits."""
+    alpha: Level = SIGNIFICANCE
+    """Level of significance of all comparisons together."""
+
+
+class CharacteriseOutcome(Schema):
+    """What characterise has made of its shots."""
+
+    kind: Literal["characterise"]
+    """Characterise."""
+    report: CharacterisationReport
+    """What `characterise --json` writes."""

@@ -43,7 +43,7 @@ class EffectDetail(Schema):
     tau_s: FiniteOrNull
     """Time constant, s."""
     sample: int | None
-    """First sample after a gap in the clock."""
+    """First sample after a gap in the clock or a kick."""
     source: str | None = Field(validation_alias="from", serialization_alias="from")
     """Of crosstalk: the channel it comes from."""
     target: str | None = Field(validation_alias="to", serialization_alias="to")

@@ -15,7 +15,7 @@ from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .jobs import JobState, RequestT, ResultT
 from .problems import ErrorRecord
-from .procedures import ProcedureRequest, ProcedureResult
+from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
 
 
@@ -92,7 +92,7 @@ class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResu
     """A calibration."""
 
 
-class ProcedureRecord(JobRecord[ProcedureRequest, ProcedureResult]):
+class ProcedureRecord(JobRecord[AnyProcedureRequest, ProcedureResult]):
     """The record of a procedure."""
 
     kind: Literal["procedure"]

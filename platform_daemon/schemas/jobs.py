@@ -15,7 +15,7 @@ from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .problems import Problem
-from .procedures import ProcedureRequest, ProcedureResult
+from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
 
 RequestT = TypeVar("RequestT")
@@ -130,7 +130,7 @@ class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """What the operator has to do before it goes on; null: nothing."""
 
 
-class ProcedureJob(Job[ProcedureRequest, ProcedureResult]):
+class ProcedureJob(Job[AnyProcedureRequest, ProcedureResult]):
     """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
     every step."""
 

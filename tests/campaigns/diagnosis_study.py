@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from platform_daemon.diagnosis.diagnose import candidates_for, diagnose_shots
+from platform_daemon.diagnosis.effects.torque import settling_candidate
 from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
 from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
 from platform_daemon.diagnosis.regression.score_test import score_table
@@ -122,29 +123,32 @@ def visible(variant: str, pose: str, shots: int, rx_s: float | None = None) -> d
     with shot_pool() as pool:
         started, _ = initial_fits(clean, model, pool)
         base = fit_jointly(started, Hypothesis(model), pool)
-        seen = score_table(base, candidates_for(base), pool)
+        window_s = float(started[0].time_s[-1])
+        seen = score_table(base, [*candidates_for(base), settling_candidate(window_s)], pool)
     found: dict[tuple[Any, ...], float] = {}
     for block in seen.blocks:
         score, c = seen.gain([block]), block.candidate
         if score is not None and c.detail.frequency_hz is None:
-            found[(c.effect.id, c.detail.axis, c.detail.start, *c.hidden)] = float(score.sd[0])
+            scales = c.hidden if c.detail.tau_s is None else ("settling",)
+            found[(c.effect.id, c.detail.axis, c.detail.start, *scales)] = float(score.sd[0])
     found["f_nat_hz", None, None] = float(np.mean([s.dynamics.w for s in base.states])) / (2.0 * math.pi)
-    found["window_s", None, None] = float(started[0].time_s[-1])
+    found["window_s", None, None] = window_s
+    found["tau_s", None, None] = settling_candidate(window_s).detail.tau_s or math.nan
     return found
 
 
 def effects(variant: str, sd: Mapping[tuple[Any, ...], float], sigma: float, shots: int) -> Iterator[dict[str, Any]]:
     """Effect tables of this visibility; what would have to be implausibly large is left out."""
 
-    def size(name: str, axis: str | None = None, start_: str | None = None, *hidden: float) -> float:
+    def size(name: str, axis: str | None = None, start_: str | None = None, *hidden: float | str) -> float:
         return sigma * sd.get((name, axis, start_, *hidden), math.inf)
 
     for name in TORQUES:
         if math.isfinite(size(name)):
             yield {"id": name, "strength": size(name)}
-    drift = {"id": "frequency_drift", "strength": size("frequency_drift") * sd["f_nat_hz", None, None]}
-    yield drift
-    yield drift | {"tau_s": 0.3 * sd["window_s", None, None]}
+    f_nat_hz, settles = sd["f_nat_hz", None, None], size("frequency_drift", None, None, "settling")
+    yield {"id": "frequency_drift", "strength": size("frequency_drift") * f_nat_hz}
+    yield {"id": "frequency_drift", "strength": settles * f_nat_hz, "tau_s": sd["tau_s", None, None]}
     if variant == "jewel":
         speed = 40.0
         yield {

@@ -43,7 +43,7 @@ def limits(visible: Visible) -> str:
     rows += ["| variant | effect | 1 shot | 10 shots | 100 shots |", "|---|---|---|---|---|"]
     for variant in ("thread", "jewel"):
         for (name, *where), sd in visible(variant, "as mounted", 1).items():
-            if name in ("f_nat_hz", "window_s") or not sd < _LARGEST.get(name, math.inf):
+            if name in ("f_nat_hz", "window_s", "tau_s") or not sd < _LARGEST.get(name, math.inf):
                 continue
             place = " ".join(str(w) for w in where if w is not None)
             sizes = [_FOUND * sd / math.sqrt(shots) for shots in (1, 10, 100)]

@@ -7,7 +7,7 @@ import pytest
 
 from platform_daemon.diagnosis import DiagnosisShot, diagnose_shots, diagnosis_report
 from platform_daemon.estimation import MODELS, RingDownRecord, estimate_noise
-from tests.kit.pendulum import RATE, swing
+from tests.kit.pendulum import NATURAL_HZ, RATE, kicked, swing
 
 
 def diagnosed(angle, noise, seed=1):
@@ -36,3 +36,13 @@ def test_dry_friction_is_named_in_few_samples():
     assert shot.noise.sd[0] == pytest.approx(2e-4, rel=0.4)
     report = diagnosis_report(diagnose_shots([shot], MODELS["thread"]))
     assert [e.id for e in report.effects] == ["coulomb_friction"]
+
+
+@pytest.mark.parametrize("dry", [0.0, 0.002])
+def test_a_kick_is_named_with_its_instant_and_its_size(dry):
+    report = diagnosed(kicked(0.8, 25.0, at_period=8.3, change=2e-3, dry=dry), 3e-4)
+    names = {e.id: e for e in report.effects}
+    assert set(names) == {"kick"} | ({"coulomb_friction"} if dry else set())
+    found = names["kick"]
+    assert found.strength.value == pytest.approx(2e-3 * 2.0 * np.pi * NATURAL_HZ, rel=0.1)
+    assert found.detail.sample / RATE == pytest.approx(8.3 / NATURAL_HZ, abs=0.03 / NATURAL_HZ)

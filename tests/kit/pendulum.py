@@ -40,3 +40,28 @@ def swing(amplitude, periods, viscous=0.004, dry=0.0):
     """Angle of a pendulum of 2 Hz at 400 Hz, without noise."""
     s = 2 * math.pi * NATURAL_HZ * np.arange(int(periods * RATE / NATURAL_HZ)) / RATE
     return half_cycles(lambda p, v, sigma, _: -math.sin(p) - 2 * viscous * v - sigma * dry, amplitude, s, 1e-11)[0]
+
+
+def kicked(amplitude, periods, at_period, change, viscous=0.004, dry=0.0):
+    """The same with a sudden `change` of its velocity (in units of w) so many periods after the start."""
+    s = 2 * math.pi * NATURAL_HZ * np.arange(int(periods * RATE / NATURAL_HZ)) / RATE
+    begin, y, out = 0.0, np.array([amplitude, 0.0]), np.zeros(s.size)
+    for until in (2 * math.pi * at_period, float(s[-1]) + 1e-9):
+        while begin < until:
+            sigma = math.copysign(1.0, y[1] if abs(y[1]) > 1e-9 else -y[0])
+
+            def turning(_, y):
+                return y[1]
+
+            turning.terminal, turning.direction = True, -sigma
+            leg = solve_ivp(
+                lambda x, y, sigma=sigma: [y[1], -math.sin(y[0]) - 2 * viscous * y[1] - sigma * dry], (begin, until), y,
+                method="DOP853", rtol=1e-11, atol=1e-14, events=turning, dense_output=True,
+            )  # fmt: skip
+            inside = (s >= begin) & (s <= leg.t[-1])
+            out[inside] = leg.sol(s[inside])[0]
+            begin, y = float(leg.t[-1]), leg.y[:, -1]
+            if leg.status == 1:
+                y = np.array([y[0], 0.0])
+        y = y + np.array([0.0, change])
+    return out

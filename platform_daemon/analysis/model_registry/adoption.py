@@ -24,6 +24,7 @@ _NOT_A_MODEL = {
     "side_mode": "excite along another axis or with a lower field, or shorten the window",
     "switch_transient": "lengthen the switch window, or start the fit later",
     "zero_drift": "let the encoder warm up, or mount the camera firmly; fits take a slow drift out of each record",
+    "kick": "keep the stand from being touched; a kick belongs to one recording only",
     "clock_gap": "repair the data acquisition; samples that are missing belong to no model",
 }
 

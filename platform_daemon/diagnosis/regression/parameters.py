@@ -20,10 +20,9 @@ from platform_daemon.estimation import (
     propagate_to_public,
 )
 
-from .hypothesis import Hypothesis
 from .information import inverse
 from .joint_fit import JointFit
-from .prediction import additive, own_sizes, received, window_of
+from .prediction import beside_motion, own_sizes, window_of
 
 _ANGLES = {"psi_start_rad"}
 Parameters = Mapping[str, Estimate]
@@ -174,11 +173,9 @@ def _clean(at: JointFit, k: int) -> np.ndarray:
         return samples
     linear, state = at.linear[k], at.states[k]
     own = own_sizes(hypothesis, linear, at.strengths)
-    bare = received(started, Hypothesis(hypothesis.model, hypothesis.torques), state, at.strengths)
     first, last = window_of(started)
     out = samples.copy()
-    changed = received(started, hypothesis, state, at.strengths) - bare
-    out[:, first:last] -= changed + additive(hypothesis, linear, at.strengths, own)
+    out[:, first:last] -= beside_motion(started, hypothesis, state, at.strengths, own)
     return out
 
 

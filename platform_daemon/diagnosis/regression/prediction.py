@@ -25,12 +25,22 @@ def window_of(started: PreparedShot) -> tuple[int, int]:
 def predicted(hypothesis: Hypothesis, linear: LinearisedShot, state: FitState, strengths: Array, own: Array) -> Array:
     """Channels (channels, n) over the shot's window, offsets and all effects included.
 
-    linear: a look at about this state, for the columns of additive effects. state: of the declared model. own: sizes
-    of the additive effects that the shot has for itself.
+    linear: a look at the shot. state: of the declared model. own: sizes of the additive effects that the shot has for
+    itself.
     """
-    started = linear.seen.started
-    signal = received(started, hypothesis, state, strengths)
-    return np.asarray(signal + additive(hypothesis, linear, strengths, own) + state.offsets[:, None])
+    seen = _whole(linear.seen.started, hypothesis, state, strengths)
+    return np.asarray(seen.signal + _beside(seen, hypothesis, strengths, own) + state.offsets[:, None])
+
+
+def beside_motion(
+    started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array, own: Array
+) -> Array:
+    """What all effects but torques put into the channels (channels, n) of the shot's window; see `predicted`."""
+    return _beside(_whole(started, hypothesis, state, strengths), hypothesis, strengths, own)
+
+
+def _beside(whole: Linearisation, hypothesis: Hypothesis, strengths: Array, own: Array) -> Array:
+    return np.asarray(hypothesis.changes(whole, strengths) + _additive(hypothesis, whole, strengths, own))
 
 
 def unpredicted(at: JointFit, k: int) -> Array:
@@ -40,12 +50,6 @@ def unpredicted(at: JointFit, k: int) -> Array:
     first, last = window_of(started)
     model = predicted(at.hypothesis, linear, at.states[k], at.strengths, own)
     return np.asarray(started.shot.record.samples[:, first:last] - model)
-
-
-def received(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Array:
-    """The motion's signal after the receiver effects, (channels, n)."""
-    seen = _whole(started, hypothesis, state, strengths)
-    return np.asarray(seen.signal + hypothesis.changes(seen, strengths))
 
 
 def _whole(started: PreparedShot, hypothesis: Hypothesis, state: FitState, strengths: Array) -> Linearisation:
@@ -63,14 +67,10 @@ def _every_sample(started: PreparedShot) -> PreparedShot:
     return PreparedShot(started.shot, started.state, grid, whitening_for(started.shot, grid, fundamental_hz))
 
 
-def additive(hypothesis: Hypothesis, linear: LinearisedShot, strengths: Array, own: Array) -> Array:
-    """What additive effects put into the window, (channels, n)."""
-    started = linear.seen.started
-    first, last = window_of(started)
-    out = np.zeros((started.shot.record.channels, last - first))
-    if not any(c.additive for c in hypothesis.effects):
-        return out
-    seen, place = replace(linear.seen, started=_every_sample(started), residual=out), 0
+def _additive(hypothesis: Hypothesis, whole: Linearisation, strengths: Array, own: Array) -> Array:
+    """What additive effects put into the window, (channels, n); whole: a look at all its samples."""
+    out = np.zeros_like(whole.odd)
+    seen, place = replace(whole, residual=out), 0
     for c in hypothesis.effects:
         if not c.additive or c.columns is None:
             continue

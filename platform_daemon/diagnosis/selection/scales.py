@@ -134,6 +134,27 @@ def strength_spread(at: JointFit, c: Candidate, pool: Executor) -> float:
     return spread
 
 
+def beside_scales(at: JointFit, pool: Executor) -> list[JointFit]:
+    """For each hidden scale with limits the same fit with that scale a standard deviation away, to first order.
+
+    Its states and strengths follow; chi^2 is higher by 1.
+    """
+    found = []
+    for c in at.hypothesis.torques:
+        if c.scale_limits is not None and c.at_scale is not None:
+            along = _along(at, c, pool)
+            sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
+            scale, states, strengths = along.begun(along.following(min(sd, _FURTHEST)))
+            other = c.at_scale(scale)
+            effects = tuple(other if e.key == c.key else e for e in at.hypothesis.effects)
+            found.append(
+                replace(
+                    at, hypothesis=replace(at.hypothesis, effects=effects), states=tuple(states), strengths=strengths
+                )
+            )
+    return found
+
+
 def _strength(at: JointFit, like: Candidate) -> float:
     return float(at.strengths[_column(at, like)])
 

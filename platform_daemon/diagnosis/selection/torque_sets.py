@@ -16,6 +16,7 @@ from ..effects.effect import Candidate
 from ..regression.cross_validation import CrossValidation, cross_validate
 from ..regression.joint_fit import JointFit
 from ..shots.thread_pool import InThisThread
+from .kick_search import kicks
 from .refits import allowed_refit, refined
 from .scales import at_best_scales
 from .sign_constraints import negative_effects, signs_allowed
@@ -63,12 +64,17 @@ def best_torques(
         if size > 2 and _complete(best.fitted):
             break
         grown = leaders if size > 2 else sorted(known.values(), key=lambda f: f.chi2)
-        allowed = _allowed(_sets(grown, candidates, known, size), pool)
+        allowed = _allowed(_sets(grown, [*candidates, *_kicked(best.fitted)], known, size), pool)
         known |= {_keys(f): f for f in reversed(allowed)}
         best = _better(best, allowed, trials, pool)
         passed = min([f for f in (passed, *allowed[:1]) if f is not None], key=lambda f: f.chi2, default=None)
         leaders = [f for f in allowed if f.chi2 < allowed[0].chi2 * (1.0 + _CLOSE)][:_LEADERS]
     return best.fitted, passed if passed is not None and passed.chi2 < _FAR * best.fitted.chi2 else None
+
+
+def _kicked(at: JointFit) -> list[Candidate]:
+    """Kicks where they explain what a set leaves; those beside the declared model are candidates already."""
+    return kicks(at) if at.hypothesis.effects else []
 
 
 def _complete(at: JointFit) -> bool:

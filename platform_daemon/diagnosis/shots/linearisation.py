@@ -10,6 +10,7 @@ import numpy as np
 
 from platform_daemon.estimation import (
     REACH,
+    STATE,
     Array,
     FitState,
     LostTrajectoryError,
@@ -39,6 +40,8 @@ class Linearisation:
         residual: (channels, m) data minus model.
         jacobian: (p, channels, m) d model / d parameter, in the order of FitState.moved; even_jacobian: its part from
             f2.
+        free_motion: (2, 2, m) of an angle: two solutions of the linearised equation of motion, angle and velocity /w;
+            (2, 2, 0) of what else is recorded.
     """
 
     started: PreparedShot
@@ -49,6 +52,7 @@ class Linearisation:
     residual: Array
     jacobian: Array
     even_jacobian: Array
+    free_motion: Array
 
     @classmethod
     def of_basis(cls, started: PreparedShot, state: FitState, basis: Array) -> Linearisation:
@@ -57,7 +61,9 @@ class Linearisation:
         odd, even = gains[:, :1] * basis[0], gains[:, 1:] * basis[1]
         slopes = d.w * np.stack([gains[:, :1] * basis[2], gains[:, 1:] * basis[3]])
         nothing = np.zeros((0, *odd.shape))
-        return cls(started, state, odd, even, slopes, nothing, nothing, nothing)
+        # Derivatives by phase and by amplitude.
+        free = np.stack([basis[2:4], basis[6:8]]) if state.observation.observable == STATE else np.zeros((2, 2, 0))
+        return cls(started, state, odd, even, slopes, nothing, nothing, nothing, free)
 
     def moved(self, parameter: int, step: float) -> Linearisation:
         """The model's channels after a small step of a parameter, to first order; not of an offset."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from platform_daemon import analysis
-from platform_daemon.schemas import CharacteriseRequest, ProcedureSummary
+from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest, ProcedureSummary
 
 from ..work.characterisation import CharacterisationFiles, characterise_to_disk
 from .procedure import ProcedureJob, Step, StepSequence
@@ -25,6 +25,7 @@ class Characterise:
 
     title = "characterise"
     ends_early = None
+    outcome = None  # before its conclusion
 
     def __init__(self, request: CharacteriseRequest) -> None:
         self.request = request
@@ -63,4 +64,5 @@ class CharacteriseConclusion:
         held = self.request.held_in_n50 or None
         task = analysis.characterisation_task(recording, settings, held, self.request.alpha)
         report = characterise_to_disk(task, self.files, job, tell)
-        job.result = job.result.model_copy(update={"characterisation": report})
+        outcome = CharacteriseOutcome(kind="characterise", report=report)
+        job.result = job.result.model_copy(update={"outcome": outcome})

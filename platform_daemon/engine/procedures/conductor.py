@@ -181,6 +181,8 @@ class ProcedureWork:
                 if self._conclusion is None:
                     job.total = job.done  # what a rule has saved is not left to do
                 return str(end.value)
+            finally:  # it has learnt from the report
+                self._learn(job)
 
     def _one_step(self, job: ProcedureJob, series: StepSeries, attempts: StepAttempts) -> None:
         """A step, with its refused shots repeated and its pauses.  Raises what ends the procedure."""
@@ -233,6 +235,13 @@ class ProcedureWork:
         job.result = job.result.model_copy(update={**where, "steps": (*job.result.steps, report)})
         self._keep_log(job)
         job.on_change(job)
+
+    def _learn(self, job: ProcedureJob) -> None:
+        """What the procedure has made of the last report, in the job and on disk."""
+        if self._procedure.outcome is not None:
+            job.result = job.result.model_copy(update={"outcome": self._procedure.outcome})
+            self._keep_log(job)
+            job.on_change(job)
 
     def _rest(self, job: ProcedureJob) -> None:
         """A safe point: nothing of this procedure moves, or is queued, and outputs are off."""

@@ -15,8 +15,9 @@ from platform_daemon.schemas import (
     AcquisitionRequest,
     AcquisitionResult,
     AcquisitionSummary,
+    AnyOutcome,
+    AnyProcedureRequest,
     FitReport,
-    ProcedureRequest,
     ProcedureResult,
     ProcedureSummary,
     StepReport,
@@ -28,7 +29,7 @@ from ..jobs import AnyJob, Job
 from ..work.destination import Destination
 from ..work.series import AcquisitionJob
 
-ProcedureJob = Job[ProcedureRequest, ProcedureResult]
+ProcedureJob = Job[AnyProcedureRequest, ProcedureResult]
 StepSequence = Generator["Step", StepReport, str]
 """Yields steps, is sent the report of each, returns why it ended."""
 
@@ -58,16 +59,20 @@ class Procedure(Protocol):
     """What is measured, step by step."""
 
     @property
-    def request(self) -> ProcedureRequest:
+    def request(self) -> AnyProcedureRequest:
         """What was asked for."""
 
     @property
     def title(self) -> str:
-        """What it does, in a few words, for the title of its recording."""
+        """What it does, for the recording, as "sweep over field_ut"."""
 
     @property
     def ends_early(self) -> str | None:
-        """What ends it before its last step, in words; None: nothing."""
+        """What ends it before its outline does, in words; None: nothing."""
+
+    @property
+    def outcome(self) -> AnyOutcome | None:
+        """What it has found so far beside the results of its steps; None: it finds nothing more."""
 
     def outline(self) -> Sequence[Step]:
         """The steps that it makes at most, as far as they are known beforehand: checked before anything moves."""

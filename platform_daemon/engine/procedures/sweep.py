@@ -48,8 +48,12 @@ class Sweep:
     @property
     def ends_early(self) -> str | None:
         """See Procedure."""
-        rule = self.request.stop_when
-        return None if rule is None else str(rule)
+        return None if self.request.stop_when is None else str(self.request.stop_when)
+
+    @property
+    def outcome(self) -> None:
+        """See Procedure."""
+        return None
 
     def outline(self) -> Sequence[Step]:
         """See Procedure."""

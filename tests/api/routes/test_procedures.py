@@ -129,7 +129,7 @@ def test_a_characterisation_ends_with_tables_and_a_page(client):
     problem(client.get(f"{here}/report"), 422)
     job = finished(client, here)
     assert job["state"] == "done", job["error"]
-    result = job["result"]["characterisation"]
+    result = job["result"]["outcome"]["report"]
     assert (result["d30"]["good"], result["n50"]["good"]) == (2, 2)
     page = client.get(job["links"]["report"])
     assert page.headers["content-type"].startswith("text/html")

@@ -58,7 +58,7 @@ CASES = (
         (("coulomb",), ("quadratic",)),
     ),
     Case("drift-exponential", ("frequency_drift",), strengths=("drift",), shape=("drift_tau",)),
-    Case("kick", strengths=("kick",), outside=True, shape=("kick_s",)),
+    Case("kick", ("kick",), strengths=("kick",), shape=("kick_s",)),
     Case("zero-drift", strengths=("zero",), outside=True, shape=("zero_tau",)),
     Case("second-mode", ("side_mode",), strengths=("mode_cos", "mode_sin"), shape=("mode_hz", "mode_tau")),
     Case("stuck", (FRICTION,), ("stribeck_friction",), ("coulomb",), stuck=True),

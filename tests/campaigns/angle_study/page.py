@@ -24,7 +24,7 @@ which the quantisation makes alike, are counted as they are. Of gaps: of the gap
 
 Right: every effect named (exact), or in the declared set of one that is (inside). Extra: besides, a name that is not
 there; wrong: such a name without the right ones. "Against it": visibility of what the best fit with the names that were
-said leaves of the truth. Outside the library (a kick, a drift of the zero unless that is named): no name, and not
+said leaves of the truth. Outside the library (a drift of the zero unless that is named): no name, and not
 `nothing_missing`. Held out: error of the last 30 % after the diagnosis over that of the true model, fitted by scipy to
 the first 70 %; of a record that comes to rest the windows differ, and so the ratio says nothing.
 """

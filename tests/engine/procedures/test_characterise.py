@@ -10,8 +10,9 @@ from platform_daemon.engine.procedures.planned import plan_procedure
 from platform_daemon.engine.work.characterisation import CharacterisationFiles
 from platform_daemon.reports.characterisation_page import characterisation_html
 from platform_daemon.schemas import CharacterisationReport
+from platform_daemon.schemas.characterisation import CharacteriseRequest
 from platform_daemon.schemas.jobs import JobState
-from platform_daemon.schemas.procedures import CharacteriseRequest, ProcedureLog
+from platform_daemon.schemas.procedures import ProcedureLog
 from platform_daemon.store.reader import open_recording
 
 SHOTS = 4
@@ -45,7 +46,7 @@ def test_the_shots_become_one_recording_tables_and_a_page(engine_with, tmp_path)
     recording = open_recording(tmp_path / "c.h5")
     assert recording.frames == SHOTS + 1
     report = CharacterisationReport.model_validate_json((tmp_path / "c.json").read_text())
-    assert report == job.result.characterisation
+    assert report == job.result.outcome.report
     assert [frame.frame for frame in report.d30_fits.frames] == list(range(1, SHOTS + 1))
     assert (tmp_path / "c.html").read_text().startswith("<!doctype html>")
     log = ProcedureLog.model_validate_json((tmp_path / "log.json").read_text())
@@ -65,7 +66,7 @@ def test_cancelled_while_it_fits_the_recording_is_whole_and_there_are_no_tables(
     assert job.state is JobState.CANCELLED
     assert open_recording(tmp_path / "c.h5").frames == SHOTS + 1
     assert not (tmp_path / "c.json").exists()
-    assert job.result.characterisation is None
+    assert job.result.outcome is None
 
 
 def test_a_pause_rests_between_two_fits_and_one_too_long_ends_it(engine_with, tmp_path):
@@ -81,7 +82,7 @@ def test_a_pause_rests_between_two_fits_and_one_too_long_ends_it(engine_with, tm
 def test_a_resonator_that_never_rings_is_said_in_words(engine_with, tmp_path):
     job = begun(engine_with(), tmp_path, sequence={"rx_s": 0.6, "axis": "z"}, shots=2)
     assert job.ended.wait(timeout=120)
-    report = job.result.characterisation
+    report = job.result.outcome.report
     assert (report.n50.good, report.d30.good, report.d30.shots) == (0, 0, 2)
     assert any("no good shot" in note for note in report.notes)
     assert "every shot was refused in both windows" in job.warnings
