@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..effects.effect import Candidate
+from ..effects.kick import KICK
 from ..regression.joint_fit import JointFit
 from ..regression.parameters import Mean
 from ..selection.sign_constraints import negative_effects, negative_losses
@@ -50,4 +51,8 @@ def notes(
     ]
     if final.chi2_per_dof > 1.05:
         said.append(f"chi2/dof stays at {final.chi2_per_dof:.3g}: errors and chances are widened accordingly")
+        said += [
+            f"a kick is followed to first order only: cut the record at sample {c.detail.sample}, diagnose both parts"
+            for c in final.hypothesis.effects if c.effect is KICK
+        ]  # fmt: skip
     return tuple(said)
