@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -34,30 +37,49 @@ from .procedure import conduct
 from .progress import prepare_fit, progress
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis import CharacterisationTask
+    from platform_daemon.analysis import CharacterisationTask, ModelChoice
     from platform_daemon.engine import Engine, Job
     from platform_daemon.schemas import CharacterisationReport
 
 
+ResonatorOption = Annotated[str | None, typer.Option(help="Measure this one: thread, jewel, or a resonator file.")]
+SourceOption = Annotated[Path | None, typer.Option("--from", help="Or a recording with the shots of one resonator.")]
+OutOption = Annotated[Path, typer.Option("--output", "--out", help="Recording to write.")]
+DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Check the shots and show the plan; nothing moves.")]
+HoldOption = Annotated[
+    list[str] | None, typer.Option("--hold", help="Hold the loss NAME=VALUE in N50; default: lambda, of D30.")
+]
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    """What is made of the shots: what N50 holds, the level of significance, files to write, over others if `force`."""
+
+    held: dict[str, float] | None
+    alpha: float
+    json_file: Path | None
+    html: Path | None
+    force: bool
+
+    def check(self) -> None:
+        """Raises InputError for a file that cannot be written."""
+        must_not_exist(self.json_file, self.force, ".json")
+        must_not_exist(self.html, self.force, ".html", ".htm")
+
+
 def characterise(
-    resonator: Annotated[str | None, typer.Option(help="Measure this one: thread, jewel, or a resonator file.")] = None,
-    source: Annotated[
-        Path | None, typer.Option("--from", help="Or a recording with the shots of one resonator.")
-    ] = None,
+    resonator: ResonatorOption = None,
+    source: SourceOption = None,
     shots: Annotated[int, typer.Option(min=1, help="Excited shots.")] = 100,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 4,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
     pause_s: Annotated[float | None, typer.Option(help="Wait between shots, s; default: the preset's.")] = None,
-    out: Annotated[
-        Path | None, typer.Option("--output", "--out", help="Recording to write; default: characterise.h5.")
-    ] = None,
+    out: OutOption = Path("characterise.h5"),
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
     comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check the shots and show the plan; nothing moves.")
-    ] = False,
+    dry_run: DryRunOption = False,
     platform: PlatformOption = "simulated",
     overrides: SetOption = None,
     endpoints: EndpointsOption = None,
@@ -66,9 +88,7 @@ def characterise(
     term: TermOption = None,
     models: ModelsOption = None,
     calibration: CalibrationOption = None,
-    hold: Annotated[
-        list[str] | None, typer.Option("--hold", help="Hold the loss NAME=VALUE in N50; default: lambda, of D30.")
-    ] = None,
+    hold: HoldOption = None,
     alpha: Annotated[float, typer.Option(min=1e-12, max=0.5, help="Level of significance.")] = SIGNIFICANCE,
     json_file: JsonOption = None,
     html: HtmlOption = None,
@@ -78,49 +98,43 @@ def characterise(
 
     Either of shots that are made now (--resonator), or of a recording (--from).
     """
-    from platform_daemon.app import start_engine
-    from platform_daemon.settings import load_platform
-
-    from .parsing import parse_frames, parse_values
+    from .parsing import parse_values
 
     if (resonator is None) == (source is None):
         remedy = "name a resonator to measure, or a recording"
         raise InputError("give one of the two", where="--resonator, --from", remedy=remedy)
-    must_not_exist(json_file, force, ".json")
-    must_not_exist(html, force, ".html", ".htm")
-    held = parse_values(hold, "--hold") if hold else None
-    if source is not None:
-        chosen = None if frames is None else parse_frames(frames)
-        settings = (variant_named(variant, models), calibration_in(calibration), tuple(term or ()), chosen)
-        _characterise_recording(source, settings, held, alpha, json_file, html)
-        return
-    for name, value in (("--frames", frames), ("--calibration", calibration), ("--with-term", term)):
-        if value is not None:
-            remedy = "measure first, then give it with --from"
-            raise InputError("goes with a recording", where=name, remedy=remedy)
-    sequence = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s, "pause_s": pause_s}
-    known = {
-        "resonator": resonator,
-        "shots": shots,
-        "blank_shots": blank_shots,
-        "sequence": {name: value for name, value in sequence.items() if value is not None},
-        "variant": variant,
-    } | {"sample": sample, "operator": operator, "comment": comment}
-    asked = {"kind": "characterise", "acquisition": known, "held_in_n50": held or {}, "alpha": alpha}
-    target = out or Path("characterise.h5")
-    must_not_exist(None if dry_run else target, force, ".h5", ".hdf5", ".mmr")
+    wanted = _Wanted(parse_values(hold, "--hold") if hold else None, alpha, json_file, html, force)
+    wanted.check()
     heed_one_interrupt()
+    of_recordings = {"--frames": frames, "--with-term": term, "--calibration": calibration}
+    if source is not None:
+        _of_recording(source, variant_named(variant, models), of_recordings, wanted)
+        return
+    for name in (name for name, value in of_recordings.items() if value is not None):
+        raise InputError("goes with a recording", where=name, remedy="measure first, then give it with --from")
+    sequence = {"field_t": None if field_ut is None else field_ut * 1e-6, "rx_s": rx_s, "pause_s": pause_s}
+    shot = {"sequence": {name: value for name, value in sequence.items() if value is not None}, "variant": variant}
+    series = {"resonator": resonator, "shots": shots, "blank_shots": blank_shots, **shot}
+    said = {"sample": sample, "operator": operator, "comment": comment}
+    with _engine(platform, overrides, endpoints, models) as engine:
+        _of_resonator(engine, series | said, out, wanted, dry_run=dry_run)
+
+
+@contextmanager
+def _engine(
+    platform: str, overrides: list[str] | None, endpoints: Path | None, models: Path | None
+) -> Iterator[Engine]:
+    from platform_daemon.app import start_engine
+    from platform_daemon.settings import load_platform
+
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     try:
-        _measured(engine, asked, target, json_file, html, dry_run=dry_run, force=force)
+        yield engine
     finally:
         engine.close()
 
 
-def _measured(
-    engine: Engine, asked: dict[str, Any], out: Path, json_file: Path | None, html: Path | None, *, dry_run: bool,
-    force: bool,
-) -> None:  # fmt: skip
+def _of_resonator(engine: Engine, series: dict[str, Any], out: Path, wanted: _Wanted, *, dry_run: bool) -> None:
     """Raises InputError, and what `conduct` raises."""
     from platform_daemon.engine import CharacterisationFiles
     from platform_daemon.reports import characterisation_html, characterisation_text
@@ -129,26 +143,31 @@ def _measured(
     def tell(job: Job) -> None:
         if isinstance(job.result.outcome, CharacteriseOutcome):
             print(characterisation_text(job.result.outcome.report))
-            if html is not None:
-                print(html)
+            if wanted.html is not None:
+                print(wanted.html)
 
+    must_not_exist(None if dry_run else out, wanted.force, ".h5", ".hdf5", ".mmr")
+    asked = {"kind": "characterise", "acquisition": series, "held_in_n50": wanted.held or {}, "alpha": wanted.alpha}
     request = validated(CharacteriseRequest, asked, "characterise")
-    tables = CharacterisationFiles(characterisation_html, report=json_file, html=html)
-    conduct(engine, request, out, json_file, dry_run=dry_run, overwrite=force, tables=tables, tell=tell)
+    tables = CharacterisationFiles(characterisation_html, report=wanted.json_file, html=wanted.html)
+    conduct(engine, request, out, wanted.json_file, dry_run=dry_run, overwrite=wanted.force, tables=tables, tell=tell)
 
 
-def _characterise_recording(
-    source: Path, asked: tuple[Any, ...], held: dict[str, float] | None, alpha: float, json_file: Path | None,
-    html: Path | None,
-) -> None:  # fmt: skip
-    """asked: model, calibration, further terms, frames."""
+def _of_recording(source: Path, model: ModelChoice | None, options: dict[str, Any], wanted: _Wanted) -> None:
+    """options: frames, further terms and calibration, by their name on the command line."""
     from platform_daemon.analysis import FitSettings, characterisation_task
 
-    model, calibration, terms, frames = asked
-    settings = FitSettings(model, calibration=calibration, terms=terms, frames=frames)
-    heed_one_interrupt()
+    from .parsing import parse_frames
+
+    frames = options["--frames"]
+    settings = FitSettings(
+        model,
+        calibration=calibration_in(options["--calibration"]),
+        terms=tuple(options["--with-term"] or ()),
+        frames=None if frames is None else parse_frames(frames),
+    )
     try:
-        _tell(characterisation_task(source, settings, held, alpha), json_file, html)
+        _tell(characterisation_task(source, settings, wanted.held, wanted.alpha), wanted.json_file, wanted.html)
     except KeyboardInterrupt:
         print("interrupted", file=sys.stderr)
         end_at_once()
