@@ -135,14 +135,15 @@ ErrorRecord: An error as the record of a job keeps it.
 Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
 ProblemKind: What a kind of problem means.
 UnreadableFile: A file that looks like what is listed but cannot be used.
+ProcedureRequest: A procedure of any kind.
+AnyOutcome: What a procedure finds beside the results of its steps.
+AnyProcedureRequest: A procedure that can be asked for.
 PlannedStep: One step as it would be.
 ProcedureLog: The log of a procedure on disk, written anew after every step, and what `sweep --json` writes.
 ProcedureResult: What a procedure has brought so far.
 ProcedureSummary: A procedure as it would be: every step is checked, nothing moves.
 StepEstimate: A result of a step over its good fits, in the unit that its name holds.
 StepReport: One step as it was made.
-StopRule: Ends a procedure after the first step whose result is so.
-SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
 SweptValue: A key of a step and its value.
 CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).
 DmdtSeries: Calibrated dm/dt of one frame for a plot.
@@ -165,6 +166,10 @@ SequencePreset: One shot and how often it is repeated (paper, tab:measurement_pa
 FlatnessReport: Do the windows agree on one value of a parameter? In the SI unit that its name holds.
 SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.
+StopRule: Ends a procedure after the first step whose result is so.
+SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
+TuneOutcome: What tune has found so far.
+TuneRequest: Tune: find the resonator's frequency, and how it is measured best.
 """
 
 import lazy_loader

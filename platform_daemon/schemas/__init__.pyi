@@ -132,14 +132,15 @@ from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
 from .problems import UnreadableFile as UnreadableFile
+from .procedure_requests import ProcedureRequest as ProcedureRequest
+from .procedures import AnyOutcome as AnyOutcome
+from .procedures import AnyProcedureRequest as AnyProcedureRequest
 from .procedures import PlannedStep as PlannedStep
 from .procedures import ProcedureLog as ProcedureLog
 from .procedures import ProcedureResult as ProcedureResult
 from .procedures import ProcedureSummary as ProcedureSummary
 from .procedures import StepEstimate as StepEstimate
 from .procedures import StepReport as StepReport
-from .procedures import StopRule as StopRule
-from .procedures import SweepRequest as SweepRequest
 from .procedures import SweptValue as SweptValue
 from .recordings import CalibrationInfo as CalibrationInfo
 from .recordings import DmdtSeries as DmdtSeries
@@ -161,3 +162,7 @@ from .requests import SequencePreset as SequencePreset
 from .sliding import FlatnessReport as FlatnessReport
 from .sliding import SlidingReport as SlidingReport
 from .sliding import WindowFitReport as WindowFitReport
+from .sweeps import StopRule as StopRule
+from .sweeps import SweepRequest as SweepRequest
+from .tunes import TuneOutcome as TuneOutcome
+from .tunes import TuneRequest as TuneRequest

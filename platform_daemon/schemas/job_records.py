@@ -14,7 +14,7 @@ from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .jobs import JobState, RequestT, ResultT
 from .problems import ErrorRecord
-from .procedures import ProcedureResult, SweepRequest
+from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
 
 
@@ -84,7 +84,7 @@ class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResu
     """A calibration."""
 
 
-class ProcedureRecord(JobRecord[SweepRequest, ProcedureResult]):
+class ProcedureRecord(JobRecord[AnyProcedureRequest, ProcedureResult]):
     """The record of a procedure."""
 
     kind: Literal["procedure"]

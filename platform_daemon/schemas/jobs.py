@@ -14,7 +14,7 @@ from .calibrations import CalibrationReport
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .problems import Problem
-from .procedures import ProcedureResult, SweepRequest
+from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
 
 RequestT = TypeVar("RequestT")
@@ -120,7 +120,7 @@ class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """What the operator has to do before it goes on; null: nothing."""
 
 
-class ProcedureJob(Job[SweepRequest, ProcedureResult]):
+class ProcedureJob(Job[AnyProcedureRequest, ProcedureResult]):
     """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
     every step."""
 

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Response
 
 from drivers.errors import DeviceStateError
 from platform_daemon.engine import AnyJob, ProcedureFiles, ProcedureWork, plan_procedure
-from platform_daemon.schemas import ProcedureJob, ProcedureJobs, ProcedureSummary, SweepRequest
+from platform_daemon.schemas import AnyProcedureRequest, ProcedureJob, ProcedureJobs, ProcedureSummary
 
 from ..context import Context, JobId, Shared
 from ..job_routes import JobKind
@@ -35,7 +35,7 @@ PROCEDURES = JobKind(
 
 
 @router.post("", summary="Measure step by step", status_code=202, responses=problems(409, 415, 422, 503, 507))
-def start_procedure(body: SweepRequest, response: Response, context: Shared) -> ProcedureJob:
+def start_procedure(body: AnyProcedureRequest, response: Response, context: Shared) -> ProcedureJob:
     """Queue a procedure: a sweep over keys of an acquisition.
 
     Every step is checked first: one outside the safety envelope is answered 422 with its number, and nothing moves.
@@ -46,12 +46,12 @@ def start_procedure(body: SweepRequest, response: Response, context: Shared) -> 
 
 
 @router.post("/dry-run", summary="Check a procedure without moving anything", responses=problems(415, 422))
-def dry_run_procedure(body: SweepRequest, context: Shared) -> ProcedureSummary:
+def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSummary:
     """The same checks, nothing moves: every step with its values, shots, duration and disk."""
     return _planned(body, context).summary()
 
 
-def _planned(body: SweepRequest, context: Context) -> ProcedureWork:
+def _planned(body: AnyProcedureRequest, context: Context) -> ProcedureWork:
     context.engine.catalogue.resonators.named(body.acquisition.resonator)  # by REST none is given as a path
     return plan_procedure(context.engine, body, ProcedureFiles(context.recordings, context.procedures))
 

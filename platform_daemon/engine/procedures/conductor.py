@@ -111,21 +111,20 @@ class ProcedureWork:
                     disk_bytes=found.disk_bytes,
                 )
             )
-        rule = self.request.stop_when
         return ProcedureSummary(
             resonator=resonator,
             shots=sum(step.shots for step in planned),
             duration_s=sum(step.duration_s for step in planned),
             disk_bytes=sum(step.disk_bytes for step in planned),
             steps=tuple(planned),
-            stop_when=None if rule is None else str(rule),
+            stop_when=self._procedure.ends_early,
             warnings=tuple(dict.fromkeys(warnings)),
         )
 
     def __call__(self, job: ProcedureJob) -> None:
         """Raises Cancelled, DeviceError, StorageError, PauseTooLong; what was measured is in the recording then."""
         target = self._files.target or self._files.folder / f"{job.identifier}.h5"
-        title = f"{self._outline.resonator}, {self.request.kind} over {', '.join(a.key for a in self.request.over)}"
+        title = f"{self._outline.resonator}, {self._procedure.title}"
         series = StepSeries(target, title, self._outline, overwrite=self._files.overwrite)
         ended = "failed"
         try:
@@ -157,6 +156,8 @@ class ProcedureWork:
             except StopIteration as end:
                 job.total = job.done  # what a rule has saved is not left to do
                 return str(end.value)
+            finally:  # it has learnt from the report
+                self._learn(job)
 
     def _one_step(self, job: ProcedureJob, series: StepSeries, attempts: StepAttempts) -> None:
         """A step, with its refused shots repeated and its pauses.  Raises what ends the procedure."""
@@ -209,6 +210,13 @@ class ProcedureWork:
         job.result = job.result.model_copy(update={**where, "steps": (*job.result.steps, report)})
         self._keep_log(job)
         job.on_change(job)
+
+    def _learn(self, job: ProcedureJob) -> None:
+        """What the procedure has made of the last report, in the job and on disk."""
+        if self._procedure.outcome is not None:
+            job.result = job.result.model_copy(update={"outcome": self._procedure.outcome})
+            self._keep_log(job)
+            job.on_change(job)
 
     def _rest(self, job: ProcedureJob) -> None:
         """A safe point: nothing of this procedure moves, or is queued, and outputs are off."""

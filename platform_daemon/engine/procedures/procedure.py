@@ -1,7 +1,7 @@
 """What a procedure is: steps one after another, each decided from the reports of those before it.
 
 A procedure touches neither the engine nor a file; `conductor.py` makes its steps.  Ramp, tune and characterise are to
-be further classes with the same three members.
+be further classes with the same members.
 """
 
 from __future__ import annotations
@@ -14,10 +14,11 @@ from platform_daemon.schemas import (
     AcquisitionRequest,
     AcquisitionResult,
     AcquisitionSummary,
+    AnyOutcome,
+    AnyProcedureRequest,
     FitReport,
     ProcedureResult,
     StepReport,
-    SweepRequest,
     SweptValue,
 )
 from platform_daemon.store import StepLabel
@@ -26,7 +27,7 @@ from ..jobs import AnyJob, Job
 from ..work.destination import Destination
 from ..work.series import AcquisitionJob
 
-ProcedureJob = Job[SweepRequest, ProcedureResult]
+ProcedureJob = Job[AnyProcedureRequest, ProcedureResult]
 StepSequence = Generator["Step", StepReport, str]
 """Yields steps, is sent the report of each, returns why it ended."""
 
@@ -56,8 +57,20 @@ class Procedure(Protocol):
     """What is measured, step by step."""
 
     @property
-    def request(self) -> SweepRequest:
+    def request(self) -> AnyProcedureRequest:
         """What was asked for."""
+
+    @property
+    def title(self) -> str:
+        """What it does, for the recording, as "sweep over field_ut"."""
+
+    @property
+    def ends_early(self) -> str | None:
+        """What ends it before its outline does, in words; None: nothing."""
+
+    @property
+    def outcome(self) -> AnyOutcome | None:
+        """What it has found so far beside the results of its steps; None: it finds nothing more."""
 
     def outline(self) -> Sequence[Step]:
         """The steps that it makes at most, as far as they are known beforehand: checked before anything moves."""
