@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +19,16 @@ if TYPE_CHECKING:
     from platform_daemon.engine import Engine, ProcedureWork
     from platform_daemon.schemas import AnyProcedureRequest, ProcedureResult
 
+    Tell = Callable[[ProcedureResult], None]
+
 
 def conduct(
-    engine: Engine, request: AnyProcedureRequest, out: Path, json_file: Path | None, *, dry_run: bool, overwrite: bool
-) -> None:
+    engine: Engine, request: AnyProcedureRequest, out: Path, json_file: Path | None, *, dry_run: bool,
+    overwrite: bool, tell: Tell | None = None,
+) -> None:  # fmt: skip
     """Show the plan (`dry_run`), or run it into the recording `out` and say what came out, also of one cut short.
+
+    tell: says in the end what it has found beside the results of its steps.
 
     Raises InputError, what ended it, typer.Exit: 130 interrupted, 3 if no step gave a result.
     """
@@ -34,10 +40,16 @@ def conduct(
         print(plan_text(work.summary()))
         write_json(json_file, work.summary())
         return
-    _run(engine, work, out, json_file)
+    _run(engine, work, out, json_file, tell)
 
 
-def _run(engine: Engine, work: ProcedureWork, out: Path, json_file: Path | None) -> None:
+def _run(
+    engine: Engine,
+    work: ProcedureWork,
+    out: Path,
+    json_file: Path | None,
+    tell: Tell | None,
+) -> None:
     prepare_fit()
     job = engine.conduct(work)
     interrupted = interrupted_while(engine, job)
@@ -48,6 +60,8 @@ def _run(engine: Engine, work: ProcedureWork, out: Path, json_file: Path | None)
         print(steps_text(result, work.summary()))
         print(f"{len(result.steps)} of {result.planned_steps} steps in {out}, log in {out}.log.json: {result.stopped}")
         write_json(json_file, work.record(job))
+        if tell is not None:
+            tell(result)
     if interrupted:
         raise typer.Exit(INTERRUPTED)
     if job.error is not None:

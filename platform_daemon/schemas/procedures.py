@@ -7,12 +7,13 @@ from typing import Annotated
 from pydantic import ConfigDict, Field
 
 from .base import Absent, Schema, Vector, Verdict, example
+from .ramps import RampOutcome, RampRequest
 from .sweeps import SweepRequest
 from .tunes import TuneOutcome, TuneRequest
 
-AnyProcedureRequest = Annotated[SweepRequest | TuneRequest, Field(discriminator="kind")]
+AnyProcedureRequest = Annotated[SweepRequest | TuneRequest | RampRequest, Field(discriminator="kind")]
 """A procedure that can be asked for."""
-AnyOutcome = TuneOutcome
+AnyOutcome = Annotated[TuneOutcome | RampOutcome, Field(discriminator="kind")]
 """What a procedure finds beside the results of its steps; a sweep finds nothing more.  Of several: by `kind`."""
 
 

@@ -1,7 +1,7 @@
 """What a shot shows out of the plane of the main mode: the z component of dm/dt less what leaks into it from x and y.
 
-The paper reads side modes off the z channel ("Measurement Sequence"). Here the residual is freed from noise first: of its
-spectrum only what stands out of the noise is kept, lines with their surroundings, and its largest value in time is
+The paper reads side modes off the z channel ("Measurement Sequence"). Here the residual is freed from noise first: of
+its spectrum only what stands out of the noise is kept, lines with their surroundings, and its largest value in time is
 what counts. The noise is that of shots at low amplitude, hum included: what is there without side modes is none.
 """
 
@@ -12,13 +12,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import irfft, rfft
 from scipy.ndimage import maximum_filter1d
 
 from platform_daemon.estimation import Array, median_level
 
 VISIBLE_AM2_PER_S = 0.4
-"""Largest |z residual| from which side modes count as visible, A m^2/s: seven times the noise of the paper's z channel."""
+"""Largest |z residual| from which side modes count as visible, A m^2/s: seven times the paper's noise in z."""
 _BAND_HZ = 20.0, 3000.0
 _BANDS = 40  # in which the level of the noise is found
 _FALSE = 1e-4  # chance that noise alone puts a line into a shot
@@ -127,7 +128,7 @@ def _threshold(bins: int) -> float:
     return math.log(bins / _FALSE)
 
 
-def _lines(spectrum: Array, kept: np.ndarray, bins: Array, n: int) -> tuple[SideLine, ...]:
+def _lines(spectrum: NDArray[np.complex128], kept: np.ndarray, bins: Array, n: int) -> tuple[SideLine, ...]:
     """Runs of kept bins, each at its strongest one."""
     ends = np.flatnonzero(np.diff(np.concatenate([[0], kept.astype(np.int8), [0]])))
     found = []

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Generator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 from platform_daemon.schemas import (
     AcquisitionRequest,
@@ -77,6 +78,32 @@ class Procedure(Protocol):
 
     def steps(self) -> StepSequence:
         """The steps one after another.  May raise PlatformError for a report that it cannot go on from."""
+
+
+class ShotFiles(Protocol):
+    """The shots of a procedure on disk, while it runs; frames are counted from 0."""
+
+    def file(self, frame: int) -> Path:
+        """The recording of one shot."""
+
+    def usable(self, frame: int) -> bool:
+        """An excited shot that no device flagged."""
+
+
+@runtime_checkable
+class ReadsShots(Protocol):
+    """A procedure that looks at shots itself, beside the reports of its steps."""
+
+    def reads(self, files: ShotFiles) -> None:
+        """Called before the first step."""
+
+
+@runtime_checkable
+class KeepsOutcome(Protocol):
+    """A procedure whose outcome is kept with the specimen."""
+
+    def keep(self, job: str) -> None:
+        """Called once it has ended by itself; job: its id.  Raises InputError, StorageError."""
 
 
 class Steps(Protocol):
