@@ -61,6 +61,11 @@ learn_noise: Let a series' noise learn from one RX window, (c, n) V, unless it i
 RingDownPlotData: What a picture shows.
 min_max_decimate: Smallest and largest value per bucket, (c, buckets) each, and samples per bucket.
 ring_down_plot_data: What to draw of one frame.
+Escalation: The state of one ramp, and its next field.
+RampPlan: What a ramp may do.
+RecordedSideModes: What recorded shots show out of the plane.
+SideLine: A line in the z residual.
+ZResidual: What a shot shows out of the plane of the main mode.
 planned_precision: Smallest possible standard deviations per window, of the specimen's own variant or of another
     model.
 checked_defect: What is asked for of a defect, or what, where and why it makes no sense.

@@ -65,6 +65,11 @@ from .resonator.curves import force_curves as force_curves
 from .resonator.defects import defects_report as defects_report
 from .resonator.numbers import design_report as design_report
 from .series_table import fit_table as fit_table
+from .side_modes import Escalation as Escalation
+from .side_modes import RampPlan as RampPlan
+from .side_modes import RecordedSideModes as RecordedSideModes
+from .side_modes import SideLine as SideLine
+from .side_modes import ZResidual as ZResidual
 from .sliding import amplitude_course as amplitude_course
 from .sliding import flatness_lines as flatness_lines
 from .sliding import slide_frame as slide_frame

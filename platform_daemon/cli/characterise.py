@@ -38,8 +38,8 @@ from .progress import prepare_fit, progress
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import CharacterisationTask, ModelChoice
-    from platform_daemon.engine import Engine, Job
-    from platform_daemon.schemas import CharacterisationReport
+    from platform_daemon.engine import Engine
+    from platform_daemon.schemas import CharacterisationReport, ProcedureResult
 
 
 ResonatorOption = Annotated[str | None, typer.Option(help="Measure this one: thread, jewel, or a resonator file.")]
@@ -71,6 +71,8 @@ def characterise(
     resonator: ResonatorOption = None,
     source: SourceOption = None,
     shots: Annotated[int, typer.Option(min=1, help="Excited shots.")] = 100,
+    ramp: Annotated[bool, typer.Option("--ramp", help="Find the field first: 80 % of that of side modes.")] = False,
+    max_ut: Annotated[float | None, typer.Option(help="Field that the ramp does not pass, uT.")] = None,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 4,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: the preset's.")] = None,
@@ -116,8 +118,10 @@ def characterise(
     shot = {"sequence": {name: value for name, value in sequence.items() if value is not None}, "variant": variant}
     series = {"resonator": resonator, "shots": shots, "blank_shots": blank_shots, **shot}
     said = {"sample": sample, "operator": operator, "comment": comment}
+    limits = {"max_t": None if max_ut is None else 1e-6 * max_ut} if ramp else None
+    asked = {"acquisition": {**series, **said}, "ramp": limits}
     with _engine(platform, overrides, endpoints, models) as engine:
-        _of_resonator(engine, series | said, out, wanted, dry_run=dry_run)
+        _of_resonator(engine, asked, out, wanted, dry_run=dry_run)
 
 
 @contextmanager
@@ -134,23 +138,34 @@ def _engine(
         engine.close()
 
 
-def _of_resonator(engine: Engine, series: dict[str, Any], out: Path, wanted: _Wanted, *, dry_run: bool) -> None:
+def _of_resonator(engine: Engine, asked: dict[str, Any], out: Path, wanted: _Wanted, *, dry_run: bool) -> None:
     """Raises InputError, and what `conduct` raises."""
     from platform_daemon.engine import CharacterisationFiles
-    from platform_daemon.reports import characterisation_html, characterisation_text
+    from platform_daemon.reports import characterisation_html, characterisation_text, ramp_text
     from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest
 
-    def tell(job: Job) -> None:
-        if isinstance(job.result.outcome, CharacteriseOutcome):
-            print(characterisation_text(job.result.outcome.report))
+    def tell(result: ProcedureResult) -> None:
+        if isinstance(result.outcome, CharacteriseOutcome):
+            if result.outcome.ramp is not None:
+                print(ramp_text(result.outcome.ramp))
+            print(characterisation_text(result.outcome.report))
             if wanted.html is not None:
                 print(wanted.html)
 
     must_not_exist(None if dry_run else out, wanted.force, ".h5", ".hdf5", ".mmr")
-    asked = {"kind": "characterise", "acquisition": series, "held_in_n50": wanted.held or {}, "alpha": wanted.alpha}
-    request = validated(CharacteriseRequest, asked, "characterise")
+    known = {"kind": "characterise", "held_in_n50": wanted.held or {}, "alpha": wanted.alpha}
+    request = validated(CharacteriseRequest, asked | known, "characterise")
     tables = CharacterisationFiles(characterisation_html, report=wanted.json_file, html=wanted.html)
-    conduct(engine, request, out, wanted.json_file, dry_run=dry_run, overwrite=wanted.force, tables=tables, tell=tell)
+    conduct(
+        engine,
+        request,
+        out,
+        wanted.json_file if dry_run else None,
+        dry_run=dry_run,
+        overwrite=wanted.force,
+        tables=tables,
+        tell=tell,
+    )
 
 
 def _of_recording(source: Path, model: ModelChoice | None, options: dict[str, Any], wanted: _Wanted) -> None:

@@ -30,6 +30,7 @@ from .logs import log_from
 from .measure import measure
 from .models import adopt, models_app
 from .precision import predict
+from .ramp import ramp
 from .recordings import info, plot
 from .serve import serve
 from .sliding import slide
@@ -55,6 +56,7 @@ app.command()(characterise)
 app.command()(serve)
 app.command()(measure)
 app.command()(sweep)
+app.command()(ramp)
 app.command()(info)
 app.command()(plot)
 

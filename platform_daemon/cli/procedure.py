@@ -16,24 +16,21 @@ from .output import write_json
 from .progress import interrupted_while, prepare_fit
 
 if TYPE_CHECKING:
-    from platform_daemon.engine import CharacterisationFiles, Engine, Job, ProcedureWork
+    from platform_daemon.engine import CharacterisationFiles, Engine, ProcedureWork
     from platform_daemon.schemas import AnyProcedureRequest, ProcedureResult
+
+    Tell = Callable[[ProcedureResult], None]
 
 
 def conduct(
-    engine: Engine,
-    request: AnyProcedureRequest,
-    out: Path,
-    json_file: Path | None,
-    *,
-    dry_run: bool,
-    overwrite: bool,
-    tables: CharacterisationFiles | None = None,
-    tell: Callable[[Job], None] | None = None,
-) -> None:
+    engine: Engine, request: AnyProcedureRequest, out: Path, json_file: Path | None, *, dry_run: bool,
+    overwrite: bool, tell: Tell | None = None, tables: CharacterisationFiles | None = None,
+) -> None:  # fmt: skip
     """Show the plan (`dry_run`), or run it into the recording `out` and say what came out, also of one cut short.
 
-    tables: where a characterisation keeps what it makes; tell: says more than the steps, and no log is written.
+    tell: says in the end what it has found beside the results of its steps; tables: where a characterisation keeps
+    what it makes.
+
     Raises InputError, what ended it, typer.Exit: 130 interrupted, 3 if no step gave a result.
     """
     from platform_daemon.engine import ProcedureFiles, plan_procedure
@@ -45,10 +42,16 @@ def conduct(
         print(plan_text(work.summary()))
         write_json(json_file, work.summary())
         return
-    _run(engine, work, out, tell or (lambda job: write_json(json_file, work.record(job))))
+    _run(engine, work, out, json_file, tell)
 
 
-def _run(engine: Engine, work: ProcedureWork, out: Path, tell: Callable[[Job], None]) -> None:
+def _run(
+    engine: Engine,
+    work: ProcedureWork,
+    out: Path,
+    json_file: Path | None,
+    tell: Tell | None,
+) -> None:
     prepare_fit()
     job = engine.conduct(work)
     interrupted = interrupted_while(engine, job)
@@ -58,7 +61,9 @@ def _run(engine: Engine, work: ProcedureWork, out: Path, tell: Callable[[Job], N
     if result.steps:
         print(steps_text(result, work.summary()))
         print(f"{len(result.steps)} of {result.planned_steps} steps in {out}, log in {out}.log.json: {result.stopped}")
-        tell(job)
+        write_json(json_file, work.record(job))
+        if tell is not None:
+            tell(result)
     if interrupted:
         raise typer.Exit(INTERRUPTED)
     if job.error is not None:

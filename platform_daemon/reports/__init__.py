@@ -17,6 +17,8 @@ fit_table_text: One file's fits.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
 plan_text: Every step of a procedure with its values, then shots, duration, disk and warnings.
 steps_text: A row per step of a procedure.
+ramp_text: A ramp for the terminal.
+save_ramp_png: Write the picture of a ramp as PNG.
 print_recording: Facts, windows, calibration, excitation and shots of a recording, on standard output.
 """
 

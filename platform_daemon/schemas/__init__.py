@@ -183,6 +183,11 @@ SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.
 StopRule: Ends a procedure after the first step whose result is so.
 SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
+RampLine: A line in the z residual.
+RampOutcome: What a ramp has found so far.
+RampRequest: Ramp: raise the field step by step until side modes show.
+RampStep: One field of a ramp.
+RampThreshold: Field at which the z residual passes the visible level.
 TuneOutcome: What tune has found so far.
 TuneRequest: Tune: find the resonator's frequency, and how it is measured best.
 """

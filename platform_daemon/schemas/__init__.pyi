@@ -157,6 +157,11 @@ from .procedures import ProcedureSummary as ProcedureSummary
 from .procedures import StepEstimate as StepEstimate
 from .procedures import StepReport as StepReport
 from .procedures import SweptValue as SweptValue
+from .ramps import RampLine as RampLine
+from .ramps import RampOutcome as RampOutcome
+from .ramps import RampRequest as RampRequest
+from .ramps import RampStep as RampStep
+from .ramps import RampThreshold as RampThreshold
 from .recordings import CalibrationInfo as CalibrationInfo
 from .recordings import DmdtSeries as DmdtSeries
 from .recordings import ExcitationInfo as ExcitationInfo

@@ -11,8 +11,9 @@ from .base import Finite, NamedWindow, Request, Schema, Vector, example
 from .derived import EnvelopesReport
 from .fits import FitReport
 from .procedure_requests import ProcedureRequest
+from .ramps import RampOutcome, RampRequest
 from .recordings import ExcitationInfo
-from .requests import ModelName
+from .requests import FieldTesla, ModelName
 
 SIGNIFICANCE = 0.001
 """Level of significance of the paper (ssec:primary_results)."""
@@ -226,6 +227,17 @@ class CharacterisationReport(Schema):
     """Computing time of all of it, s."""
 
 
+class RampSettings(Request):
+    """How far a ramp before a characterisation goes; what is not here is as the ramp has it."""
+
+    start_t: FieldTesla | None = None
+    """Field of the first step, T, at which there are no side modes yet; null: half that of the preset."""
+    step_t: FieldTesla | None = None
+    """Highest step upwards, T; null: 10 uT."""
+    max_t: FieldTesla | None = None
+    """Field that it does not pass, T; null: the limit of the platform."""
+
+
 class CharacteriseRequest(ProcedureRequest):
     """Characterise: many shots of one resonator in one recording, and the paper's tables from them."""
 
@@ -240,6 +252,18 @@ class CharacteriseRequest(ProcedureRequest):
     median of its own D30 fits."""
     alpha: Level = SIGNIFICANCE
     """Level of significance of all comparisons together."""
+    ramp: RampSettings | None = None
+    """A ramp before the shots, which are made at 80 % of the field that it finds; null: none, then at the field asked
+    for, that which an earlier ramp has kept with the specimen, or the preset's."""
+
+    def ramp_request(self) -> RampRequest:
+        """The ramp that is asked for, of the same resonator."""
+        assert self.ramp is not None
+        shots = self.acquisition
+        made = shots.model_copy(
+            update={"shots": 1, "blank_shots": 0, "sequence": shots.sequence.model_copy(update={"field_t": None})}
+        )
+        return RampRequest(kind="ramp", acquisition=made, **self.ramp.model_dump(exclude_none=True))
 
 
 class CharacteriseOutcome(Schema):
@@ -247,5 +271,7 @@ class CharacteriseOutcome(Schema):
 
     kind: Literal["characterise"]
     """Characterise."""
+    ramp: RampOutcome | None
+    """What its ramp has found; null: it made none."""
     report: CharacterisationReport
     """What `characterise --json` writes."""

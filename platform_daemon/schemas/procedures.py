@@ -8,12 +8,15 @@ from pydantic import ConfigDict, Field
 
 from .base import Absent, Schema, Vector, Verdict, example
 from .characterisation import CharacteriseOutcome, CharacteriseRequest
+from .ramps import RampOutcome, RampRequest
 from .sweeps import SweepRequest
 from .tunes import TuneOutcome, TuneRequest
 
-AnyProcedureRequest = Annotated[SweepRequest | TuneRequest | CharacteriseRequest, Field(discriminator="kind")]
+AnyProcedureRequest = Annotated[
+    SweepRequest | TuneRequest | RampRequest | CharacteriseRequest, Field(discriminator="kind")
+]
 """A procedure that can be asked for."""
-AnyOutcome = Annotated[TuneOutcome | CharacteriseOutcome, Field(discriminator="kind")]
+AnyOutcome = Annotated[TuneOutcome | RampOutcome | CharacteriseOutcome, Field(discriminator="kind")]
 """What a procedure finds beside the results of its steps; a sweep finds nothing more."""
 
 

@@ -25,7 +25,7 @@ from platform_daemon.store import write_file
 from ..engine import ShuttingDown
 from ..jobs import Cancelled
 from ..work.series import AcquisitionJob
-from .procedure import Conclusion, Fits, OnlineFits, Procedure, ProcedureJob, Steps
+from .procedure import Conclusion, Fits, KeepsOutcome, OnlineFits, Procedure, ProcedureJob, ReadsShots, Steps
 from .step_report import StepAttempts
 from .step_series import StepSeries
 
@@ -139,7 +139,12 @@ class ProcedureWork:
         ended = "failed"
         try:
             self._keep_log(job)
+            if isinstance(self._procedure, ReadsShots):
+                self._procedure.reads(series)
             ended = self._all_steps(job, series)
+            if isinstance(self._procedure, KeepsOutcome):
+                self._procedure.keep(job.identifier)
+                self._learn(job)
         except Cancelled:
             ended = "cancelled"
             raise

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from platform_daemon.schemas import (
     AcquisitionRequest,
@@ -90,6 +90,32 @@ class Conclusion(Protocol):
     def __call__(self, job: ProcedureJob, recording: Path, tell: Callable[[str, float], None]) -> None:
         """Put it into the job's result, and on disk.  tell: phase, and the share of the conclusion that is done; may
         raise Cancelled, and rests where the procedure is paused."""
+
+
+class ShotFiles(Protocol):
+    """The shots of a procedure on disk, while it runs; frames are counted from 0."""
+
+    def file(self, frame: int) -> Path:
+        """The recording of one shot."""
+
+    def usable(self, frame: int) -> bool:
+        """An excited shot that no device flagged."""
+
+
+@runtime_checkable
+class ReadsShots(Protocol):
+    """A procedure that looks at shots itself, beside the reports of its steps."""
+
+    def reads(self, files: ShotFiles) -> None:
+        """Called before the first step."""
+
+
+@runtime_checkable
+class KeepsOutcome(Protocol):
+    """A procedure whose outcome is kept with the specimen."""
+
+    def keep(self, job: str) -> None:
+        """Called once it has ended by itself; job: its id.  Raises InputError, StorageError."""
 
 
 class Steps(Protocol):
