@@ -100,6 +100,16 @@ class Defects(_Section):
     )
 
 
+class SideModeLimit(_Section):
+    """Up to which field the resonator moves as its equation of motion says, as a ramp has found it (paper, "Measurement
+    Sequence")."""
+
+    max_field_t: Positive = Field(description="Highest field it is to see, T.")
+    operating_field_t: Positive = Field(description="Field at which it is to be used, T.")
+    found: str = Field(min_length=1, description="When it was found, ISO 8601.")
+    evidence: str = Field(min_length=1, description="How it was found: job, threshold and its interval.")
+
+
 class Specimen(_Section):
     """One resonator (paper eq:Thread_ODE_norm, eq:Jewel_ODE_norm)."""
 
@@ -114,6 +124,7 @@ class Specimen(_Section):
         RotorModel(model="single_axis"), description="How the simulated platform moves the rotor."
     )
     defects: Defects | None = Field(None, description="Manufacturing errors; null: none.")
+    side_modes: SideModeLimit | None = Field(None, description="What a ramp has found; null: none was made.")
 
     @model_validator(mode="after")
     def _bearing_fits_variant(self) -> Specimen:

@@ -43,7 +43,7 @@ def start_engine(
 def create_context(engine: Engine, data: DataFolder) -> Context:
     """What the API serves; compiles the fit in the background and says so under /ready."""
     models, warm = Library(data.models), {"estimator": False}
-    folders = data.recordings, data.fits, data.diagnoses, data.procedures
+    folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
     context = Context(engine, *folders, models, data.calibrations, warm)
     threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
     return context

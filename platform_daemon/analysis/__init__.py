@@ -14,6 +14,11 @@ Finished: A file is fitted.
 fit_files: Fit files in the order given and hand each out as it finishes.
 calibrated_signal: The RX window of a frame, (c, n) V.
 reason_of: Why a frame that cannot be read is refused.
+CharacterisationTask: What is to be characterised, checked.
+characterisation_task: Everything that can be checked before the first fit.
+characterise: Fit every shot in both windows and make the tables.
+check_held_in_n50: What it raises of losses that cannot be held.
+shown_shot: The shot of the figures with its D30 fit.
 derived_report: Of every frame and of the series.
 frame_envelopes: Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.
 NothingToDiagnoseError: The files can be read, but none of their shots can be diagnosed.
@@ -56,6 +61,11 @@ learn_noise: Let a series' noise learn from one RX window, (c, n) V, unless it i
 RingDownPlotData: What a picture shows.
 min_max_decimate: Smallest and largest value per bucket, (c, buckets) each, and samples per bucket.
 ring_down_plot_data: What to draw of one frame.
+Escalation: The state of one ramp, and its next field.
+RampPlan: What a ramp may do.
+RecordedSideModes: What recorded shots show out of the plane.
+SideLine: A line in the z residual.
+ZResidual: What a shot shows out of the plane of the main mode.
 planned_precision: Smallest possible standard deviations per window, of the specimen's own variant or of another
     model.
 checked_defect: What is asked for of a defect, or what, where and why it makes no sense.

@@ -12,6 +12,11 @@ from .batch.run import Finished as Finished
 from .batch.run import fit_files as fit_files
 from .calibrated import calibrated_signal as calibrated_signal
 from .calibrated import reason_of as reason_of
+from .characterisation.characterise import CharacterisationTask as CharacterisationTask
+from .characterisation.characterise import characterisation_task as characterisation_task
+from .characterisation.characterise import characterise as characterise
+from .characterisation.characterise import check_held_in_n50 as check_held_in_n50
+from .characterisation.characterise import shown_shot as shown_shot
 from .derived import derived_report as derived_report
 from .derived import frame_envelopes as frame_envelopes
 from .diagnose import OBSERVABLES as OBSERVABLES
@@ -60,6 +65,11 @@ from .resonator.curves import force_curves as force_curves
 from .resonator.defects import defects_report as defects_report
 from .resonator.numbers import design_report as design_report
 from .series_table import fit_table as fit_table
+from .side_modes import Escalation as Escalation
+from .side_modes import RampPlan as RampPlan
+from .side_modes import RecordedSideModes as RecordedSideModes
+from .side_modes import SideLine as SideLine
+from .side_modes import ZResidual as ZResidual
 from .sliding import amplitude_course as amplitude_course
 from .sliding import flatness_lines as flatness_lines
 from .sliding import slide_frame as slide_frame

@@ -82,11 +82,14 @@ def series_quantities(frames: Sequence[FrameFit], times_s: Sequence[float | None
     )
 
 
-def frame_envelopes(model: Model, frame: FrameFit, points: int) -> EnvelopesReport:
-    """Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.  Raises ValueError without m_r."""
+def frame_envelopes(model: Model, frame: FrameFit, points: int, duration_s: float | None = None) -> EnvelopesReport:
+    """Envelopes of v and u, A(t) and f(t) - f_nat of a good frame over its window, or so long.
+
+    Raises ValueError without m_r.
+    """
     if frame.window_s is None:
         raise ValueError("a refused frame has no envelopes")
-    found = envelopes(RingDown.from_parameters(model, frame.values), frame.window_s, points)
+    found = envelopes(RingDown.from_parameters(model, frame.values), duration_s or frame.window_s, points)
     return EnvelopesReport(
         frame=frame.frame,
         t_s=_listed(found.time_s),

@@ -20,13 +20,14 @@ EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
 
 @dataclass(frozen=True)
 class Context:
-    """Engine, folders of recordings, fit results, diagnoses and logs of procedures, adopted models, folder of
-    calibrations, and what has warmed up."""
+    """Engine, folders of recordings, fit results, diagnoses, characterisations and logs of procedures, adopted models,
+    folder of calibrations, and what has warmed up."""
 
     engine: Engine
     recordings: Path
     fits: Path
     diagnoses: Path
+    characterisations: Path
     procedures: Path
     models: Library
     calibrations: Path

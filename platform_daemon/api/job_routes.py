@@ -1,16 +1,19 @@
-"""The routes that every kind of job has: list, get, cancel."""
+"""What every kind of job has: routes that list, get and cancel, a result or why there is none, perhaps a page."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import datetime
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from fastapi import APIRouter, Response
+from fastapi.responses import FileResponse
 
-from platform_daemon.engine import AnyJob
-from platform_daemon.schemas import Root
+from drivers.errors import InputError
+from platform_daemon.engine import AnyJob, UnknownId
+from platform_daemon.schemas import NoResult, Root
 
 from .context import JobId, Shared, at_once
 from .problems import problem, problems
@@ -107,6 +110,24 @@ class JobKind(Generic[JobT]):
             response_model=self.body,
             responses=problems(404),
         )
+
+
+def result_of(job: AnyJob, again: str) -> Any:
+    """What came out.  Raises InputError if nothing has; again: what to do where nothing will, as "fit anew"."""
+    if not isinstance(job.result, NoResult):
+        return job.result
+    why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
+    remedy = f"remove the cause and {again}" if job.state.final else "wait until its state is done"
+    raise InputError(f"the {job.kind} has no result", where=job.identifier, why=why, remedy=remedy)
+
+
+def page_of(job: AnyJob, folder: Path, again: str) -> FileResponse:
+    """The page that a job has made.  Raises InputError if it has no result, UnknownId if the page is gone."""
+    result_of(job, again)
+    page = folder / f"{job.identifier}.html"
+    if not page.is_file():
+        raise UnknownId("the page is not there any more", where=job.identifier, remedy=again)
+    return FileResponse(page, media_type="text/html")
 
 
 def _iso(when: datetime | None) -> str | None:

@@ -20,6 +20,8 @@ LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that 
     "start_calibration": {"get_calibration": _ID, "cancel_calibration": _ID, "continue_calibration": _ID},
     "start_fit": {"get_fit": _ID, "cancel_fit": _ID, "get_derived": _ID},
     "get_fit": {"get_derived": _ID, "get_envelopes": {**_ID, "frame": "$response.body#/result/frames/0/frame"}},
+    "start_characterisation": {"get_characterisation": _ID, "cancel_characterisation": _ID},
+    "get_characterisation": {"get_characterisation_report": _ID},
     "start_diagnosis": {"get_diagnosis": _ID, "cancel_diagnosis": _ID},
     "get_diagnosis": {"get_report": _ID, "adopt_model": _ID},
     "add_resonator": {"get_resonator": _LABEL, "get_design": _LABEL},

@@ -18,6 +18,7 @@ from .routes import (
     acquisitions,
     calibrations,
     catalogue,
+    characterisations,
     derived,
     design,
     diagnoses,
@@ -43,6 +44,7 @@ TAGS = {
     "derived": "What follows from fits, recordings and plans",
     "design": "What magnets and bearing alone say of a resonator, and manufacturing defects",
     "diagnoses": "What the declared model lacks",
+    "characterisations": "The tables of the paper, from many shots of one resonator",
     "models": "Declared models, and those that were adopted from diagnoses",
 }
 
@@ -72,6 +74,7 @@ def create_api(context: Context) -> FastAPI:
         derived,
         design,
         diagnoses,
+        characterisations,
         models,
     ):
         app.include_router(routes.router)

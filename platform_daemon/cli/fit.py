@@ -103,10 +103,13 @@ def _workers(
     """Where to fit: the cluster, this process for few frames, else a process per core."""
     if dask is not None:
         return analysis.dask_cluster(dask, files[0])
+    return workers_for(_FEW_FRAMES + 1 if _many_frames(files, settings) else 0, processes)
+
+
+def workers_for(frames: int, processes: int | None = None) -> AbstractContextManager[WorkerPool]:
+    """This process for few frames, else a process per core, or as many as asked for."""
     count = processes or analysis.cores()
-    if count == 1 or not _many_frames(files, settings):
-        return analysis.in_this_process()
-    return analysis.processes(count)
+    return analysis.in_this_process() if count == 1 or frames <= _FEW_FRAMES else analysis.processes(count)
 
 
 def _many_frames(files: list[Path], settings: FitSettings) -> bool:

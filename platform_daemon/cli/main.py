@@ -1,4 +1,4 @@
-"""The command line: `platform-daemon serve | measure | sweep | fit | harmonics | slide | diagnose | plot | ...`.
+"""The command line: `platform-daemon serve | measure | sweep | characterise | fit | harmonics | diagnose | ...`.
 
 Exit codes: 0 done; 1 a device or the program failed; 2 bad input, or a device is not what the platform file says;
 3 nothing to fit or diagnose; 130 interrupted.
@@ -17,6 +17,7 @@ from platform_daemon import __version__
 
 from .bench import bench_app
 from .calibrate import calibrate_app
+from .characterise import characterise
 from .design import defects, design
 from .devices import config_app, devices, reset_amplifier
 from .diagnose import diagnose
@@ -29,6 +30,7 @@ from .logs import log_from
 from .measure import measure
 from .models import adopt, models_app
 from .precision import predict
+from .ramp import ramp
 from .recordings import info, plot
 from .serve import serve
 from .sliding import slide
@@ -50,9 +52,11 @@ app.command()(design)
 app.command()(defects)
 app.command()(slide)
 app.command(cls=FilesOrLive)(diagnose)
+app.command()(characterise)
 app.command()(serve)
 app.command()(measure)
 app.command()(sweep)
+app.command()(ramp)
 app.command()(info)
 app.command()(plot)
 

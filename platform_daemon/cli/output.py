@@ -41,7 +41,13 @@ def write_page(path: Path | None, found: Diagnosis, report: DiagnosisReport) -> 
     if path is not None:
         from platform_daemon.diagnosis import compare_residuals
         from platform_daemon.reports import diagnosis_html
-        from platform_daemon.store import write_file
 
-        write_file(path, diagnosis_html(report, compare_residuals(found)))
-        print(path)
+        keep_page(path, diagnosis_html(report, compare_residuals(found)))
+
+
+def keep_page(path: Path, content: bytes) -> None:
+    """Write a page that is made and print its name.  Raises StorageError."""
+    from platform_daemon.store import write_file
+
+    write_file(path, content)
+    print(path)

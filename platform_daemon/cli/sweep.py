@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,9 +10,8 @@ import typer
 
 from drivers.errors import InputError
 from drivers.validation import validated
-from platform_daemon.reports import plan_text, steps_text
 
-from .interrupts import INTERRUPTED, heed_one_interrupt
+from .interrupts import heed_one_interrupt
 from .options import (
     EndpointsOption,
     ForceOption,
@@ -24,13 +22,12 @@ from .options import (
     WindowOption,
     library,
 )
-from .output import must_not_exist, write_json
+from .output import must_not_exist
 from .parsing import parse_number, parse_points, parse_window
-from .progress import interrupted_while, prepare_fit
+from .procedure import conduct
 
 if TYPE_CHECKING:
-    from platform_daemon.engine import Engine, ProcedureWork
-    from platform_daemon.schemas import ProcedureResult, SweepRequest
+    from platform_daemon.schemas import SweepRequest
 
 _RULE = re.compile(r"\s*(\w+)\s*(>=|<=|>|<)\s*(\S+)\s*")
 
@@ -85,12 +82,7 @@ def sweep(
     heed_one_interrupt()
     engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
     try:
-        work = _planned(engine, request, out, overwrite=force or dry_run)
-        if dry_run:
-            print(plan_text(work.summary()))
-            write_json(json_file, work.summary())
-            return
-        _run(engine, work, out, json_file)
+        conduct(engine, request, out, json_file, dry_run=dry_run, overwrite=force)
     finally:
         engine.close()
 
@@ -113,34 +105,3 @@ def _rule(text: str) -> dict[str, Any]:
         remedy = "write RESULT OP VALUE with >, <, >= or <=, as 'phi_max_deg > 40'"
         raise InputError(f"{text!r} is no rule", where="--stop-when", remedy=remedy)
     return {"result": found[1], "comparison": found[2], "value": value}
-
-
-def _planned(engine: Engine, request: SweepRequest, out: Path, *, overwrite: bool) -> ProcedureWork:
-    from platform_daemon.engine import ProcedureFiles, plan_procedure
-
-    files = ProcedureFiles(out.parent, out.parent, out, out.with_name(f"{out.name}.log.json"), overwrite)
-    return plan_procedure(engine, request, files)
-
-
-def _run(engine: Engine, work: ProcedureWork, out: Path, json_file: Path | None) -> None:
-    """Until it has ended, then say what came out, also of a sweep that was cut short.
-
-    Raises what ended it, typer.Exit: 130 interrupted, 3 if no step gave a result.
-    """
-    prepare_fit()
-    job = engine.conduct(work)
-    interrupted = interrupted_while(engine, job)
-    result: ProcedureResult = job.result
-    for warning in job.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    if result.steps:
-        print(steps_text(result, work.summary()))
-        print(f"{len(result.steps)} of {result.planned_steps} steps in {out}, log in {out}.log.json: {result.stopped}")
-        write_json(json_file, work.record(job))
-    if interrupted:
-        raise typer.Exit(INTERRUPTED)
-    if job.error is not None:
-        raise job.error
-    if not any(step.verdict == "good" for step in result.steps):
-        print(f"no step can be used: {result.steps[0].reason}", file=sys.stderr)
-        raise typer.Exit(3)

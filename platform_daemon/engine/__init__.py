@@ -18,6 +18,8 @@ LiveDiagnosis: One loop on one resonator.
 ProcedureFiles: Where a procedure writes.
 ProcedureWork: The work of one procedure, every known step of it checked.
 plan_procedure: The work of a procedure for `Engine.conduct`, every known step checked.
+CharacterisationFiles: Where report and page of a characterisation are kept.
+CharacterisationWork: Makes the tables of a recording.
 DiagnosisWork: Says what the declared model lacks in these frames of files.
 FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
@@ -33,6 +35,7 @@ from .latency import reduce_latency
 from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
 from .procedures.planned import plan_procedure
+from .work.characterisation import CharacterisationFiles, CharacterisationWork
 from .work.diagnosis import DiagnosisWork
 from .work.fit import FitWork
 from .work.series import AcquisitionJob
@@ -44,6 +47,8 @@ __all__ = [
     "CalibrationFiles",
     "Callbacks",
     "Catalogue",
+    "CharacterisationFiles",
+    "CharacterisationWork",
     "DiagnosisWork",
     "Engine",
     "FitWork",

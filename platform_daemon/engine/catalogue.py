@@ -77,9 +77,12 @@ class Shelf(Generic[ContentT]):
         tables, text = read_toml(path)
         return validated(self.model, tables, str(path)), text
 
-    def add(self, name: str, content: ContentT) -> Version:
-        """Keep a new version.  Raises InputError for a name that is taken, StorageError."""
-        if self.added is None or name in self._fixed():
+    def add(self, name: str, content: ContentT, *, in_its_place: bool = False) -> Version:
+        """Keep a new version; in_its_place: also of what ships, which it then stands for.
+
+        Raises InputError for a name that is taken, StorageError.
+        """
+        if self.added is None or (name in self._fixed() and not in_its_place):
             why = "nothing can be added here" if self.added is None else "it ships, or is in the folder of the lab"
             raise InputError(f"{name!r} cannot be added", where="name", why=why, remedy="choose another name")
         when = datetime.now(UTC).isoformat(timespec="seconds")

@@ -28,7 +28,7 @@ ResultT = TypeVar("ResultT")
 
 
 class Work(Protocol[RequestT, ResultT]):
-    """What a job does: series, calibrations, fits, diagnoses.  Checked when made, it begins when called."""
+    """What a job does: a series, a fit, a diagnosis.  Checked when made, it begins when called."""
 
     @property
     def kind(self) -> str:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import structlog
+
 from drivers.errors import SequenceRejected
 from drivers.specimen import Specimen
 from drivers.validation import validated
@@ -22,6 +24,8 @@ from .settling import Settling, settling
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import Library, ModelChoice
+
+log = structlog.get_logger()
 
 
 @dataclass(frozen=True)
@@ -91,6 +95,7 @@ def plan_acquisition(
     sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
+    _check_side_modes(request, specimen, sequence)
     changed = _changed(request, sequence)
     planned = [excited_shot(each, side, specimen, model) for each in changed or (sequence,)]
     excited, reached = planned[0]
@@ -136,6 +141,26 @@ def excited_shot(
         return compile_shot(sequence, side), None
     plan = plan_drive(sequence, tx_window_s(sequence, side), specimen, model, loop_lag_s(sequence, side), fitted)
     return compile_shot(sequence, side, planned=plan.lobes), plan.phi_max_rad
+
+
+def _check_side_modes(request: AcquisitionRequest, specimen: Specimen, sequence: SequenceRequest) -> None:
+    """Raises SequenceRejected above the highest field that a ramp has found, unless that was asked for."""
+    found = specimen.side_modes
+    if found is None or sequence.repetitions == 0 or sequence.field_t <= found.max_field_t * (1.0 + 1e-9):
+        return
+    if not request.beyond_side_modes:
+        raise SequenceRejected(
+            f"{1e6 * sequence.field_t:.6g} uT lies above the field at which this resonator shows side modes, "
+            f"{1e6 * found.max_field_t:.6g} uT",
+            where="sequence.field_t",
+            why=f"found on {found.found}: {found.evidence}",
+            remedy=f"stay below, as at {1e6 * found.operating_field_t:.4g} uT; or allow it (beyond_side_modes, on the "
+            "command line --beyond-side-modes)",
+        )
+    log.warning(
+        "beyond_side_modes", resonator=specimen.name, field_t=sequence.field_t, max_field_t=found.max_field_t,
+        operator=request.operator,
+    )  # fmt: skip
 
 
 def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict[str, Any]:

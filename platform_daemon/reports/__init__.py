@@ -1,6 +1,8 @@
 """Results in words, tables, pictures and pages; nothing is computed here.
 
 print_calibration: Sensitivity by channel, or field and inductance by coil.
+characterisation_html: The page in UTF-8.
+characterisation_text: The tables for the terminal.
 print_devices: A row per device.
 diagnosis_html: The page in UTF-8.
 defects_text: Forces for the terminal.
@@ -16,6 +18,8 @@ prediction_table_text: The smallest standard deviations of a plan, a row per win
 dry_run_text: A series as it would be, for the terminal.
 plan_text: Every step of a procedure with its values, then shots, duration, disk and warnings.
 steps_text: A row per step of a procedure.
+ramp_text: A ramp for the terminal.
+save_ramp_png: Write the picture of a ramp as PNG.
 print_recording: Facts, windows, calibration, excitation and shots of a recording, on standard output.
 """
 

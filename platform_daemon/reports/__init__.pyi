@@ -1,9 +1,12 @@
 from .calibration_tables import print_calibration as print_calibration
+from .characterisation_page import characterisation_html as characterisation_html
+from .characterisation_tables import characterisation_text as characterisation_text
 from .device_tables import print_devices as print_devices
 from .diagnosis_page import diagnosis_html as diagnosis_html
 from .diagnosis_text import summary_text as summary_text
 from .figures.defects import defects_png as defects_png
 from .figures.defects import save_defects_png as save_defects_png
+from .figures.ramp import save_ramp_png as save_ramp_png
 from .figures.ring_down import save_png as save_png
 from .figures.sliding import save_sliding_png as save_sliding_png
 from .fit_tables import fit_line as fit_line
@@ -11,6 +14,7 @@ from .fit_tables import fit_table_text as fit_table_text
 from .fit_tables import prediction_table_text as prediction_table_text
 from .procedure_text import plan_text as plan_text
 from .procedure_text import steps_text as steps_text
+from .ramp_text import ramp_text as ramp_text
 from .recording_tables import print_recording as print_recording
 from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text

@@ -2,72 +2,42 @@
 
 from __future__ import annotations
 
-import base64
 import math
-import platform
-from collections.abc import Iterator
-from datetime import UTC, datetime
-from pathlib import Path
+from collections.abc import Callable, Iterator
+from typing import Any
 
-import numpy as np
-import scipy
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from matplotlib.figure import Figure
-
-from platform_daemon import __version__
 from platform_daemon.diagnosis import ResidualComparison, Scatter
 from platform_daemon.schemas import DiagnosisReport, TriedEffect, definition_of
 
 from . import diagnosis_text as text
 from .figures import diagnosis as plots
 from .figures.parameter_trace import draw_trace
-from .figures.ring_down import png_of
+from .page import page
 
-_DPI = 100
 _SHOWN = 8  # candidates at least, however unlikely
 
 
 def diagnosis_html(report: DiagnosisReport, seen: ResidualComparison) -> bytes:
     """The page in UTF-8; report: with its files."""
-    libraries = f"Python {platform.python_version()}, numpy {np.__version__}, scipy {scipy.__version__}"
-    page = _environment().get_template("diagnosis_page.html").render(
+    filters: dict[str, Callable[..., Any]] = {
+        "effect_line": text.effect_line,
+        "tentative_line": text.tentative_line,
+        "grade": _grade,
+        "next_line": text.next_line,
+        "plain": text.plain,
+        "where_line": text.where_line,
+    }
+    return page(
+        "diagnosis_page.html",
+        filters,
         report=report,
         seen=seen,
         likely=_likely(report.ranking),
         drifts=_drifts(seen),
-        software=f"{__version__}, {libraries}",
-        made=datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"),
         plots=plots,
         draw_trace=draw_trace,
         text=text,
-    )  # fmt: skip
-    return page.lstrip().encode()
-
-
-def _environment() -> Environment:
-    made = Environment(
-        loader=FileSystemLoader(Path(__file__).parent),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
     )
-    made.filters |= {
-        "effect_line": text.effect_line,
-        "tentative_line": text.tentative_line,
-        "file_name": lambda path: path.rpartition("/")[2],
-        "grade": _grade,
-        "next_line": text.next_line,
-        "plain": text.plain,
-        "png": _base64_png,
-        "where_line": text.where_line,
-    }
-    return made
-
-
-def _base64_png(figure: Figure) -> str:
-    """As data, so that the page needs no other file."""
-    return base64.b64encode(png_of(figure, _DPI)).decode()
 
 
 def _grade(sigma: float | None) -> str:

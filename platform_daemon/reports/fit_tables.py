@@ -133,10 +133,10 @@ def _notes(report: FitReport) -> list[str]:
         lines.append(f"m_r has a systematic standard uncertainty of {std:.2g} mAm² besides, from the calibration")
     if report.noise.source is not None:
         lines.append(f"noise from {report.noise.source}, found in {report.noise.seconds:.3f} s beside the fits")
-    return lines + _series_lines(report.derived) + _frame_notes(report.frames)
+    return lines + _series_lines(report.derived) + frame_notes(report.frames)
 
 
-def _frame_notes(frames: Iterable[FrameFit]) -> list[str]:
+def frame_notes(frames: Iterable[FrameFit]) -> list[str]:
     """Each text once with its frames; of texts that differ in their numbers only, that of the first frame."""
     said: dict[str, dict[int, str]] = {}
     for frame in frames:

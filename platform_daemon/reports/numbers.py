@@ -26,6 +26,14 @@ def number(value: float | None, std: float | None, factor: float = 1.0) -> str:
     return f"{value * factor:.{digits}f}({round(std * factor * 10**digits)})"
 
 
+def spread(mean: float, std: float | None, factor: float = 1.0) -> str:
+    """Mean with the scatter around it, to the scatter's second digit: 213.165 ± 0.079; plain if there is none."""
+    if std is None or not std > 0:
+        return f"{mean * factor:.6g}"
+    digits = max(0, 1 - math.floor(math.log10(std * factor)))
+    return f"{mean * factor:.{digits}f} ± {std * factor:.{digits}f}"
+
+
 def in_words(definition: ParameterDefinition, value: float, std: float | None) -> str:
     """As in: m_r 4.321(12) mAm²."""
     return f"{definition.symbol} {number(value, std, definition.display_factor)} {definition.display_unit}".rstrip()

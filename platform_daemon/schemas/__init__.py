@@ -12,6 +12,7 @@ DiagnosisRequest: A diagnosis of one specimen.
 PredictionRequest: A planned measurement, of which the smallest standard deviations are asked.
 RecordingFitRequest: A fit of a stored recording.
 RetirementRequest: A version of an adopted model is taken out of use.
+NamedWindow: An evaluation window with a name: n50 or d30.
 NoResult: There is no result.
 Root: Something whose JSON is a list, a mapping, or one of several schemas.
 Schema: Something that crosses a boundary.
@@ -23,6 +24,19 @@ CalibrationsInUse: The calibrations that the next series is made with.
 ComplexTable: A measured complex table in the unit of its key.
 ReceiveCalibrationReport: What a calibration of the receive side has found (paper eq:u(t,p,R)).
 TransmitCalibrationReport: What a calibration of the transmit side has found.
+SIGNIFICANCE: Level of significance of the paper (ssec:primary_results).
+CharacterisationReport: What `characterise --json` writes.
+CharacterisationRequest: A characterisation of one resonator from shots that are stored.
+CharacteriseOutcome: What characterise has made of its shots.
+CharacteriseRequest: Many shots of one resonator in one recording, and the paper's tables from them.
+FitDataset: The fits of all shots over one window.
+OrientationReference: The best D30 fit.
+ParameterStatistics: A fitted parameter over the good shots.
+ParameterUncertainty: What a D30 fit of one shot is good for.
+QualityFactors: Quality factors over the good shots (tab:quality_factors).
+RefusedShots: Shots without a fit, for one reason.
+ShotStatistics: A quantity over the shots that have it, in the unit that its name holds.
+WindowComparison: A quantity in N50 against the same in D30, shot by shot.
 AllanReport: Overlapping Allan deviation of f_nat with its confidence interval of 68.3 % (NIST SP 1065).
 DerivedReport: Derived quantities of a fit.
 EnvelopesReport: Envelopes of a fitted frame over its window.
@@ -83,6 +97,8 @@ AcquisitionJob: A series of shots.
 AcquisitionJobs: All acquisitions, oldest first.
 CalibrationJob: A calibration.
 CalibrationJobs: All calibrations, oldest first.
+CharacterisationJob: A characterisation.
+CharacterisationJobs: All characterisations, oldest first.
 DiagnosisJob: A diagnosis.
 DiagnosisJobs: All diagnoses, oldest first.
 FitJob: A fit of a stored recording.
@@ -135,15 +151,14 @@ ErrorRecord: An error as the record of a job keeps it.
 Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
 ProblemKind: What a kind of problem means.
 UnreadableFile: A file that looks like what is listed but cannot be used.
+AnyOutcome: What a procedure finds beside the results of its steps.
+AnyProcedureRequest: A procedure that can be asked for.
 PlannedStep: One step as it would be.
 ProcedureLog: The log of a procedure on disk, written anew after every step, and what `sweep --json` writes.
 ProcedureResult: What a procedure has brought so far.
 ProcedureSummary: A procedure as it would be: every step is checked, nothing moves.
 StepEstimate: A result of a step over its good fits, in the unit that its name holds.
 StepReport: One step as it was made.
-StopRule: Ends a procedure after the first step whose result is so.
-SweepAxis: One key of the acquisition and the values that it takes.
-SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
 SweptValue: A key of a step and its value.
 CalibrationInfo: The receive calibration of a recording (paper eq:u(t,p,R)).
 DmdtSeries: Calibrated dm/dt of one frame for a plot.
@@ -166,6 +181,16 @@ SequencePreset: One shot and how often it is repeated (paper, tab:measurement_pa
 FlatnessReport: Do the windows agree on one value of a parameter? In the SI unit that its name holds.
 SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.
+StopRule: Ends a procedure after the first step whose result is so.
+SweepAxis: One key of the acquisition and the values that it takes.
+SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
+RampLine: A line in the z residual.
+RampOutcome: What a ramp has found so far.
+RampRequest: Ramp: raise the field step by step until side modes show.
+RampStep: One field of a ramp.
+RampThreshold: Field at which the z residual passes the visible level.
+TuneOutcome: What tune has found so far.
+TuneRequest: Tune: find the resonator's frequency, and how it is measured best.
 """
 
 import lazy_loader

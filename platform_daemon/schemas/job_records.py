@@ -10,11 +10,12 @@ from .acquisitions import AcquisitionResult
 from .analysis_requests import DiagnosisRequest, RecordingFitRequest
 from .base import NoResult, Root, Schema
 from .calibrations import CalibrationReport
+from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .jobs import JobState, RequestT, ResultT
 from .problems import ErrorRecord
-from .procedures import ProcedureResult, SweepRequest
+from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
 
 
@@ -77,6 +78,13 @@ class DiagnosisRecord(JobRecord[DiagnosisRequest, DiagnosisReport | NoResult]):
     """A diagnosis."""
 
 
+class CharacterisationRecord(JobRecord[CharacterisationRequest, CharacterisationReport | NoResult]):
+    """The record of a characterisation."""
+
+    kind: Literal["characterisation"]
+    """A characterisation."""
+
+
 class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResult]):
     """The record of a calibration."""
 
@@ -84,14 +92,16 @@ class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResu
     """A calibration."""
 
 
-class ProcedureRecord(JobRecord[SweepRequest, ProcedureResult]):
+class ProcedureRecord(JobRecord[AnyProcedureRequest, ProcedureResult]):
     """The record of a procedure."""
 
     kind: Literal["procedure"]
     """A procedure."""
 
 
-AnyJobRecord = AcquisitionRecord | FitRecord | DiagnosisRecord | CalibrationRecord | ProcedureRecord
+AnyJobRecord = (
+    AcquisitionRecord | FitRecord | DiagnosisRecord | CharacterisationRecord | CalibrationRecord | ProcedureRecord
+)
 
 
 class StoredJob(Root[Annotated[AnyJobRecord, Field(discriminator="kind")]]):

@@ -11,10 +11,11 @@ from .acquisitions import AcquisitionResult
 from .analysis_requests import DiagnosisRequest, RecordingFitRequest
 from .base import NoResult, Root, Schema, example
 from .calibrations import CalibrationReport
+from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .problems import Problem
-from .procedures import ProcedureResult, SweepRequest
+from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
 
 RequestT = TypeVar("RequestT")
@@ -109,6 +110,15 @@ class DiagnosisJob(Job[DiagnosisRequest, DiagnosisReport | NoResult]):
     """A diagnosis."""
 
 
+class CharacterisationJob(Job[CharacterisationRequest, CharacterisationReport | NoResult]):
+    """A characterisation; `result` is what `characterise --json` writes, and empty before that."""
+
+    model_config = ConfigDict(json_schema_extra=example("characterisation_job"))
+
+    kind: Literal["characterisation"]
+    """A characterisation."""
+
+
 class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """A calibration; `result` is what `calibrate --json` writes, and empty before that."""
 
@@ -120,7 +130,7 @@ class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """What the operator has to do before it goes on; null: nothing."""
 
 
-class ProcedureJob(Job[SweepRequest, ProcedureResult]):
+class ProcedureJob(Job[AnyProcedureRequest, ProcedureResult]):
     """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
     every step."""
 
@@ -148,6 +158,12 @@ class DiagnosisJobs(Root[tuple[DiagnosisJob, ...]]):
     """All diagnoses, oldest first."""
 
     model_config = ConfigDict(json_schema_extra=example("diagnosis_job", listed=True))
+
+
+class CharacterisationJobs(Root[tuple[CharacterisationJob, ...]]):
+    """All characterisations, oldest first."""
+
+    model_config = ConfigDict(json_schema_extra=example("characterisation_job", listed=True))
 
 
 class CalibrationJobs(Root[tuple[CalibrationJob, ...]]):

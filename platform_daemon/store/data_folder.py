@@ -19,6 +19,7 @@ class DataFolder:
     recordings: Path
     fits: Path
     diagnoses: Path
+    characterisations: Path
     procedures: Path
     models: Path
     calibrations: Path
@@ -34,7 +35,7 @@ def open_data_folder(folder: Path) -> DataFolder:
     Raises InputError if another daemon works in this folder, OSError if it cannot be made.
     """
     names = (
-        *("recordings", "fits", "diagnoses", "procedures", "models", "calibrations"),
+        *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
         *("jobs", "resonators", "sequences"),
     )
     for name in names:

@@ -64,6 +64,10 @@ class SeriesWriter:
         """Number of acknowledged shots."""
         return self._shots
 
+    def shot_file(self, number: int) -> Path:
+        """The recording of an acknowledged shot, from 1; it is there until the series is finished."""
+        return self._staging.shot_file(number)
+
     def add_shot(self, shot: ShotRecord) -> int:
         """Write one shot and return its number, from 1.  When this returns, the shot survives a power failure.
 

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from platform_daemon.cli import sweep as command
+from platform_daemon.cli import procedure as command
 from platform_daemon.schemas.procedures import ProcedureLog, ProcedureSummary
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recovery import recover

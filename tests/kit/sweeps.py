@@ -9,7 +9,7 @@ from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.procedures.conductor import ProcedureFiles, ProcedureWork
 from platform_daemon.engine.procedures.planned import plan_procedure
 from platform_daemon.engine.procedures.procedure import ProcedureJob
-from platform_daemon.schemas.procedures import SweepRequest
+from platform_daemon.schemas.sweeps import SweepRequest
 
 FIELDS = {"key": "field_ut", "values": [200, 300, 400]}
 

@@ -1,23 +1,18 @@
 """The page: self-contained, whole, and true to the JSON."""
 
-import base64
-import re
-from xml.etree import ElementTree
-
 import pytest
 
 from platform_daemon.analysis.diagnose import diagnose_input, load_diagnosis_input
 from platform_daemon.diagnosis.report import diagnosis_report
 from platform_daemon.diagnosis.residual_comparison import compare_residuals
 from platform_daemon.reports.diagnosis_page import diagnosis_html
+from tests.kit.html_pages import (
+    assert_nothing_is_loaded,
+    assert_pictures_speak_and_tables_are_whole,
+    elements,
+    pictures,
+)
 from tests.kit.specimen_files import RUNS, THREAD, pendulum, swing
-
-
-def elements(page):
-    """Every element of a page, which must be well-formed XML too."""
-    doctype, _, rest = page.partition("\n")
-    assert doctype == "<!doctype html>"
-    return list(ElementTree.fromstring(rest).iter())
 
 
 def page_of(specimen):
@@ -31,30 +26,13 @@ def clean():
     return page_of(load_diagnosis_input([THREAD]))
 
 
-def test_nothing_is_loaded_from_elsewhere(clean):
-    seen = elements(clean[0])
-    keys = ("src", "href", "srcset", "data", "action")
-    sources = [e.get(key) for e in seen for key in keys if e.get(key) is not None]
-    assert sources
-    assert all(source.startswith("data:image/png;base64,") for source in sources)
-    assert not {"script", "link", "iframe", "object"} & {e.tag for e in seen}
-    assert "@import" not in clean[0]
-    assert not re.search(r"url\(", clean[0])
-
-
-def test_every_picture_says_what_it_shows_and_every_table_is_whole(clean):
-    seen = elements(clean[0])
-    assert all(e.get("alt") for e in seen if e.tag == "img")
-    for table in (e for e in seen if e.tag == "table"):
-        widths = {sum(int(cell.get("colspan", 1)) for cell in row) for row in table.iter("tr")}
-        assert len(widths) == 1, ElementTree.tostring(table)
+def test_the_page_is_whole_and_loads_nothing(clean):
+    assert_nothing_is_loaded(clean[0])
+    assert_pictures_speak_and_tables_are_whole(clean[0])
 
 
 def test_every_picture_is_a_png(clean):
-    pictures = re.findall(r"base64,([^\"]+)", clean[0])
-    # Residual of one or two shots, spectra, harmonics, windows, scatter.
-    assert len(pictures) >= 5
-    assert all(base64.b64decode(p).startswith(b"\x89PNG") for p in pictures)
+    assert pictures(clean[0]) >= 5  # residual of one or two shots, spectra, harmonics, windows, scatter
 
 
 def test_the_verdict_and_the_numbers_stand_there(clean):

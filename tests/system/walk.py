@@ -32,14 +32,17 @@ PAGES = (
     *(
         f"docs/{name}.md"
         for name in (
-            "tasks",
-            "design",
-            "rest",
-            "procedures",
-            "excitation",
-            "calibration",
-            "diagnosis",
-            "emulator",
+            *(
+                "tasks",
+                "design",
+                "rest",
+                "procedures",
+                "characterise",
+                "excitation",
+                "calibration",
+                "diagnosis",
+                "emulator",
+            ),
             "adding-a-driver",
         )
     ),

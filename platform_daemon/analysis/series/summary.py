@@ -27,9 +27,12 @@ def summary(frames: Iterable[FrameFit]) -> dict[str, ParameterSummary]:
 
 
 def _mean_and_scatter(values: list[float], *, circular: bool) -> tuple[float, float | None]:
-    offset = 0.0
-    if circular:  # turn the mean direction to zero so that 0 and 2 pi are neighbours
-        offset = math.atan2(fmean(map(math.sin, values)), fmean(map(math.cos, values)))
-        values = [math.remainder(v - offset, 2 * math.pi) for v in values]
+    offset, values = on_the_circle(values) if circular else (0.0, values)
     mean = fmean(values) + offset
     return mean % (2 * math.pi) if circular else mean, stdev(values) if len(values) > 1 else None
+
+
+def on_the_circle(angles: list[float]) -> tuple[float, list[float]]:
+    """The mean direction of angles, rad, and what they differ from it by: so 0 and 2 pi are neighbours."""
+    offset = math.atan2(fmean(map(math.sin, angles)), fmean(map(math.cos, angles)))
+    return offset, [math.remainder(angle - offset, 2 * math.pi) for angle in angles]

@@ -5,6 +5,7 @@ calibrations: Calibrations as jobs: ask (202), watch, say that the dipole is tur
 catalogue: What can be measured and how: resonators and sequences that ship, those of the lab, and those added here.
 derived: What follows from fits and plans: derived quantities, sliding windows, harmonics, predicted precision.
 design: What a design says of a resonator, and what manufacturing defects do to it; computed at once, nothing moves.
+characterisations: Characterisations of stored recordings as jobs.
 diagnoses: Diagnoses of stored recordings as jobs.
 fits: Fits of stored recordings as jobs.
 models: Adopted models: listed, shown with their evidence, retired, never deleted.

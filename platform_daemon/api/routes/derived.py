@@ -30,7 +30,6 @@ from platform_daemon.schemas import (
     DerivedReport,
     EnvelopesReport,
     FitReport,
-    NoResult,
     PredictionReport,
     PredictionRequest,
     ShotHarmonics,
@@ -39,6 +38,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
+from ..job_routes import result_of
 from ..problems import problems
 
 router = APIRouter(tags=["derived"])
@@ -85,11 +85,7 @@ def _model(report: FitReport, context: Context) -> RingDownModel:
 def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
     """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
     job = context.engine.job("fit", identifier)
-    if isinstance(job.result, NoResult):
-        why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
-        remedy = "remove the cause and fit anew" if job.state.final else "wait until its state is done"
-        raise InputError("the fit has no result", where=identifier, why=why, remedy=remedy)
-    report: FitReport = job.result
+    report: FitReport = result_of(job, "fit anew")
     refused = why_refused(report.frames)
     if refused is not None:
         remedy = "see the reasons; another window, variant or calibration may do"

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
-from drivers.errors import InputError
 from platform_daemon.analysis import ModelChoice, check_diagnosis_input, model_from_diagnosis, resolve
-from platform_daemon.engine import AnyJob, DiagnosisWork, UnknownId
+from platform_daemon.engine import AnyJob, DiagnosisWork
 from platform_daemon.reports import diagnosis_html
 from platform_daemon.schemas import (
     AdoptedModelRecord,
@@ -21,11 +18,12 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import resolve as path_of
 
-from ..context import Context, JobId, Shared
-from ..job_routes import JobKind
+from ..context import JobId, Shared
+from ..job_routes import JobKind, page_of, result_of
 from ..problems import problems
 
 router = APIRouter(prefix="/diagnoses", tags=["diagnoses"])
+AGAIN = "diagnose anew"
 
 
 def _links(job: AnyJob) -> dict[str, str]:
@@ -54,10 +52,6 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
     return DIAGNOSES.accepted(job, response)
 
 
-def _page(identifier: str, context: Context) -> Path:
-    return context.diagnoses / f"{identifier}.html"
-
-
 DIAGNOSES.add_routes(router)
 
 
@@ -69,11 +63,7 @@ DIAGNOSES.add_routes(router)
 )
 def get_report(identifier: JobId, context: Shared) -> FileResponse:
     """One self-contained HTML page: residual, harmonics, spectra, sliding windows, ranking, before and after."""
-    _result(identifier, context)
-    page = _page(identifier, context)
-    if not page.is_file():
-        raise UnknownId("the page is not there any more", where=identifier, remedy="diagnose again")
-    return FileResponse(page, media_type="text/html")
+    return page_of(context.engine.job("diagnosis", identifier), context.diagnoses, AGAIN)
 
 
 @router.post(
@@ -84,20 +74,10 @@ def get_report(identifier: JobId, context: Shared) -> FileResponse:
 )
 def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
-    found = _result(identifier, context)
+    found: DiagnosisReport = result_of(context.engine.job("diagnosis", identifier), AGAIN)
     model = model_from_diagnosis(
         found, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
     )
     made = context.models.add(model)
     response.headers["Location"] = f"/models/{made.label}"
     return made.record()
-
-
-def _result(identifier: str, context: Context) -> DiagnosisReport:
-    """The result of a diagnosis.  Raises UnknownId, InputError if there is none."""
-    job = context.engine.job("diagnosis", identifier)
-    if isinstance(job.result, DiagnosisReport):
-        return job.result
-    why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
-    remedy = "remove the cause and diagnose anew" if job.state.final else "wait until its state is done"
-    raise InputError("the diagnosis has no result", where=identifier, why=why, remedy=remedy)

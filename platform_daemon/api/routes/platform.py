@@ -24,8 +24,8 @@ from ..problems import problem_kinds, problems
 
 router = APIRouter(tags=["platform"])
 PATHS = (
-    *("platform", "devices", "acquisitions", "procedures", "calibrations", "recordings", "fits", "diagnoses", "models"),
-    *("resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
+    *("platform", "devices", "acquisitions", "procedures", "calibrations", "recordings", "fits", "diagnoses"),
+    *("characterisations", "models", "resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
 )
 
 

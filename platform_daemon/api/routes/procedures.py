@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
+from fastapi.responses import FileResponse, HTMLResponse
 
-from drivers.errors import DeviceStateError
-from platform_daemon.engine import AnyJob, ProcedureFiles, ProcedureWork, plan_procedure
-from platform_daemon.schemas import ProcedureJob, ProcedureJobs, ProcedureSummary, SweepRequest
+from drivers.errors import DeviceStateError, InputError
+from platform_daemon.engine import AnyJob, CharacterisationFiles, ProcedureFiles, ProcedureWork, plan_procedure
+from platform_daemon.reports import characterisation_html
+from platform_daemon.schemas import (
+    AnyProcedureRequest,
+    CharacteriseOutcome,
+    ProcedureJob,
+    ProcedureJobs,
+    ProcedureSummary,
+)
 
 from ..context import Context, JobId, Shared
-from ..job_routes import JobKind
+from ..job_routes import JobKind, page_of
 from ..problems import problems
 
 router = APIRouter(prefix="/procedures", tags=["procedures"])
@@ -17,6 +25,8 @@ router = APIRouter(prefix="/procedures", tags=["procedures"])
 
 def _links(job: AnyJob) -> dict[str, str]:
     found = {} if job.result.recording is None else {"recording": f"/recordings/{job.result.recording}"}
+    if isinstance(job.result.outcome, CharacteriseOutcome):
+        found["report"] = f"/procedures/{job.identifier}/report"
     if not job.state.final:
         what = "resume" if job.pause_requested.is_set() else "pause"
         found[what] = f"/procedures/{job.identifier}/{what}"
@@ -35,8 +45,8 @@ PROCEDURES = JobKind(
 
 
 @router.post("", summary="Measure step by step", status_code=202, responses=problems(409, 415, 422, 503, 507))
-def start_procedure(body: SweepRequest, response: Response, context: Shared) -> ProcedureJob:
-    """Queue a procedure: a sweep over keys of an acquisition.
+def start_procedure(body: AnyProcedureRequest, response: Response, context: Shared) -> ProcedureJob:
+    """Queue a procedure: a sweep over keys of an acquisition, or a characterisation of a resonator.
 
     Every step is checked first: one outside the safety envelope is answered 422 with its number, and nothing moves.
     Procedures run one after the other.  Each step is an acquisition that waits its turn among all others; the shots of
@@ -46,14 +56,16 @@ def start_procedure(body: SweepRequest, response: Response, context: Shared) -> 
 
 
 @router.post("/dry-run", summary="Check a procedure without moving anything", responses=problems(415, 422))
-def dry_run_procedure(body: SweepRequest, context: Shared) -> ProcedureSummary:
+def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSummary:
     """The same checks, nothing moves: every step with its values, shots, duration and disk."""
     return _planned(body, context).summary()
 
 
-def _planned(body: SweepRequest, context: Context) -> ProcedureWork:
+def _planned(body: AnyProcedureRequest, context: Context) -> ProcedureWork:
     context.engine.catalogue.resonators.named(body.acquisition.resonator)  # by REST none is given as a path
-    return plan_procedure(context.engine, body, ProcedureFiles(context.recordings, context.procedures))
+    files = ProcedureFiles(context.recordings, context.procedures)
+    tables = CharacterisationFiles(characterisation_html, context.characterisations)
+    return plan_procedure(context.engine, body, files, tables)
 
 
 PROCEDURES.add_routes(router)
@@ -78,6 +90,22 @@ def resume_procedure(identifier: JobId, context: Shared) -> ProcedureJob:
     job = _alive(identifier, context)
     job.pause_requested.clear()
     return PROCEDURES.shown(job)
+
+
+@router.get(
+    "/{identifier}/report",
+    summary="The page of a characterisation",
+    response_class=HTMLResponse,
+    responses=problems(404, 422),
+)
+def get_procedure_report(identifier: JobId, context: Shared) -> FileResponse:
+    """What `GET /characterisations/{identifier}/report` is to a stored recording."""
+    job = context.engine.job("procedure", identifier)
+    if not isinstance(job.result.outcome, CharacteriseOutcome):
+        why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
+        remedy = "wait for a characterisation to end; of any recording POST /characterisations makes one"
+        raise InputError("the procedure has no report", where=identifier, why=why, remedy=remedy)
+    return page_of(job, context.characterisations, "characterise its recording anew")
 
 
 def _alive(identifier: str, context: Context) -> AnyJob:

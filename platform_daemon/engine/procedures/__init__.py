@@ -11,6 +11,9 @@ step_series: The one recording of a procedure.
 step_report: What a step has brought, from the jobs that made it.
 sweep: A sweep: the same acquisition with other values of some keys, all combinations, until a rule ends it.
 sweep_keys: The keys that a sweep may go over, and the names that people use for them.
+ramp: The field is raised until side modes show in the z channel.
+kept_limits: What a ramp has found, kept with the specimen.
 stop_rule: When a procedure ends early: a rule on a result of its last step.
+characterise: Characterise: many shots of one resonator, and the paper's tables from its recording.
 planned: From a request to the work of its procedure.
 """

@@ -25,7 +25,7 @@ from platform_daemon.store import write_file
 from ..engine import ShuttingDown
 from ..jobs import Cancelled
 from ..work.series import AcquisitionJob
-from .procedure import Fits, OnlineFits, Procedure, ProcedureJob, Steps
+from .procedure import Conclusion, Fits, KeepsOutcome, OnlineFits, Procedure, ProcedureJob, ReadsShots, Steps
 from .step_report import StepAttempts
 from .step_series import StepSeries
 
@@ -68,12 +68,22 @@ class ProcedureWork:
 
     kind, unit = "procedure", "shots"
 
-    def __init__(self, procedure: Procedure, steps: Steps, files: ProcedureFiles, fits: Fits | None = None) -> None:
+    def __init__(
+        self,
+        procedure: Procedure,
+        steps: Steps,
+        files: ProcedureFiles,
+        fits: Fits | None = None,
+        conclusion: Conclusion | None = None,
+    ) -> None:
         files.check()
         self.request = procedure.request
         self._procedure, self._steps, self._files, self._fits = procedure, steps, files, fits or OnlineFits()
         self._outline = self._checked()
-        self.total = self._outline.shots
+        self._conclusion = conclusion
+        self.total: float = self._outline.shots
+        if conclusion is not None:  # its part of the time counts as shots
+            self.total /= 1.0 - conclusion.share(self._outline)
         self.no_result = ProcedureResult(planned_steps=len(self._outline.steps) or None, steps=(), stopped=None)
         self._before = 0  # planned shots of the steps that are made
 
@@ -111,26 +121,30 @@ class ProcedureWork:
                     disk_bytes=found.disk_bytes,
                 )
             )
-        rule = self.request.stop_when
         return ProcedureSummary(
             resonator=resonator,
             shots=sum(step.shots for step in planned),
             duration_s=sum(step.duration_s for step in planned),
             disk_bytes=sum(step.disk_bytes for step in planned),
             steps=tuple(planned),
-            stop_when=None if rule is None else str(rule),
+            stop_when=self._procedure.ends_early,
             warnings=tuple(dict.fromkeys(warnings)),
         )
 
     def __call__(self, job: ProcedureJob) -> None:
         """Raises Cancelled, DeviceError, StorageError, PauseTooLong; what was measured is in the recording then."""
         target = self._files.target or self._files.folder / f"{job.identifier}.h5"
-        title = f"{self._outline.resonator}, {self.request.kind} over {', '.join(a.key for a in self.request.over)}"
+        title = f"{self._outline.resonator}, {self._procedure.title}"
         series = StepSeries(target, title, self._outline, overwrite=self._files.overwrite)
         ended = "failed"
         try:
             self._keep_log(job)
+            if isinstance(self._procedure, ReadsShots):
+                self._procedure.reads(series)
             ended = self._all_steps(job, series)
+            if isinstance(self._procedure, KeepsOutcome):
+                self._procedure.keep(job.identifier)
+                self._learn(job)
         except Cancelled:
             ended = "cancelled"
             raise
@@ -139,6 +153,20 @@ class ProcedureWork:
             raise
         finally:
             self._finish(job, series, ended)
+        if self._conclusion is not None:
+            self._conclude(self._conclusion, job, target)
+
+    def _conclude(self, conclusion: Conclusion, job: ProcedureJob, recording: Path) -> None:
+        """From the recording, which stays whatever happens here.  Raises Cancelled, PauseTooLong, PlatformError."""
+        measured = job.done
+
+        def tell(phase: str, share: float) -> None:
+            job.at(max(job.done, measured + share * (self.total - measured)), phase)
+            self._rest(job)
+
+        conclusion(job, recording, tell)
+        job.at(job.total, "write")
+        self._keep_log(job)
 
     def _all_steps(self, job: ProcedureJob, series: StepSeries) -> str:
         """Step after step; why it ended."""
@@ -155,8 +183,11 @@ class ProcedureWork:
             try:
                 number, step = number + 1, steps.send(job.result.steps[-1])
             except StopIteration as end:
-                job.total = job.done  # what a rule has saved is not left to do
+                if self._conclusion is None:
+                    job.total = job.done  # what a rule has saved is not left to do
                 return str(end.value)
+            finally:  # it has learnt from the report
+                self._learn(job)
 
     def _one_step(self, job: ProcedureJob, series: StepSeries, attempts: StepAttempts) -> None:
         """A step, with its refused shots repeated and its pauses.  Raises what ends the procedure."""
@@ -209,6 +240,13 @@ class ProcedureWork:
         job.result = job.result.model_copy(update={**where, "steps": (*job.result.steps, report)})
         self._keep_log(job)
         job.on_change(job)
+
+    def _learn(self, job: ProcedureJob) -> None:
+        """What the procedure has made of the last report, in the job and on disk."""
+        if self._procedure.outcome is not None:
+            job.result = job.result.model_copy(update={"outcome": self._procedure.outcome})
+            self._keep_log(job)
+            job.on_change(job)
 
     def _rest(self, job: ProcedureJob) -> None:
         """A safe point: nothing of this procedure moves, or is queued, and outputs are off."""

@@ -2,14 +2,64 @@
 
 from __future__ import annotations
 
-from platform_daemon.schemas import SweepRequest
+from drivers.errors import InputError
+from drivers.specimen import Specimen
+from platform_daemon import analysis
+from platform_daemon.schemas import AnyProcedureRequest, CharacteriseRequest, RampRequest, SweepRequest
 
 from ..engine import Engine
+from ..work.characterisation import CharacterisationFiles
+from .characterise import Characterise, CharacteriseConclusion
 from .conductor import ProcedureFiles, ProcedureWork
 from .engine_steps import EngineSteps
+from .kept_limits import Keep, keep_beside, keep_in
+from .procedure import Procedure
+from .ramp import Ramp, RampBasis
 from .sweep import Sweep
 
 
-def plan_procedure(engine: Engine, request: SweepRequest, files: ProcedureFiles) -> ProcedureWork:
-    """The work of a procedure for `Engine.conduct`, every known step checked; nothing moves.  Raises InputError."""
-    return ProcedureWork(Sweep(request), EngineSteps(engine), files)
+def plan_procedure(
+    engine: Engine, request: AnyProcedureRequest, files: ProcedureFiles, tables: CharacterisationFiles | None = None
+) -> ProcedureWork:
+    """The work of a procedure for `Engine.conduct`, every known step checked; nothing moves.  Raises InputError.
+
+    tables: where a characterisation keeps its report and page; None: in the job's result alone.
+    """
+    if isinstance(request, CharacteriseRequest):
+        return _characterise(engine, request, files, tables)
+    return ProcedureWork(_procedure(engine, request, files), EngineSteps(engine), files)
+
+
+def _procedure(engine: Engine, request: AnyProcedureRequest, files: ProcedureFiles) -> Procedure:
+    match request:
+        case SweepRequest():
+            return Sweep(request)
+        case RampRequest():
+            return _ramp(engine, request, files)
+    raise InputError(f"no procedure {request.kind!r} can be made", where="kind", remedy="ask for a sweep")
+
+
+def _ramp(engine: Engine, request: RampRequest, files: ProcedureFiles) -> Ramp:
+    planned = engine.plan(request.acquisition.model_copy(update={"beyond_side_modes": True}))
+    basis = RampBasis(planned.sequence, planned.side.limits.max_field_t)
+    return Ramp(request, basis, _keep(engine, request.acquisition.resonator, planned.specimen, files))
+
+
+def _characterise(
+    engine: Engine, request: CharacteriseRequest, files: ProcedureFiles, tables: CharacterisationFiles | None
+) -> ProcedureWork:
+    """After a ramp, if one is asked for; else at the field that an earlier one has kept with the specimen."""
+    plan = engine.plan(request.acquisition)
+    analysis.check_held_in_n50(plan.model, request.held_in_n50)
+    ramp = None if request.ramp is None else _ramp(engine, request.ramp_request(), files)
+    kept = plan.specimen.side_modes
+    procedure = Characterise(request, ramp, None if kept is None else kept.operating_field_t)
+    conclusion = CharacteriseConclusion(request, plan.model, tables, procedure)
+    return ProcedureWork(procedure, EngineSteps(engine), files, conclusion=conclusion)
+
+
+def _keep(engine: Engine, name: str, specimen: Specimen, files: ProcedureFiles) -> Keep:
+    """In the catalogue of a daemon; beside the recording where there is none."""
+    if engine.catalogue.resonators.added is not None or files.target is None:
+        return keep_in(engine.catalogue, name)
+    return keep_beside(specimen, files.target.with_suffix(".toml"))

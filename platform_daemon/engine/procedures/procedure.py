@@ -1,23 +1,26 @@
 """What a procedure is: steps one after another, each decided from the reports of those before it.
 
-A procedure touches neither the engine nor a file; `conductor.py` makes its steps.  Ramp, tune and characterise are to
-be further classes with the same three members.
+A procedure touches neither the engine nor a file; `conductor.py` makes its steps.  What is made of its recording
+afterwards is a `Conclusion`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from pathlib import Path
+from typing import Protocol, runtime_checkable
 
 from platform_daemon.schemas import (
     AcquisitionRequest,
     AcquisitionResult,
     AcquisitionSummary,
+    AnyOutcome,
+    AnyProcedureRequest,
     FitReport,
     ProcedureResult,
+    ProcedureSummary,
     StepReport,
-    SweepRequest,
     SweptValue,
 )
 from platform_daemon.store import StepLabel
@@ -26,7 +29,7 @@ from ..jobs import AnyJob, Job
 from ..work.destination import Destination
 from ..work.series import AcquisitionJob
 
-ProcedureJob = Job[SweepRequest, ProcedureResult]
+ProcedureJob = Job[AnyProcedureRequest, ProcedureResult]
 StepSequence = Generator["Step", StepReport, str]
 """Yields steps, is sent the report of each, returns why it ended."""
 
@@ -56,14 +59,63 @@ class Procedure(Protocol):
     """What is measured, step by step."""
 
     @property
-    def request(self) -> SweepRequest:
+    def request(self) -> AnyProcedureRequest:
         """What was asked for."""
+
+    @property
+    def title(self) -> str:
+        """What it does, for the recording, as "sweep over field_ut"."""
+
+    @property
+    def ends_early(self) -> str | None:
+        """What ends it before its outline does, in words; None: nothing."""
+
+    @property
+    def outcome(self) -> AnyOutcome | None:
+        """What it has found so far beside the results of its steps; None: it finds nothing more."""
 
     def outline(self) -> Sequence[Step]:
         """The steps that it makes at most, as far as they are known beforehand: checked before anything moves."""
 
     def steps(self) -> StepSequence:
         """The steps one after another.  May raise PlatformError for a report that it cannot go on from."""
+
+
+class Conclusion(Protocol):
+    """What a procedure makes of its recording once that is there: no hardware is needed for it."""
+
+    def share(self, outline: ProcedureSummary) -> float:
+        """Of all the procedure's time, 0 to 1: so much is likely to be left when the last shot is made."""
+
+    def __call__(self, job: ProcedureJob, recording: Path, tell: Callable[[str, float], None]) -> None:
+        """Put it into the job's result, and on disk.  tell: phase, and the share of the conclusion that is done; may
+        raise Cancelled, and rests where the procedure is paused."""
+
+
+class ShotFiles(Protocol):
+    """The shots of a procedure on disk, while it runs; frames are counted from 0."""
+
+    def file(self, frame: int) -> Path:
+        """The recording of one shot."""
+
+    def usable(self, frame: int) -> bool:
+        """An excited shot that no device flagged."""
+
+
+@runtime_checkable
+class ReadsShots(Protocol):
+    """A procedure that looks at shots itself, beside the reports of its steps."""
+
+    def reads(self, files: ShotFiles) -> None:
+        """Called before the first step."""
+
+
+@runtime_checkable
+class KeepsOutcome(Protocol):
+    """A procedure whose outcome is kept with the specimen."""
+
+    def keep(self, job: str) -> None:
+        """Called once it has ended by itself; job: its id.  Raises InputError, StorageError."""
 
 
 class Steps(Protocol):

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from platform_daemon.schemas import ProcedureSummary
-from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord, joined_fits
+from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord, joined_fits, open_recording
 
 
 class StepSeries:
@@ -31,6 +31,16 @@ class StepSeries:
     def goes_on(self) -> bool:
         """See Destination."""
         return self.shots > 0
+
+    def file(self, frame: int) -> Path:
+        """See ShotFiles."""
+        assert self._writer is not None
+        return self._writer.shot_file(frame + 1)
+
+    def usable(self, frame: int) -> bool:
+        """See ShotFiles."""
+        info = open_recording(self.file(frame)).frame_info[0]
+        return not info.blank and info.verdict == "good"
 
     @contextmanager
     def open(self, header: SeriesHeader, job: str) -> Iterator[StepSink]:

@@ -40,6 +40,21 @@ class Sweep:
             made = with_values(request.acquisition, dict(zip(keys, values, strict=True)), where)
             self._steps.append(Step(tuple(SweptValue(key=a.key, value=v) for a, v in named), made))
 
+    @property
+    def title(self) -> str:
+        """See Procedure."""
+        return f"sweep over {', '.join(axis.key for axis in self.request.over)}"
+
+    @property
+    def ends_early(self) -> str | None:
+        """See Procedure."""
+        return None if self.request.stop_when is None else str(self.request.stop_when)
+
+    @property
+    def outcome(self) -> None:
+        """See Procedure."""
+        return None
+
     def outline(self) -> Sequence[Step]:
         """See Procedure."""
         return self._steps

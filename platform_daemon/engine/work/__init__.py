@@ -4,6 +4,7 @@ calibration: Calibrations as jobs: a known dipole for the receive side, a field 
 calibration_bench: What the calibrations share: the bench that their shots are made on.
 receive_calibration: Calibration of the receive side as a job: a known dipole in the resonator's place gives P by
     frequency.
+characterisation: A characterisation of a stored recording as a job.
 destination: Where the shots of a series go: to a file of its own, or into the one recording of a procedure.
 diagnosis: A diagnosis of stored recordings as a job; report and page are kept on disk.
 fit: A fit of a stored recording as a job; the report is kept on disk.

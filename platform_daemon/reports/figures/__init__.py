@@ -1,5 +1,7 @@
 """Pictures; matplotlib is loaded when the first one is drawn.
 
+characterisation: Pictures of a characterisation: a shot with its fit, envelopes and frequency, every parameter shot by
+    shot.
 defects: Picture of a manufacturing defect like the paper's figures: its perpendicular force over its size.
 diagnosis: Pictures of a diagnosis: what is left over before and after, in time, by frequency and by harmonic.
 parameter_trace: Picture of a constant that moves along the ring-down: against time, amplitude and peak speed.

@@ -61,12 +61,13 @@ def _time(n: int, rate_hz: float) -> NDArray[np.float64]:
     return np.arange(n) / rate_hz
 
 
-def _buckets(samples: NDArray[np.float64], rate_hz: float) -> int:
+def buckets(samples: NDArray[np.float64], rate_hz: float) -> int:
+    """Into how many parts samples (c, n) are cut to be drawn as a band."""
     return max(50, min(1200, round(samples.shape[1] / rate_hz / BUCKET_S)))
 
 
 def _whole(axes: Axes, p: RingDownPlotData) -> None:
-    size, low, high = min_max_decimate(p.measured, _buckets(p.measured, p.sampling_rate_hz))
+    size, low, high = min_max_decimate(p.measured, buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c, name in enumerate(p.channels):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.75, lw=0.3, label=name)
@@ -102,7 +103,7 @@ def _residual(axes: Axes, p: RingDownPlotData) -> None:
         axes.set_axis_off()
         return
     n = min(p.measured.shape[1], p.model.shape[1])
-    size, low, high = min_max_decimate(p.measured[:, :n] - p.model[:, :n], _buckets(p.measured, p.sampling_rate_hz))
+    size, low, high = min_max_decimate(p.measured[:, :n] - p.model[:, :n], buckets(p.measured, p.sampling_rate_hz))
     t = _time(low.shape[1], p.sampling_rate_hz / size)
     for c in reversed(range(len(p.channels))):
         axes.fill_between(t, low[c], high[c], color=COLOURS[c % 3], alpha=0.6, lw=0.2)

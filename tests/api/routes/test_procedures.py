@@ -119,3 +119,20 @@ def test_too_many_combinations_and_a_resonator_by_its_path_are_refused(client):
 def test_the_examples_are_what_they_are_examples_of(model):
     for example in model.model_json_schema(mode="serialization")["examples"]:
         assert json.loads(to_json(model.model_validate_json(json.dumps(example)))) == example
+
+
+def test_a_characterisation_ends_with_tables_and_a_page(client):
+    shots = {"resonator": "jewel", "shots": 2, "sequence": {"rx_s": 0.6, "pause_s": 5.0}}
+    body = {"kind": "characterise", "acquisition": shots}
+    assert client.post("/procedures/dry-run", json=body).json()["shots"] == 2
+    here = client.post("/procedures", json=body).headers["location"]
+    problem(client.get(f"{here}/report"), 422)
+    job = finished(client, here)
+    assert job["state"] == "done", job["error"]
+    result = job["result"]["outcome"]["report"]
+    assert (result["d30"]["good"], result["n50"]["good"]) == (2, 2)
+    page = client.get(job["links"]["report"])
+    assert page.headers["content-type"].startswith("text/html")
+    assert json.loads((client.folder.characterisations / f"{job['id']}.json").read_text()) == result
+    held = {**body, "held_in_n50": {"m_r_am2": 1.0}}
+    assert "no loss" in problem(client.post("/procedures", json=held), 422)["detail"]

@@ -46,6 +46,9 @@ def fits(place: Workplace) -> None:
     place.case("derived", "fit", JEWEL, "--derived", "--json", "derived.json")
     place.case("calibration", "fit", "volts.h5", *short, "--calibration", JEWEL, "--json", "calibration.json")
     place.case("other-variant", "fit", JEWEL, "--variant", "thread", "--json", "other-variant.json")
+    for name, file in (("", JEWEL), ("-volts", "volts.h5"), ("-refused", "quiet.h5"), ("-flawed", "flawed.h5")):
+        made = ("--json", f"characterise{name}.json", "--html", f"characterise{name}.html")
+        place.case(f"characterise{name}", "characterise", "--from", file, *made)
     many = (JEWEL, "broken.h5", "flawed.h5", "volts.h5", "missing.h5")
     place.case("many", "fit", *many, *short, "--json", "many.json", "--jsonl", "many.jsonl")
     place.case("many-resumed", "fit", *many, *short, "--json", "resumed.json", "--jsonl", "many.jsonl", "--resume")

@@ -28,6 +28,7 @@ def routes(place: Workplace) -> None:
         _predictions(daemon)
         _design(daemon)
         _diagnoses(daemon)
+        _characterisations(daemon, made)
         _calibrations(daemon)
         _problems(daemon)
         _procedures(daemon)
@@ -46,7 +47,7 @@ def routes(place: Workplace) -> None:
 def _platform(daemon: Daemon) -> None:
     for name in ("", "health", "ready", "platform", "devices", "resonators", "models"):
         daemon.ask(f"platform/{name or 'root'}", "GET", f"/{name}")
-    for name in ("acquisitions", "calibrations", "fits", "diagnoses"):
+    for name in ("acquisitions", "calibrations", "fits", "diagnoses", "characterisations"):
         daemon.ask(f"platform/no-{name}", "GET", f"/{name}")
     daemon.ask("platform/no-live", "GET", "/live/harmonics")
     daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset")
@@ -151,6 +152,15 @@ def _diagnoses(daemon: Daemon) -> None:
     daemon.ask("models/retired-newest", "GET", "/models/dry")
 
 
+def _characterisations(daemon: Daemon, made: str) -> None:
+    found = daemon.job("characterisations/jewel", "/characterisations", {"recording": made})["links"]["self"]
+    some = {"recording": JEWEL, "frames": [1], "held_in_n50": {"lambda_per_s": 0.2465}, "alpha": 0.01}
+    daemon.job("characterisations/one-shot", "/characterisations", some)
+    daemon.ask("characterisations/report", "GET", f"{found}/report")
+    daemon.ask("characterisations/cancel-ended", "DELETE", found)
+    daemon.ask("characterisations/all", "GET", "/characterisations")
+
+
 def _calibrations(daemon: Daemon) -> None:
     short = {"frequencies_hz": [212.0, 424.0], "repetitions": 2}
     made = daemon.job("calibrations/receive", "/calibrations", {"kind": "receive", "name": "lab", **short})
@@ -176,6 +186,7 @@ def _problems(daemon: Daemon) -> None:
         "recordings/x",
         "fits/x",
         "diagnoses/x",
+        "characterisations/x",
         "models/x",
         "resonators/x/design",
     )
@@ -201,6 +212,11 @@ def _procedures(daemon: Daemon) -> None:
         daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}")
     daemon.ask("procedures/cancel-ended", "DELETE", made)
     daemon.ask("procedures/all", "GET", "/procedures")
+    tables = {"kind": "characterise", "acquisition": {**shot, "shots": 2}}
+    daemon.ask("procedures/characterise-dry-run", "POST", "/procedures/dry-run", json=tables)
+    found = daemon.job("procedures/characterise", "/procedures", tables)["links"]
+    daemon.ask("procedures/report", "GET", found["report"])
+    daemon.ask("procedures/no-report", "GET", f"{made}/report")
     bad = {"key": {**fields, "key": "field"}, "step-0": {**fields, "step": 0}, "limit": {**fields, "stop": 5000}}
     for name, axis in bad.items():
         daemon.ask(f"procedures/422-{name}", "POST", "/procedures", json={**sweep, "over": [axis]})
@@ -222,6 +238,8 @@ BAD: dict[str, tuple[str, dict[str, object]]] = {
     "fit-frames": ("fits", {"recording": JEWEL, "frames": [9]}),
     "diagnosis-empty": ("diagnoses", {"recordings": []}),
     "diagnosis-observable": ("diagnoses", {"recordings": [JEWEL], "observable": "colour"}),
+    "characterisation-angle": ("characterisations", {"recording": SWING}),
+    "characterisation-held": ("characterisations", {"recording": JEWEL, "held_in_n50": {"m_r_am2": 0.01}}),
     "predict": ("predict", {"resonator": "jewel", "windows": []}),
     "predict-variant": ("predict", {"resonator": "jewel", "variant": "spring"}),
     "defects": ("defects", {"bearing": "thread", "defect": "jewel_tilt", "eps_deg": [1.0]}),

@@ -16,6 +16,7 @@ _PORT = re.compile(rf'("(?:{_PORTS})":\s*)(\d+)')
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?")
 _DATE = re.compile(r"(?<=_)20\d{6}(?=\.|\"|'|\b)")
 _JOB = re.compile(r"(?<![a-z])([a-z]+)-\d{8}T\d{6}-[0-9a-f]{6}")
+_FIT_TIMES = re.compile(r'("computing_s": \{)([^}]*)\}')
 _DIGEST = re.compile(r'("sha256":\s*")([0-9a-f]{64})"')
 _PHRASES = (
     (re.compile(r"found in \d+\.\d+ s"), "found in <float> s"),
@@ -23,6 +24,7 @@ _PHRASES = (
     (re.compile(r"127\.0\.0\.1:\d{4,5}"), "127.0.0.1:<port>"),
     (re.compile(r"/[\w/.-]*/lab-emulator-\w+/"), "<temporary>/"),
     (re.compile(r"(declared model [^;\n]+); [0-9.]+ s"), r"\1; <float> s"),
+    (re.compile(r"(│ +(?:N50|D30) │.*│ +)\d+\.\d{3} │$", re.MULTILINE), r"\1<float> │"),  # time of a fit
     (re.compile(r"series_id='[0-9a-f]{32}'"), "series_id='<id>'"),
     (re.compile(r"the log has it under [0-9a-f]{8}"), "the log has it under <reference>"),
 )
@@ -54,6 +56,7 @@ class Placeholders:
         text = _TIME.sub(lambda m: re.sub(r"\d", "#", m[0]) if _now(m[0]) else m[0], text)
         text = _DATE.sub(lambda m: "########" if _now(f"{m[0][:4]}-{m[0][4:6]}-{m[0][6:]}") else m[0], text)
         text = _TIMING.sub(_untimed, text)
+        text = _FIT_TIMES.sub(_untimed_fits, text)
         text = _PORT.sub(r'\1"<int>"', text)
         text = text.replace(f'"{self._version}"', '"<version>"').replace(f"'{self._version}'", "'<version>'")
         text = _DIGEST.sub(lambda m: m[0] if m[2] in self._inputs else f'{m[1]}<digest>"', text)
@@ -71,6 +74,12 @@ class Placeholders:
 def _untimed(found: re.Match[str]) -> str:
     samples, key, number = found.groups(default="")
     return found[0] if samples and key.startswith('"seconds"') else f'{samples}{key}"{_kind(number)}"'
+
+
+def _untimed_fits(found: re.Match[str]) -> str:
+    """Statistics of computing times, but for how many there are."""
+    times = re.sub(rf'("(?!shots)\w+":\s*)({NUMBER})', lambda m: f'{m[1]}"{_kind(m[2])}"', found[2])
+    return f"{found[1]}{times}}}"
 
 
 def _kind(number: str) -> str:

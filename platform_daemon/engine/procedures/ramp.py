@@ -1,0 +1,204 @@
+"""Ramp: the field is raised until side modes show in the z channel, never where they are too likely to (paper,
+"Measurement Sequence")."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, Protocol
+
+from drivers.errors import DeviceFault, InputError, PlatformError
+from platform_daemon import analysis
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    RampLine,
+    RampOutcome,
+    RampRequest,
+    RampStep,
+    RampThreshold,
+    StepReport,
+    SweptValue,
+)
+from sequences.request import SequenceRequest
+
+from .kept_limits import Keep
+from .procedure import ShotFiles, Step, StepSequence
+
+OPERATING_SHARE = 0.8
+"""Of the threshold, at which a resonator is to be used (paper, "Measurement Sequence")."""
+_START_SHARE = 0.5  # of the preset's field
+_LONGEST_RX_S = 2.0  # side modes are gone by then
+_NEVER_RINGS = 3  # shots
+_LEARN = 3  # shots at the first field, which tell the noise
+_MULTIPLES: tuple[tuple[int, Literal["f", "2f", "3f"]], ...] = ((1, "f"), (2, "2f"), (3, "3f"))
+_NEAR = 0.03  # relative, of a multiple of the main mode
+_SATURATED = 0.5  # growth of the deflection over that of the field
+
+
+class NeverRings(PlatformError):
+    """A resonator that no shot has set in motion."""
+
+    title = "Nothing rings"
+
+
+class SideModes(Protocol):
+    """Who looks at the z channel: today this process, later one of its own."""
+
+    def of(self, shots: Sequence[Path]) -> list[analysis.ZResidual]:
+        """What recorded shots show out of the plane; the first ones tell the noise.  Raises RecordingError."""
+
+
+@dataclass(frozen=True)
+class RampBasis:
+    """What a ramp starts from: the sequence of the resonator, and the highest field that the platform allows, T."""
+
+    sequence: SequenceRequest
+    limit_t: float
+
+
+class Ramp:
+    """See Procedure.  Raises InputError for fields that cannot be."""
+
+    def __init__(self, request: RampRequest, basis: RampBasis, keep: Keep, looks: SideModes | None = None) -> None:
+        start = request.start_t or round(_START_SHARE * basis.sequence.field_t / request.step_t) * request.step_t
+        most = request.max_t or basis.limit_t
+        if most > basis.limit_t:
+            what = f"{1e6 * most:.6g} uT lies above the limit of the platform, {1e6 * basis.limit_t:.6g} uT"
+            raise InputError(what, where="max_t", remedy="lower it: limits.max_field_t is the highest field")
+        if not 0.0 < start <= most:
+            what = f"the first field, {1e6 * start:.6g} uT, does not lie between 0 and {1e6 * most:.6g} uT"
+            raise InputError(what, where="start_t", remedy="give start_t below max_t")
+        self.request = request
+        self._plan = analysis.RampPlan(
+            start, request.step_t, most, request.overdose_rate, request.false_stop_rate, request.most_shots
+        )
+        self._state = analysis.Escalation(self._plan)
+        self._rx_s = min(basis.sequence.rx_s, _LONGEST_RX_S)
+        # The rotor is to be at rest again: what a shot no longer listens to, it waits.
+        self._pause_s = basis.sequence.pause_s + basis.sequence.rx_s - self._rx_s
+        self._given = request.acquisition.sequence.changes()
+        self._keep, self._kept = keep, ""
+        self._looks = looks or analysis.RecordedSideModes()
+        self._files: ShotFiles | None = None
+        self._angles: dict[float, list[float]] = {}
+        self._main_hz: float | None = None
+
+    @property
+    def title(self) -> str:
+        """See Procedure."""
+        return f"ramp from {1e6 * self._plan.start_t:.4g} uT"
+
+    @property
+    def ends_early(self) -> str:
+        """See Procedure."""
+        return "side modes show, or the next step would be too likely to lie above their threshold"
+
+    def reads(self, files: ShotFiles) -> None:
+        """See ReadsShots."""
+        self._files = files
+
+    def outline(self) -> Sequence[Step]:
+        """See Procedure."""
+        fields, at = [], self._plan.start_t
+        while at < self._plan.max_t * (1.0 - 1e-9):
+            fields.append(at)
+            at += self._plan.step_t
+        return [self._step(f, _LEARN if k == 0 else 1) for k, f in enumerate([*fields, self._plan.max_t])]
+
+    def _step(self, field_t: float, shots: int) -> Step:
+        asked = self._given | {"field_t": field_t}
+        asked |= {k: v for k, v in (("rx_s", self._rx_s), ("pause_s", self._pause_s)) if k not in self._given}
+        tables = self.request.acquisition.model_dump(exclude_none=True) | {
+            "sequence": asked, "shots": shots, "beyond_side_modes": True,
+        }  # fmt: skip
+        made = AcquisitionRequest.model_validate(tables)
+        return Step((SweptValue(key="field_ut", value=round(1e6 * field_t, 6)),), made)
+
+    def steps(self) -> StepSequence:
+        """See Procedure.  Raises NeverRings, RecordingError; DeviceFault for a receiver that saturates."""
+        looked = silent = 0
+        while (field_t := self._state.next_field()) is not None:
+            report = yield self._step(field_t, 1 if looked else _LEARN)
+            self._see(field_t, report)
+            looked += report.fitted
+            silent = 0 if report.fitted else silent + len(report.frames)
+            if not looked and silent >= _NEVER_RINGS:
+                raise NeverRings(
+                    f"no ring-down in {silent} shots",
+                    where=f"{1e6 * field_t:.4g} uT along {self.request.acquisition.sequence.axis or 'the preset axis'}",
+                    why=report.reason or "",
+                    remedy="check that the resonator is mounted, its f_tx_hz and the axis; or start at a higher field",
+                )
+        return self._state.why_ended()
+
+    def keep(self, job: str) -> None:
+        """See KeepsOutcome."""
+        found = self.outcome
+        if found is not None:
+            self._kept = self._keep(found, job)
+
+    def _see(self, field_t: float, report: StepReport) -> None:
+        assert self._files is not None
+        if report.reason is not None and "saturated" in report.reason:
+            raise DeviceFault(
+                "the receiver saturates", where=f"{1e6 * field_t:.4g} uT", why=report.reason,
+                remedy="lower the gain of the amplifier (receive.lna_gain), and ramp again",
+            )  # fmt: skip
+        good = [self._files.file(frame) for frame in report.frames if self._files.usable(frame)]
+        self._state.see(field_t, self._looks.of(good))
+        angle, main = report.results.get("phi_max_rad"), report.results.get("f_nat_hz")
+        if angle is not None:
+            self._angles.setdefault(field_t, []).append(angle.median)
+        self._main_hz = main.median if main is not None else self._main_hz
+
+    @property
+    def outcome(self) -> RampOutcome | None:
+        """See Procedure."""
+        fields = sorted(f for f, shots in self._state.seen.items() if shots)
+        if not fields:
+            return None
+        found, highest = self._state.threshold_t(), fields[-1]
+        threshold = None if found is None else RampThreshold(value=found[0], low=found[1], high=found[2])
+        most = highest if threshold is None else min(threshold.value, self._plan.max_t)
+        lines = tuple(self._line(line) for line in self._state.seen[highest][-1].lines)
+        return RampOutcome(
+            kind="ramp",
+            visible_am2_per_s=self._state.level,
+            threshold_t=threshold,
+            operating_field_t=OPERATING_SHARE * most if self._angles else None,
+            max_field_t=most if self._angles else None,
+            false_stop_rate=self._plan.false_stop_rate,
+            overdose_rate=self._plan.overdose_rate,
+            steps=tuple(self._told(f) for f in fields),
+            lines=lines,
+            lines_hz=tuple(line.frequency_hz for line in lines),
+            overshoot_t=0.0 if threshold is None else max(0.0, highest - threshold.value),
+            drive_saturated=self._saturated(),
+            specimen_file=self._kept or None,
+        )
+
+    def _told(self, field_t: float) -> RampStep:
+        angles = self._angles.get(field_t)
+        return RampStep(
+            field_t=field_t,
+            shots=len(self._state.seen[field_t]),
+            phi_max_rad=None if not angles else sum(angles) / len(angles),
+            z_residual_am2_per_s=self._state.size(field_t),
+            statistic=self._state.statistic(field_t),
+            verdict=self._state.verdict(field_t),
+        )
+
+    def _line(self, line: analysis.SideLine) -> RampLine:
+        main = self._main_hz
+        near = [n for k, n in _MULTIPLES if main is not None and abs(line.frequency_hz - k * main) < _NEAR * k * main]
+        return RampLine(
+            frequency_hz=line.frequency_hz, size_am2_per_s=line.size_am2_per_s, near=near[0] if near else "f_side"
+        )
+
+    def _saturated(self) -> bool:
+        known = sorted((f, sum(a) / len(a)) for f, a in self._angles.items())
+        if len(known) < 3:
+            return False
+        (f0, a0), (f1, a1) = known[-3], known[-1]
+        return (a1 / a0 - 1.0) < _SATURATED * (f1 / f0 - 1.0)

@@ -1,0 +1,27 @@
+"""What every procedure is asked for."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from .base import Request
+from .requests import AcquisitionRequest
+
+
+def _all_shots_alike(acquisition: AcquisitionRequest) -> AcquisitionRequest:
+    if acquisition.shot_changes is not None:
+        raise ValueError("the shots of a step are alike, for some may be repeated: sweep the keys of shot_changes")
+    return acquisition
+
+
+class ProcedureRequest(Request):
+    """A procedure of any kind."""
+
+    kind: str
+    """Which procedure."""
+    acquisition: Annotated[AcquisitionRequest, AfterValidator(_all_shots_alike)]
+    """What every step has in common; `shots` and `blank_shots` are per step."""
+    longest_pause_s: Annotated[float, Field(gt=0, le=604_800, allow_inf_nan=False)] = 28_800.0
+    """A pause that lasts longer ends it, s: it holds up those that wait, and a change of calibration."""

@@ -1,0 +1,96 @@
+"""Characterise on the simulated platform: shots, tables, progress; cancelled and paused while it fits."""
+
+import time
+
+import pytest
+
+from drivers.errors import InputError
+from platform_daemon.engine.procedures.conductor import PauseTooLong, ProcedureFiles
+from platform_daemon.engine.procedures.planned import plan_procedure
+from platform_daemon.engine.work.characterisation import CharacterisationFiles
+from platform_daemon.reports.characterisation_page import characterisation_html
+from platform_daemon.schemas import CharacterisationReport
+from platform_daemon.schemas.characterisation import CharacteriseRequest
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.procedures import ProcedureLog
+from platform_daemon.store.reader import open_recording
+
+SHOTS = 4
+
+
+def begun(engine, folder, longest_pause_s=60.0, held=None, **keys):
+    """The job of a short one."""
+    asked = {"resonator": "jewel", "shots": SHOTS, "blank_shots": 1, "sequence": {"rx_s": 0.6, "pause_s": 5.0}, **keys}
+    request = CharacteriseRequest.model_validate(
+        {"kind": "characterise", "acquisition": asked, "held_in_n50": held or {}, "longest_pause_s": longest_pause_s}
+    )
+    files = ProcedureFiles(folder, folder, folder / "c.h5", folder / "log.json")
+    tables = CharacterisationFiles(characterisation_html, report=folder / "c.json", html=folder / "c.html")
+    return engine.conduct(plan_procedure(engine, request, files, tables))
+
+
+def fitting(job):
+    """Wait until the fits over both windows have begun."""
+    deadline = time.monotonic() + 120
+    while "fits" not in job.phase and not job.ended.is_set():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
+def test_the_shots_become_one_recording_tables_and_a_page(engine_with, tmp_path):
+    job = begun(engine_with(), tmp_path)
+    seen = []
+    while not job.ended.wait(timeout=0.005):
+        seen.append((job.progress().fraction, job.phase))
+    assert job.state is JobState.DONE, job.error
+    recording = open_recording(tmp_path / "c.h5")
+    assert recording.frames == SHOTS + 1
+    report = CharacterisationReport.model_validate_json((tmp_path / "c.json").read_text())
+    assert report == job.result.outcome.report
+    assert [frame.frame for frame in report.d30_fits.frames] == list(range(1, SHOTS + 1))
+    assert (tmp_path / "c.html").read_text().startswith("<!doctype html>")
+    log = ProcedureLog.model_validate_json((tmp_path / "log.json").read_text())
+    assert (log.result, log.request.kind) == (job.result, "characterise")
+    shares = [share for share, _ in seen]
+    assert shares == sorted(shares)
+    assert job.progress().fraction == 1.0
+    before = [share for share, phase in seen if phase.startswith("step")]
+    assert max(before) < 1.0  # the fits are part of what is left
+
+
+def test_cancelled_while_it_fits_the_recording_is_whole_and_there_are_no_tables(engine_with, tmp_path):
+    job = begun(engine_with(), tmp_path)
+    fitting(job)
+    job.request_cancel()
+    assert job.ended.wait(timeout=60)
+    assert job.state is JobState.CANCELLED
+    assert open_recording(tmp_path / "c.h5").frames == SHOTS + 1
+    assert not (tmp_path / "c.json").exists()
+    assert job.result.outcome is None
+
+
+def test_a_pause_rests_between_two_fits_and_one_too_long_ends_it(engine_with, tmp_path):
+    engine = engine_with()
+    job = begun(engine, tmp_path, longest_pause_s=0.3)
+    fitting(job)
+    job.pause_requested.set()
+    assert job.ended.wait(timeout=60)
+    assert isinstance(job.error, PauseTooLong)
+    assert open_recording(tmp_path / "c.h5").provenance.incomplete is None
+
+
+def test_a_resonator_that_never_rings_is_said_in_words(engine_with, tmp_path):
+    job = begun(engine_with(), tmp_path, sequence={"rx_s": 0.6, "axis": "z"}, shots=2)
+    assert job.ended.wait(timeout=120)
+    report = job.result.outcome.report
+    assert (report.n50.good, report.d30.good, report.d30.shots) == (0, 0, 2)
+    assert any("no good shot" in note for note in report.notes)
+    assert "every shot was refused in both windows" in job.warnings
+
+
+def test_what_cannot_be_is_refused_before_anything_moves(engine_with, tmp_path):
+    engine = engine_with()
+    for keys in ({"sequence": {"field_t": 5e-3}}, {"held": {"m_r_am2": 0.01}}, {"resonator": "spring"}):
+        with pytest.raises(InputError):
+            begun(engine, tmp_path, **keys)
+    assert list(tmp_path.iterdir()) == []
