@@ -18,8 +18,10 @@ from .options import (
     JsonOption,
     ModelsOption,
     PlatformOption,
+    PresetsOption,
     SetOption,
     WindowOption,
+    catalogue,
     library,
 )
 from .output import must_not_exist, write_json
@@ -48,6 +50,7 @@ def measure(
     window: WindowOption = "d30",
     variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
     models: ModelsOption = None,
+    presets: PresetsOption = None,
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
     comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
@@ -78,7 +81,9 @@ def measure(
     must_not_exist(json_file, force, ".json")
     must_not_exist(out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
-    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    engine = start_engine(
+        load_platform(platform, overrides or (), endpoints), models=library(models), catalogue=catalogue(presets)
+    )
     try:
         prepare_fit()
         job = engine.acquire(engine.plan(request), out, out.parent, overwrite=force)

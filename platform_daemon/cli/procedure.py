@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from platform_daemon.reports import plan_text, steps_text
+from platform_daemon.reports import outcome_text, plan_text, steps_text
 
 from .interrupts import INTERRUPTED
 from .output import write_json
@@ -38,6 +38,8 @@ def conduct(
 
 
 def _run(engine: Engine, work: ProcedureWork, out: Path, json_file: Path | None) -> None:
+    from platform_daemon.engine import NotTuned
+
     prepare_fit()
     job = engine.conduct(work)
     interrupted = interrupted_while(engine, job)
@@ -46,10 +48,15 @@ def _run(engine: Engine, work: ProcedureWork, out: Path, json_file: Path | None)
         print(f"warning: {warning}", file=sys.stderr)
     if result.steps:
         print(steps_text(result, work.summary()))
+        if result.outcome is not None:
+            print(outcome_text(result.outcome))
         print(f"{len(result.steps)} of {result.planned_steps} steps in {out}, log in {out}.log.json: {result.stopped}")
         write_json(json_file, work.record(job))
     if interrupted:
         raise typer.Exit(INTERRUPTED)
+    if isinstance(job.error, NotTuned):
+        print(f"error: {job.error}", file=sys.stderr)
+        raise typer.Exit(3)
     if job.error is not None:
         raise job.error
     if not any(step.verdict == "good" for step in result.steps):

@@ -35,6 +35,12 @@ class AcquisitionPlan:
     blank: ShotPlan
     settle: Settling
     side: TransmitSide
+    stale_preset: str | None = None  # why a tuned preset is not used
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What may spoil the series."""
+        return tuple(text for text in (self.stale_preset, self.settle.warning) if text is not None)
 
     @property
     def shots(self) -> list[ShotPlan]:
@@ -53,7 +59,7 @@ class AcquisitionPlan:
             duration_s=total * (self.excited.timeline.duration_s + self.sequence.pause_s),
             disk_bytes=total * self.excited.timeline.total_samples * 3 * 4,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
-            warnings=() if self.settle.warning is None else (self.settle.warning,),
+            warnings=self.warnings,
         )
 
 
@@ -73,15 +79,27 @@ def plan_acquisition(
     assert model is not None
     if isinstance(model, str):
         model = analysis.checked_variant(model)
-    preset = load_sequence(specimen.variant).model_dump() | _named(request.preset, specimen, catalogue)
-    counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
-    sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
+    tuned, stale = catalogue.tuned.keys_for(request.resonator, specimen)
+    sequence = _sequence(request, specimen, catalogue, tuned.changes())
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
     excited = compile_shot(sequence, side)
     blank = compile_shot(sequence, side, blank=True)
     check = settling(excited, specimen, side.limits.settle_warning)
-    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side)
+    return AcquisitionPlan(request, specimen, text, model, sequence, excited, blank, check, side, stale)
+
+
+def untuned_sequence(request: AcquisitionRequest, specimen: Specimen, catalogue: Catalogue) -> SequenceRequest:
+    """The sequence of a request without what tune has found.  Raises ConfigError, InputError."""
+    return _sequence(request, specimen, catalogue, {})
+
+
+def _sequence(
+    request: AcquisitionRequest, specimen: Specimen, catalogue: Catalogue, tuned: dict[str, Any]
+) -> SequenceRequest:
+    preset = load_sequence(specimen.variant).model_dump() | tuned | _named(request.preset, specimen, catalogue)
+    counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
+    return validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
 
 
 def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict[str, Any]:

@@ -13,6 +13,7 @@ save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.
 fit_table_text: One file's fits.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
+outcome_text: What tune has found, a line each.
 plan_text: Every step of a procedure with its values, then shots, duration, disk and warnings.
 steps_text: A row per step of a procedure.
 print_recording: Facts, windows, calibration, excitation and shots of a recording, on standard output.

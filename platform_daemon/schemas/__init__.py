@@ -142,6 +142,7 @@ PlannedStep: One step as it would be.
 ProcedureLog: The log of a procedure on disk, written anew after every step, and what `sweep --json` writes.
 ProcedureResult: What a procedure has brought so far.
 ProcedureSummary: A procedure as it would be: every step is checked, nothing moves.
+RingingLine: An oscillation in a shot, fitted or not.
 StepEstimate: A result of a step over its good fits, in the unit that its name holds.
 StepReport: One step as it was made.
 SweptValue: A key of a step and its value.
@@ -168,6 +169,7 @@ SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.
 StopRule: Ends a procedure after the first step whose result is so.
 SweepRequest: A sweep: the same acquisition again and again, each step with other values of some keys.
+TunedPreset: The sequence of a resonator that tune has found, as it is kept.
 TuneOutcome: What tune has found so far.
 TuneRequest: Tune: find the resonator's frequency, and how it is measured best.
 """

@@ -25,6 +25,7 @@ class DataFolder:
     jobs: Path
     resonators: Path
     sequences: Path
+    presets: Path
     lock: TextIO
 
 
@@ -35,7 +36,7 @@ def open_data_folder(folder: Path) -> DataFolder:
     """
     names = (
         *("recordings", "fits", "diagnoses", "procedures", "models", "calibrations"),
-        *("jobs", "resonators", "sequences"),
+        *("jobs", "resonators", "sequences", "presets"),
     )
     for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)

@@ -64,6 +64,11 @@ class SeriesWriter:
         """Number of acknowledged shots."""
         return self._shots
 
+    @property
+    def last_shot(self) -> Path:
+        """The file of the last acknowledged shot, a recording of its own until the series is put together."""
+        return self._staging.shot_file(self._shots)
+
     def add_shot(self, shot: ShotRecord) -> int:
         """Write one shot and return its number, from 1.  When this returns, the shot survives a power failure.
 

@@ -75,6 +75,7 @@ class ProcedureWork:
         self._outline = self._checked()
         self.total = self._outline.shots
         self.no_result = ProcedureResult(planned_steps=len(self._outline.steps) or None, steps=(), stopped=None)
+        self._whole = False  # whatever its outline says
         self._before = 0  # planned shots of the steps that are made
 
     def summary(self) -> ProcedureSummary:
@@ -136,8 +137,12 @@ class ProcedureWork:
         except PlatformError as error:
             ended = f"failed: {error}"
             raise
+        else:
+            self._whole = self._procedure.open_ended
         finally:
             self._finish(job, series, ended)
+        self._procedure.conclude(job.identifier, job.result)
+        self._learn(job)
 
     def _all_steps(self, job: ProcedureJob, series: StepSeries) -> str:
         """Step after step; why it ended."""
@@ -203,7 +208,7 @@ class ProcedureWork:
         """What the step has brought, in the job and on disk."""
         if attempts.shots == 0:
             return
-        report = attempts.report(self._fits, job.clock.utc())
+        report = attempts.report(self._fits, job.clock.utc(), series.last_shot)
         said = {text for earlier in job.result.steps for text in earlier.warnings}
         job.warnings += [f"step {report.step}: {text}" for text in report.warnings if text not in said]
         where = {"recording": series.target.stem, "file": series.target.name}
@@ -244,7 +249,7 @@ class ProcedureWork:
         job.result = job.result.model_copy(update={"stopped": ended})
         made, planned = sum(step.complete for step in job.result.steps), len(self._outline.steps)
         try:
-            series.finish("" if made == planned else f"stopped after {made} of {planned} steps: {ended}")
+            series.finish("" if self._whole or made == planned else f"stopped after {made} of {planned} steps: {ended}")
         finally:
             series.close()
             self._keep_log(job)

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from drivers.errors import InputError
-from platform_daemon.schemas import AnyProcedureRequest, SweepRequest
+from platform_daemon.schemas import AnyProcedureRequest, TuneRequest
 
 from ..engine import Engine
+from ..planning import untuned_sequence
 from .conductor import ProcedureFiles, ProcedureWork
 from .engine_steps import EngineSteps
 from .procedure import Procedure
 from .sweep import Sweep
+from .tune import Tune, TuneBench
 
 
 def plan_procedure(engine: Engine, request: AnyProcedureRequest, files: ProcedureFiles) -> ProcedureWork:
     """The work of a procedure for `Engine.conduct`, every known step checked; nothing moves.  Raises InputError."""
-    return ProcedureWork(_procedure(request), EngineSteps(engine), files)
+    steps = EngineSteps(engine)
+    return ProcedureWork(_procedure(engine, request, steps), steps, files)
 
 
-def _procedure(request: AnyProcedureRequest) -> Procedure:
-    match request:
-        case SweepRequest():
-            return Sweep(request)
-    raise InputError(f"no procedure {request.kind!r} can be made", where="kind", remedy="ask for a sweep")
+def _procedure(engine: Engine, request: AnyProcedureRequest, steps: EngineSteps) -> Procedure:
+    if isinstance(request, TuneRequest):
+        specimen, _ = engine.catalogue.resonators.load(request.acquisition.resonator)
+        sequence = untuned_sequence(request.acquisition, specimen, engine.catalogue)
+        limits, presets = engine.side.limits, engine.catalogue.tuned
+        return Tune(request, TuneBench(specimen, sequence, limits, steps.check, presets))
+    return Sweep(request)
