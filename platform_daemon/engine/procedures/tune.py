@@ -157,14 +157,10 @@ class Tune:
             if report.fitted or report.heard is not None:
                 return report
         assert report is not None
-        highest_ut, lowest_hz, last_hz = (
-            1e6 * max(self._found.fields_t),
-            self._start_hz / RINGING_SPAN,
-            self._start_hz * RINGING_SPAN,
-        )
+        lowest_hz, last_hz = self._start_hz / RINGING_SPAN, self._start_hz * RINGING_SPAN
         raise NothingRings(
             f"nothing rings between {lowest_hz:.4g} and {last_hz:.4g} Hz after {SEARCH_SHOTS} shots of up to "
-            f"{highest_ut:.4g} uT",
+            f"{1e6 * max(self._found.fields_t):.4g} uT",
             where=self.request.acquisition.resonator,
             why=report.reason or "",
             remedy="check that the resonator is mounted, that its axis is across the field (sequence.axis), and the "
