@@ -12,7 +12,7 @@ from platform_daemon.schemas import RingingLine
 
 from .measurement import open_voltages
 
-RINGING_SPAN = 1.6
+RINGING_SPAN = 1.3
 """The line is looked for from the expected frequency divided by this to its multiple."""
 _BEGINNINGS_S = (0.1, 0.4, 1.6)  # of what decays soon, and of what is weak
 _FEWEST_PERIODS = 8

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import ConfigDict
 
-from .base import Absent, Schema, example
+from .base import Absent, Schema
 from .fits import ParameterEstimate
 from .procedure_requests import ProcedureRequest
 from .requests import FieldTesla, SequencePatch
@@ -64,8 +64,6 @@ class TuneOutcome(Schema):
 
 class TunedPreset(Schema):
     """The sequence of a resonator that tune has found, as it is kept."""
-
-    model_config = ConfigDict(json_schema_extra=example("tuned_preset"))
 
     resonator: str
     """Name of the resonator."""

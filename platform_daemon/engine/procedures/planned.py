@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from platform_daemon.schemas import AnyProcedureRequest, TuneRequest
+from platform_daemon.schemas import AnyProcedureRequest, SequencePatch, TuneRequest
 
 from ..engine import Engine
 from ..planning import untuned_sequence
@@ -24,5 +24,7 @@ def _procedure(engine: Engine, request: AnyProcedureRequest, steps: EngineSteps)
         specimen, _ = engine.catalogue.resonators.load(request.acquisition.resonator)
         sequence = untuned_sequence(request.acquisition, specimen, engine.catalogue)
         limits, presets = engine.side.limits, engine.catalogue.tuned
-        return Tune(request, TuneBench(specimen, sequence, limits, steps.check, presets))
+        plain = request.acquisition.model_copy(update={"sequence": SequencePatch()})
+        preset = untuned_sequence(plain, specimen, engine.catalogue)
+        return Tune(request, TuneBench(specimen, preset, sequence, limits, steps.check, presets))
     return Sweep(request)

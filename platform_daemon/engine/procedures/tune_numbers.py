@@ -17,6 +17,7 @@ RINGS_PERIODS = 30
 LONGEST_DEPHASING_RAD = math.pi / 2
 AT_REST = 0.01
 LONGEST_WAIT_S = 600.0
+LONGEST_RX_S = 60.0
 SHORTEST_RX_S = 0.25  # n50 looks at the first 0.24 s
 D30 = 0.3
 MOST_SWING_RAD = math.pi / 3
@@ -43,13 +44,20 @@ def expectation(specimen: Specimen) -> DesignExpectation:
     omega = 2 * math.pi * found.f_nat_hz
     tf_over_i = 0.0 if found.friction is None else found.friction.friction_rad_per_s2
     growth = found.m_r_am2 / found.inertia_kg_m2 / (2 * omega * found.f_nat_hz)
-    return DesignExpectation(found.f_nat_hz, growth, WEAK_RAD + RINGS_PERIODS * 4 * tf_over_i / omega**2, tf_over_i)
+    weak_rad = weak_swing_rad(tf_over_i, found.f_nat_hz)
+    return DesignExpectation(found.f_nat_hz, growth, weak_rad, tf_over_i)
 
 
 def effect_beside(periods: int, f_tx_hz: float, f_nat_hz: float) -> float:
     """Effect of a burst on a resonator beside its frequency, as a share of that at it."""
     x = math.pi * periods * (f_nat_hz - f_tx_hz) / f_tx_hz
     return abs(math.sin(x) / x) if x else 1.0
+
+
+def weak_swing_rad(tf_over_i: float, f_nat_hz: float) -> float:
+    """A swing that a fit can use and that rings for 30 periods against dry friction, which takes 4 (T_f/I)/omega^2 of
+    it in each."""
+    return WEAK_RAD + RINGS_PERIODS * 4 * tf_over_i / (2 * math.pi * f_nat_hz) ** 2
 
 
 @dataclass(frozen=True)
@@ -71,6 +79,11 @@ class Measured:
     def swing_rad(self, field_t: float, periods: int) -> float:
         """Swing after so many periods at f_nat: it grows linearly, less what dry friction takes."""
         return self.swing_rad_per_t * field_t * periods - friction_loss_rad(self.tf_over_i, self.f_nat_hz, periods)
+
+    def field_t(self, swing_rad: float, periods: int) -> float:
+        """The field that gives this swing, T."""
+        lost = friction_loss_rad(self.tf_over_i, self.f_nat_hz, periods)
+        return (swing_rad + lost) / (self.swing_rad_per_t * periods)
 
     def falls_in_s(self, start_rad: float, end_rad: float) -> float:
         """When a swing has fallen to `end_rad`, s."""
@@ -113,7 +126,7 @@ def listening_s(measured: Measured, swing_rad: float, tx_s: float) -> float:
         5 * tx_s,  # leaves room below any usual limit of the duty
         SHORTEST_RX_S,
     )
-    return math.ceil(10 * min(max(needed), LONGEST_WAIT_S)) / 10
+    return math.ceil(10 * min(max(needed), LONGEST_RX_S)) / 10
 
 
 def pause_s(measured: Measured, swing_rad: float, rx_s: float) -> float:
