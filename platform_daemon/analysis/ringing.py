@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from platform_daemon.estimation import Array, is_mains, peak_shift, periodogram
+from platform_daemon.estimation import Array, RingDownRecord, is_mains, peak_shift, periodogram
 from platform_daemon.schemas import RingingLine
 
 from .measurement import open_voltages
@@ -17,9 +17,9 @@ RINGING_SPAN = 1.3
 _BEGINNINGS_S = (0.1, 0.4, 1.6)  # of what decays soon, and of what is weak
 _FEWEST_PERIODS = 8
 _KAISER_BETA = 8.0  # side lobes below 1e-6 of the power
-_HALF_LOBE_BINS = 3
 _SIGNIFICANT = 40.0  # the sum over three channels exceeds it in noise by a chance of 4e-15 per bin
 _MAINS_OFF = 2e-3  # relative
+_MOST_MISSED_HZ = 2.0  # what leaks further is no peak there
 
 
 def ringing_line(path: Path, expected_hz: float) -> RingingLine | None:
@@ -27,7 +27,11 @@ def ringing_line(path: Path, expected_hz: float) -> RingingLine | None:
 
     Lines at multiples of a mains frequency are left out.  Raises RecordingError.
     """
-    record = open_voltages(path).signal(0).record
+    return line_in(open_voltages(path).signal(0).record, expected_hz)
+
+
+def line_in(record: RingDownRecord, expected_hz: float) -> RingingLine | None:
+    """See `ringing_line`."""
     samples, rate_hz = record.samples, record.sampling_rate_hz
     found = (_line(samples[:, : int(s * rate_hz)], rate_hz, expected_hz) for s in _BEGINNINGS_S)
     best = max((line for line in found if line is not None), key=lambda line: line.significance, default=None)
@@ -48,8 +52,8 @@ def _line(samples: Array, rate_hz: float, expected_hz: float) -> RingingLine | N
     near = (frequency > expected_hz / RINGING_SPAN) & (frequency < expected_hz * RINGING_SPAN)
     beside = (frequency > expected_hz / 4) & (frequency < expected_hz * 4)
     level = np.maximum(np.median(power[:, beside], axis=1) / math.log(2), 1e-300)
-    width_hz = _HALF_LOBE_BINS * rate_hz / n
-    own = [not is_mains(f, relative=_MAINS_OFF, missed_hz=width_hz / 2) for f in frequency[near]]
+    missed_hz = min(rate_hz / n, _MOST_MISSED_HZ)
+    own = [not is_mains(f, relative=_MAINS_OFF, missed_hz=missed_hz) for f in frequency[near]]
     relative = (power / level[:, None]).sum(axis=0)
     candidates = np.flatnonzero(near)[own]
     if candidates.size == 0:
