@@ -60,6 +60,8 @@ resolve: A declared name as it is, an adopted one as its model.
 learn_noise: Let a series' noise learn from one RX window, (c, n) V, unless it is clipped.
 RingDownPlotData: What a picture shows.
 min_max_decimate: Smallest and largest value per bucket, (c, buckets) each, and samples per bucket.
+RINGING_SPAN: A line is looked for from the expected frequency divided by this to its multiple.
+ringing_line: The strongest line near the expected frequency in the only frame of a shot's file.
 ring_down_plot_data: What to draw of one frame.
 Escalation: The state of one ramp, and its next field.
 RampPlan: What a ramp may do.

@@ -64,6 +64,8 @@ from .resonator.curves import ForceCurves as ForceCurves
 from .resonator.curves import force_curves as force_curves
 from .resonator.defects import defects_report as defects_report
 from .resonator.numbers import design_report as design_report
+from .ringing import RINGING_SPAN as RINGING_SPAN
+from .ringing import ringing_line as ringing_line
 from .series_table import fit_table as fit_table
 from .side_modes import Escalation as Escalation
 from .side_modes import RampPlan as RampPlan

@@ -29,6 +29,7 @@ from .options import (
     TermOption,
     VariantOption,
     calibration_in,
+    catalogue,
     library,
     variant_named,
 )
@@ -131,7 +132,9 @@ def _engine(
     from platform_daemon.app import start_engine
     from platform_daemon.settings import load_platform
 
-    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    engine = start_engine(
+        load_platform(platform, overrides or (), endpoints), models=library(models), catalogue=catalogue(None)
+    )
     try:
         yield engine
     finally:

@@ -35,6 +35,7 @@ from .recordings import info, plot
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
+from .tune import tune
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
 app.add_typer(config_app, name="config")
@@ -57,6 +58,7 @@ app.command()(serve)
 app.command()(measure)
 app.command()(sweep)
 app.command()(ramp)
+app.command()(tune)
 app.command()(info)
 app.command()(plot)
 

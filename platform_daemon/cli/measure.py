@@ -21,8 +21,10 @@ from .options import (
     JsonOption,
     ModelsOption,
     PlatformOption,
+    PresetsOption,
     SetOption,
     WindowOption,
+    catalogue,
     library,
 )
 from .output import must_not_exist, write_json
@@ -62,6 +64,7 @@ def measure(
     window: WindowOption = "d30",
     variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
     models: ModelsOption = None,
+    presets: PresetsOption = None,
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
     comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
@@ -89,7 +92,7 @@ def measure(
     } | {"sample": sample, "operator": operator, "comment": comment}
     if per_shot:
         asked["shot_changes"] = shot_changes(per_shot)
-    _series(asked, out, dry_run, json_file, models, (platform, overrides, endpoints), force)
+    _series(asked, out, dry_run, json_file, models, (platform, overrides, endpoints, presets), force)
 
 
 def _series(
@@ -98,7 +101,7 @@ def _series(
     dry_run: bool,
     json_file: Path | None,
     models: Path | None,
-    where: tuple[str, list[str] | None, Path | None],
+    where: tuple[str, list[str] | None, Path | None, Path | None],
     force: bool,
 ) -> None:
     """Check it, and unless it is a dry run, measure it.  Raises what ended it, typer.Exit as `measure` does."""
@@ -112,8 +115,10 @@ def _series(
     must_not_exist(json_file, force, ".json")
     must_not_exist(None if dry_run else out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
-    platform, overrides, endpoints = where
-    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    platform, overrides, endpoints, presets = where
+    engine = start_engine(
+        load_platform(platform, overrides or (), endpoints), models=library(models), catalogue=catalogue(presets)
+    )
     try:
         plan = engine.plan(request)
         if dry_run or out is None:

@@ -10,6 +10,7 @@ import typer
 if TYPE_CHECKING:
     from drivers.calibration import ReceiveCalibration
     from platform_daemon.analysis import Library, ModelChoice
+    from platform_daemon.engine import Catalogue
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
@@ -31,6 +32,14 @@ ModelsOption = Annotated[
     Path | None,
     typer.Option("--models", envvar="PLATFORM_DAEMON_MODELS", help="Folder of adopted models; default: data/models."),
 ]
+PresetsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--presets",
+        envvar="PLATFORM_DAEMON_PRESETS",
+        help="Folder of the presets that tune has found; default: data/presets.",
+    ),
+]
 TermOption = Annotated[
     list[str] | None, typer.Option("--with-term", help="A further torque term, as quadratic_drag; may be repeated.")
 ]
@@ -43,6 +52,13 @@ def library(folder: Path | None) -> Library:
     from platform_daemon.analysis import Library
 
     return Library(folder or Path("data", "models"))
+
+
+def catalogue(presets: Path | None) -> Catalogue:
+    """What ships, with the presets that tune has kept in a folder; default: where `serve` keeps them."""
+    from platform_daemon.engine import Catalogue, TunedPresets
+
+    return Catalogue(tuned=TunedPresets(presets or Path("data", "presets")))
 
 
 def calibration_in(file: Path | None) -> tuple[ReceiveCalibration, str] | None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from platform_daemon.reports import plan_text, steps_text
+from platform_daemon.reports import outcome_text, plan_text, steps_text
 
 from .interrupts import INTERRUPTED
 from .output import write_json
@@ -52,6 +52,9 @@ def _run(
     json_file: Path | None,
     tell: Tell | None,
 ) -> None:
+    from platform_daemon.engine import NotTuned
+    from platform_daemon.schemas import TuneOutcome
+
     prepare_fit()
     job = engine.conduct(work)
     interrupted = interrupted_while(engine, job)
@@ -60,12 +63,17 @@ def _run(
         print(f"warning: {warning}", file=sys.stderr)
     if result.steps:
         print(steps_text(result, work.summary()))
+        if isinstance(result.outcome, TuneOutcome):
+            print(outcome_text(result.outcome))
         print(f"{len(result.steps)} of {result.planned_steps} steps in {out}, log in {out}.log.json: {result.stopped}")
         write_json(json_file, work.record(job))
         if tell is not None:
             tell(result)
     if interrupted:
         raise typer.Exit(INTERRUPTED)
+    if isinstance(job.error, NotTuned):
+        print(f"error: {job.error}", file=sys.stderr)
+        raise typer.Exit(3)
     if job.error is not None:
         raise job.error
     if not any(step.verdict == "good" for step in result.steps):

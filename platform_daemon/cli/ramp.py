@@ -10,7 +10,16 @@ import typer
 from drivers.validation import validated
 
 from .interrupts import heed_one_interrupt
-from .options import EndpointsOption, ForceOption, JsonOption, ModelsOption, PlatformOption, SetOption, library
+from .options import (
+    EndpointsOption,
+    ForceOption,
+    JsonOption,
+    ModelsOption,
+    PlatformOption,
+    SetOption,
+    catalogue,
+    library,
+)
 from .output import must_not_exist, write_json
 from .procedure import conduct
 
@@ -67,7 +76,9 @@ def ramp(
     must_not_exist(png, force, ".png")
     must_not_exist(None if dry_run else out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
-    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    engine = start_engine(
+        load_platform(platform, overrides or (), endpoints), models=library(models), catalogue=catalogue(None)
+    )
 
     def tell(result: ProcedureResult) -> None:
         _tell(result.outcome if isinstance(result.outcome, RampOutcome) else None, json_file, png)

@@ -38,7 +38,7 @@ def serve(
     folder = open_data_folder(data)
     # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
     heed_one_interrupt()
-    catalogue = open_catalogue(folder.resonators, folder.sequences, resonators)
+    catalogue = open_catalogue(folder.resonators, folder.sequences, resonators, folder.presets)
     engine = start_engine(file, JobRecords(folder.jobs), library(folder.models), catalogue)
     try:
         server = Server(create_api(create_context(engine, folder)), engine, host, port)

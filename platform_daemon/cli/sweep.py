@@ -18,8 +18,10 @@ from .options import (
     JsonOption,
     ModelsOption,
     PlatformOption,
+    PresetsOption,
     SetOption,
     WindowOption,
+    catalogue,
     library,
 )
 from .output import must_not_exist
@@ -50,6 +52,7 @@ def sweep(
     window: WindowOption = "d30",
     variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
     models: ModelsOption = None,
+    presets: PresetsOption = None,
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
     comment: Annotated[str, typer.Option(help="Comment for the record.")] = "",
@@ -80,7 +83,9 @@ def sweep(
     must_not_exist(json_file, force, ".json")
     must_not_exist(None if dry_run else out, force, ".h5", ".hdf5", ".mmr")
     heed_one_interrupt()
-    engine = start_engine(load_platform(platform, overrides or (), endpoints), models=library(models))
+    engine = start_engine(
+        load_platform(platform, overrides or (), endpoints), models=library(models), catalogue=catalogue(presets)
+    )
     try:
         conduct(engine, request, out, json_file, dry_run=dry_run, overwrite=force)
     finally:

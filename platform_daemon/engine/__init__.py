@@ -4,6 +4,7 @@ CalibrationFiles: The files that the platform file names.
 read_receive: The receive calibration in a calibration file or a recording.
 Catalogue: What can be measured, and how.
 Shelf: TOML files of one kind.
+TunedPresets: Sequences that tune has found.
 open_catalogue: The catalogue of a daemon.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
 ShuttingDown: The daemon takes no work any more.
@@ -15,6 +16,7 @@ reduce_latency: Search for garbage once more, now, and from here on only in what
 Budget: How much may be measured.
 Callbacks: How the loop talks.
 LiveDiagnosis: One loop on one resonator.
+NotTuned: No frequency could be trusted within the shots that tune may make.
 ProcedureFiles: Where a procedure writes.
 ProcedureWork: The work of one procedure, every known step of it checked.
 plan_procedure: The work of a procedure for `Engine.conduct`, every known step checked.
@@ -35,6 +37,8 @@ from .latency import reduce_latency
 from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
 from .procedures.planned import plan_procedure
+from .procedures.tune import NotTuned
+from .tuned_presets import TunedPresets
 from .work.characterisation import CharacterisationFiles, CharacterisationWork
 from .work.diagnosis import DiagnosisWork
 from .work.fit import FitWork
@@ -55,10 +59,12 @@ __all__ = [
     "Job",
     "JobRecords",
     "LiveDiagnosis",
+    "NotTuned",
     "ProcedureFiles",
     "ProcedureWork",
     "Shelf",
     "ShuttingDown",
+    "TunedPresets",
     "UnknownId",
     "open_catalogue",
     "plan_procedure",

@@ -17,6 +17,8 @@ from platform_daemon.schemas import SequencePatch
 from platform_daemon.settings import locate, read_toml, shipped
 from platform_daemon.store import Broken, Version, VersionedFolder
 
+from .tuned_presets import TunedPresets
+
 ContentT = TypeVar("ContentT", bound=BaseModel)
 
 
@@ -99,11 +101,16 @@ class Catalogue:
 
     resonators: Shelf[Specimen] = Shelf("resonators", Specimen)
     sequences: Shelf[SequencePatch] = Shelf("sequences", SequencePatch)
+    tuned: TunedPresets = TunedPresets()  # noqa: RUF009 frozen
 
 
-def open_catalogue(added_resonators: Path, added_sequences: Path, given: Path | None = None) -> Catalogue:
-    """The catalogue of a daemon.  Raises ConfigError for a file of `given` that is no resonator or hides a shipped one,
-    or if there is no such folder."""
+def open_catalogue(
+    added_resonators: Path, added_sequences: Path, given: Path | None = None, presets: Path | None = None
+) -> Catalogue:
+    """The catalogue of a daemon, with the presets that tune has found.
+
+    Raises ConfigError for a file of `given` that is no resonator or hides a shipped one, or if there is no such folder.
+    """
     shelf = Shelf("resonators", Specimen, given, added_resonators)
     if given is not None:
         if not given.is_dir():
@@ -112,7 +119,7 @@ def open_catalogue(added_resonators: Path, added_sequences: Path, given: Path | 
             if path.stem in shipped("resonators"):
                 raise ConfigError("a resonator of that name ships", where=str(path), remedy="rename the file")
             shelf.load(path.stem)
-    return Catalogue(shelf, Shelf("sequences", SequencePatch, None, added_sequences))
+    return Catalogue(shelf, Shelf("sequences", SequencePatch, None, added_sequences), TunedPresets(presets))
 
 
 def to_toml(tables: dict[str, Any]) -> str:

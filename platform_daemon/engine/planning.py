@@ -42,8 +42,14 @@ class AcquisitionPlan:
     blank: ShotPlan
     settle: Settling
     side: TransmitSide
+    stale_preset: str | None = None  # why a tuned preset is not used
     planned_phi_max_rad: float | None = None
     changed: tuple[ShotPlan, ...] = ()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What may spoil the series."""
+        return tuple(text for text in (self.stale_preset, self.settle.warning) if text is not None)
 
     @cached_property
     def shots(self) -> list[ShotPlan]:
@@ -70,7 +76,7 @@ class AcquisitionPlan:
             duration_s=sum(s.timeline.duration_s for s in self.shots) + total * self.sequence.pause_s,
             disk_bytes=sum(s.timeline.total_samples for s in self.shots) * 3 * 4,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
-            warnings=() if self.settle.warning is None else (self.settle.warning,),
+            warnings=self.warnings,
         )
 
 
@@ -90,9 +96,8 @@ def plan_acquisition(
     assert model is not None
     if isinstance(model, str):
         model = analysis.checked_variant(model)
-    preset = load_sequence(specimen.variant).model_dump() | _named(request.preset, specimen, catalogue)
-    counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
-    sequence = validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
+    tuned, stale = catalogue.tuned.keys_for(request.resonator, specimen)
+    sequence = _sequence(request, specimen, catalogue, tuned.changes())
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
     _check_side_modes(request, specimen, sequence)
@@ -112,6 +117,7 @@ def plan_acquisition(
         blank,
         check,
         side,
+        stale,
         reached,
         tuple(s for s, _ in planned) if changed else (),
     )
@@ -161,6 +167,19 @@ def _check_side_modes(request: AcquisitionRequest, specimen: Specimen, sequence:
         "beyond_side_modes", resonator=specimen.name, field_t=sequence.field_t, max_field_t=found.max_field_t,
         operator=request.operator,
     )  # fmt: skip
+
+
+def untuned_sequence(request: AcquisitionRequest, specimen: Specimen, catalogue: Catalogue) -> SequenceRequest:
+    """The sequence of a request without what tune has found.  Raises ConfigError, InputError."""
+    return _sequence(request, specimen, catalogue, {})
+
+
+def _sequence(
+    request: AcquisitionRequest, specimen: Specimen, catalogue: Catalogue, tuned: dict[str, Any]
+) -> SequenceRequest:
+    preset = load_sequence(specimen.variant).model_dump() | tuned | _named(request.preset, specimen, catalogue)
+    counts = {"repetitions": request.shots, "blank_shots": request.blank_shots}
+    return validated(SequenceRequest, {**preset, **counts, **request.sequence.changes()}, "sequence")
 
 
 def _named(preset: str | None, specimen: Specimen, catalogue: Catalogue) -> dict[str, Any]:

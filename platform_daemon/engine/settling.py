@@ -43,6 +43,18 @@ def remaining_amplitude(start_rad: float, lambda_per_s: float, tf_over_i: float,
     return max(0.0, start_rad * decay - friction / lambda_per_s * (1 - decay))
 
 
+def time_until(start_rad: float, end_rad: float, lambda_per_s: float, tf_over_i: float, omega: float) -> float:
+    """When the amplitude has fallen from `start_rad` to `end_rad`, s: the inverse of `remaining_amplitude`; 0 if it is
+    below already, infinite without any friction."""
+    friction = 2 * tf_over_i / (math.pi * omega)
+    if end_rad >= start_rad:
+        return 0.0
+    if lambda_per_s == 0:
+        return (start_rad - end_rad) / friction if friction > 0 else math.inf
+    rest = friction / lambda_per_s
+    return math.log((start_rad + rest) / (end_rad + rest)) / lambda_per_s if end_rad + rest > 0 else math.inf
+
+
 def settling(plan: ShotPlan, specimen: Specimen, threshold: float) -> Settling:
     """The settle check of a series with this plan; `warning` is set if more than `threshold` remains."""
     rest_s = plan.timeline.duration_s - plan.timeline.tx_samples / plan.timeline.clock.rate_hz + plan.request.pause_s

@@ -16,6 +16,7 @@ fit_line: One file's fits in one line.
 fit_table_text: One file's fits.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
 dry_run_text: A series as it would be, for the terminal.
+outcome_text: What tune has found, a line each.
 plan_text: Every step of a procedure with its values, then shots, duration, disk and warnings.
 steps_text: A row per step of a procedure.
 ramp_text: A ramp for the terminal.

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from platform_daemon.schemas import ProcedureResult, ProcedureSummary, StepReport, SweptValue, definition_of
+import math
+
+from platform_daemon.schemas import (
+    ProcedureResult,
+    ProcedureSummary,
+    StepReport,
+    SweptValue,
+    TuneOutcome,
+    definition_of,
+)
 
 from .fit_tables import Column, tables_text
 from .numbers import number
@@ -36,6 +45,22 @@ def steps_text(result: ProcedureResult, plan: ProcedureSummary) -> str:
     ]
     said = [f"step {step.step}: {text}" for step, text in zip(result.steps, remarks, strict=True) if text]
     return "\n".join([tables_text(plan.resonator, steps, columns), *said])
+
+
+def outcome_text(found: TuneOutcome) -> str:
+    """What tune has found, a line each; nothing where it has found nothing."""
+    if found.f_nat_hz is None or found.sequence is None:
+        return f"not tuned after {found.shots} shots; the search began at {found.design_f_nat_hz:.5g} Hz"
+    found_f, keys = found.f_nat_hz, found.sequence
+    lines = [
+        f"f_nat {number(found_f.value, found_f.std)} Hz in {found.shots} shots, "
+        f"begun at {found.design_f_nat_hz:.5g} Hz",
+        f"f_TX {keys.f_tx_hz:g} Hz, {keys.tx_periods} periods, {1e6 * (keys.field_t or 0):.4g} uT: "
+        f"about {math.degrees(found.swing_rad or 0):.3g} deg",
+        f"listen for {keys.rx_s:g} s (30 % are left after {found.d30_s:.3g} s), pause {keys.pause_s:g} s",
+        "not kept" if found.preset is None else f"kept as preset {found.preset}",
+    ]
+    return "\n".join(lines)
 
 
 def _values(steps: list[tuple[SweptValue, ...]]) -> list[Column]:

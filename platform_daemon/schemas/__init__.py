@@ -157,6 +157,7 @@ PlannedStep: One step as it would be.
 ProcedureLog: The log of a procedure on disk, written anew after every step, and what `sweep --json` writes.
 ProcedureResult: What a procedure has brought so far.
 ProcedureSummary: A procedure as it would be: every step is checked, nothing moves.
+RingingLine: An oscillation in a shot, fitted or not.
 StepEstimate: A result of a step over its good fits, in the unit that its name holds.
 StepReport: One step as it was made.
 SweptValue: A key of a step and its value.
@@ -189,6 +190,7 @@ RampOutcome: What a ramp has found so far.
 RampRequest: Ramp: raise the field step by step until side modes show.
 RampStep: One field of a ramp.
 RampThreshold: Field at which the z residual passes the visible level.
+TunedPreset: The sequence of a resonator that tune has found, as it is kept.
 TuneOutcome: What tune has found so far.
 TuneRequest: Tune: find the resonator's frequency, and how it is measured best.
 """

@@ -154,6 +154,7 @@ from .procedures import PlannedStep as PlannedStep
 from .procedures import ProcedureLog as ProcedureLog
 from .procedures import ProcedureResult as ProcedureResult
 from .procedures import ProcedureSummary as ProcedureSummary
+from .procedures import RingingLine as RingingLine
 from .procedures import StepEstimate as StepEstimate
 from .procedures import StepReport as StepReport
 from .procedures import SweptValue as SweptValue
@@ -185,5 +186,6 @@ from .sliding import WindowFitReport as WindowFitReport
 from .sweeps import StopRule as StopRule
 from .sweeps import SweepAxis as SweepAxis
 from .sweeps import SweepRequest as SweepRequest
+from .tunes import TunedPreset as TunedPreset
 from .tunes import TuneOutcome as TuneOutcome
 from .tunes import TuneRequest as TuneRequest

@@ -43,6 +43,17 @@ class StepEstimate(Schema):
     """Median of the standard deviations that the fits give; null: held, or of a result that has none."""
 
 
+class RingingLine(Schema):
+    """An oscillation in a shot, fitted or not."""
+
+    frequency_hz: float
+    """Frequency, Hz."""
+    significance: float
+    """Power over the level of the noise beside it, summed over the channels."""
+    snr: float
+    """Amplitude at its beginning over the noise of one sample, in the channel where it is strongest."""
+
+
 class StepReport(Schema):
     """One step as it was made."""
 
@@ -62,6 +73,8 @@ class StepReport(Schema):
     """Excited shots that were refused and repeated."""
     fitted: int
     """Good fits."""
+    heard: Absent[RingingLine] = None
+    """The line that rings in its last shot; missing: nobody listened, or nothing rings."""
     results: dict[str, StepEstimate]
     """Parameters by public name, and r2, nrmse, chi2_per_dof; empty without a good fit."""
     acquisitions: tuple[str, ...]

@@ -26,6 +26,7 @@ class DataFolder:
     jobs: Path
     resonators: Path
     sequences: Path
+    presets: Path
     lock: TextIO
 
 
@@ -36,7 +37,7 @@ def open_data_folder(folder: Path) -> DataFolder:
     """
     names = (
         *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
-        *("jobs", "resonators", "sequences"),
+        *("jobs", "resonators", "sequences", "presets"),
     )
     for name in names:
         (folder / name).mkdir(parents=True, exist_ok=True)

@@ -64,6 +64,11 @@ class SeriesWriter:
         """Number of acknowledged shots."""
         return self._shots
 
+    @property
+    def last_shot(self) -> Path:
+        """The file of the last acknowledged shot, a recording of its own until the series is put together."""
+        return self._staging.shot_file(self._shots)
+
     def shot_file(self, number: int) -> Path:
         """The recording of an acknowledged shot, from 1; it is there until the series is finished."""
         return self._staging.shot_file(number)

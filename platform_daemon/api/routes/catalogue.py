@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from fastapi import APIRouter, Body, Path, Query, Response
+from fastapi import APIRouter, Body, Query, Response
+from fastapi import Path as PathParameter
 from pydantic import BaseModel
 
+from drivers.errors import ConfigError
 from drivers.specimen import Specimen
 from platform_daemon.engine import Shelf, UnknownId
 from platform_daemon.schemas import (
@@ -34,7 +37,7 @@ NewName = Annotated[
         examples=["t07"],
     ),
 ]
-Name = Annotated[str, Path(description="NAME, or NAME@VERSION of what was added", examples=["thread"])]
+Name = Annotated[str, PathParameter(description="NAME, or NAME@VERSION of what was added", examples=["thread"])]
 GENTLE = {"field_t": 4.0e-4, "rx_s": 2.0}
 THREAD = load_specimen("thread")[0]
 NewResonator = Annotated[Specimen, Body(examples=[THREAD.model_dump(exclude_none=True)])]
@@ -48,18 +51,23 @@ def _example(content: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
 
 @router.get("/resonators", summary="Resonators that can be measured")
 def list_resonators(context: Shared) -> ResonatorListing:
-    """Resonators by the name to use in an acquisition, with variant and the presets of their sequence.
+    """Resonators by the name to use in an acquisition, with variant and preset, a tuned one where there is one.
 
     What was added is there by NAME, its newest version, and by NAME@VERSION; what cannot be read with the reason.
     """
     presets = {v: SequencePreset.model_validate(load_sequence(v).model_dump()) for v in ("thread", "jewel")}
 
-    def shown(found: Specimen | Broken) -> ResonatorInfo | UnreadableFile:
+    def shown(name: str, found: Specimen | Broken) -> ResonatorInfo | UnreadableFile:
         if isinstance(found, Broken):
             return unreadable(found)
-        return ResonatorInfo(name=found.name, variant=found.variant, sequence=presets[found.variant])
+        try:
+            tuned, _ = context.engine.catalogue.tuned.keys_for(name, found)
+        except ConfigError as error:
+            return unreadable(Broken(name, Path(error.where), error))
+        sequence = presets[found.variant].model_copy(update=tuned.changes())
+        return ResonatorInfo(name=found.name, variant=found.variant, sequence=sequence)
 
-    return ResonatorListing({n: shown(each) for n, each in context.engine.catalogue.resonators.all().items()})
+    return ResonatorListing({n: shown(n, each) for n, each in context.engine.catalogue.resonators.all().items()})
 
 
 @router.post("/resonators", summary="Add a resonator", status_code=201, responses=problems(415, 422, 507))

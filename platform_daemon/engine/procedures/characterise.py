@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from drivers.errors import PlatformError
 from platform_daemon import analysis
-from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest, ProcedureSummary
+from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest, ProcedureResult, ProcedureSummary
 
 from ..work.characterisation import CharacterisationFiles, characterise_to_disk
 from .procedure import ProcedureJob, ShotFiles, Step, StepSequence
@@ -47,6 +47,11 @@ class Characterise:
         """See Procedure."""
         return None if self.ramp is None else f"its ramp ends when {self.ramp.ends_early}"
 
+    @property
+    def open_ended(self) -> bool:
+        """See Procedure."""
+        return self.ramp is not None
+
     def _at(self, field_t: float | None) -> Step:
         """The shots at this field; None: the preset's."""
         made = self.request.acquisition
@@ -74,10 +79,10 @@ class Characterise:
         if self.ramp is not None:
             self.ramp.reads(files)
 
-    def keep(self, job: str) -> None:
-        """See KeepsOutcome."""
+    def conclude(self, job: str, result: ProcedureResult) -> None:
+        """See Procedure."""
         if self.ramp is not None:
-            self.ramp.keep(job)
+            self.ramp.conclude(job, result)
 
 
 @dataclass(frozen=True)

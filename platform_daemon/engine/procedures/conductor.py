@@ -25,7 +25,7 @@ from platform_daemon.store import write_file
 from ..engine import ShuttingDown
 from ..jobs import Cancelled
 from ..work.series import AcquisitionJob
-from .procedure import Conclusion, Fits, KeepsOutcome, OnlineFits, Procedure, ProcedureJob, ReadsShots, Steps
+from .procedure import Conclusion, Fits, OnlineFits, Procedure, ProcedureJob, ReadsShots, Steps
 from .step_report import StepAttempts
 from .step_series import StepSeries
 
@@ -85,6 +85,7 @@ class ProcedureWork:
         if conclusion is not None:  # its part of the time counts as shots
             self.total /= 1.0 - conclusion.share(self._outline)
         self.no_result = ProcedureResult(planned_steps=len(self._outline.steps) or None, steps=(), stopped=None)
+        self._whole = False  # whatever its outline says
         self._before = 0  # planned shots of the steps that are made
 
     def summary(self) -> ProcedureSummary:
@@ -142,17 +143,18 @@ class ProcedureWork:
             if isinstance(self._procedure, ReadsShots):
                 self._procedure.reads(series)
             ended = self._all_steps(job, series)
-            if isinstance(self._procedure, KeepsOutcome):
-                self._procedure.keep(job.identifier)
-                self._learn(job)
         except Cancelled:
             ended = "cancelled"
             raise
         except PlatformError as error:
             ended = f"failed: {error}"
             raise
+        else:
+            self._whole = self._procedure.open_ended
         finally:
             self._finish(job, series, ended)
+        self._procedure.conclude(job.identifier, job.result)
+        self._learn(job)
         if self._conclusion is not None:
             self._conclude(self._conclusion, job, target)
 
@@ -233,7 +235,7 @@ class ProcedureWork:
         """What the step has brought, in the job and on disk."""
         if attempts.shots == 0:
             return
-        report = attempts.report(self._fits, job.clock.utc())
+        report = attempts.report(self._fits, job.clock.utc(), series.last_shot)
         said = {text for earlier in job.result.steps for text in earlier.warnings}
         job.warnings += [f"step {report.step}: {text}" for text in report.warnings if text not in said]
         where = {"recording": series.target.stem, "file": series.target.name}
@@ -274,7 +276,7 @@ class ProcedureWork:
         job.result = job.result.model_copy(update={"stopped": ended})
         made, planned = sum(step.complete for step in job.result.steps), len(self._outline.steps)
         try:
-            series.finish("" if made == planned else f"stopped after {made} of {planned} steps: {ended}")
+            series.finish("" if self._whole or made == planned else f"stopped after {made} of {planned} steps: {ended}")
         finally:
             series.close()
             self._keep_log(job)

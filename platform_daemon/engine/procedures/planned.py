@@ -5,9 +5,17 @@ from __future__ import annotations
 from drivers.errors import InputError
 from drivers.specimen import Specimen
 from platform_daemon import analysis
-from platform_daemon.schemas import AnyProcedureRequest, CharacteriseRequest, RampRequest, SweepRequest
+from platform_daemon.schemas import (
+    AnyProcedureRequest,
+    CharacteriseRequest,
+    RampRequest,
+    SequencePatch,
+    SweepRequest,
+    TuneRequest,
+)
 
 from ..engine import Engine
+from ..planning import untuned_sequence
 from ..work.characterisation import CharacterisationFiles
 from .characterise import Characterise, CharacteriseConclusion
 from .conductor import ProcedureFiles, ProcedureWork
@@ -16,6 +24,7 @@ from .kept_limits import Keep, keep_beside, keep_in
 from .procedure import Procedure
 from .ramp import Ramp, RampBasis
 from .sweep import Sweep
+from .tune import Tune, TuneBench
 
 
 def plan_procedure(
@@ -36,7 +45,18 @@ def _procedure(engine: Engine, request: AnyProcedureRequest, files: ProcedureFil
             return Sweep(request)
         case RampRequest():
             return _ramp(engine, request, files)
+        case TuneRequest():
+            return _tune(engine, request)
     raise InputError(f"no procedure {request.kind!r} can be made", where="kind", remedy="ask for a sweep")
+
+
+def _tune(engine: Engine, request: TuneRequest) -> Tune:
+    specimen, _ = engine.catalogue.resonators.load(request.acquisition.resonator)
+    sequence = untuned_sequence(request.acquisition, specimen, engine.catalogue)
+    limits, presets = engine.side.limits, engine.catalogue.tuned
+    plain = request.acquisition.model_copy(update={"sequence": SequencePatch()})
+    preset = untuned_sequence(plain, specimen, engine.catalogue)
+    return Tune(request, TuneBench(specimen, preset, sequence, limits, EngineSteps(engine).check, presets))
 
 
 def _ramp(engine: Engine, request: RampRequest, files: ProcedureFiles) -> Ramp:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from platform_daemon import analysis
 from platform_daemon.schemas import (
     AcquisitionRequest,
     AcquisitionResult,
@@ -20,6 +21,7 @@ from platform_daemon.schemas import (
     FitReport,
     ProcedureResult,
     ProcedureSummary,
+    RingingLine,
     StepReport,
     SweptValue,
 )
@@ -40,6 +42,8 @@ class Step:
 
     values: tuple[SweptValue, ...]
     acquisition: AcquisitionRequest
+    listen_near_hz: float | None = None
+    """Where to look for what rings in its last shot, fitted or not; None: nobody asks."""
 
     def label(self, number: int) -> StepLabel:
         """As it stands in the recording."""
@@ -71,6 +75,10 @@ class Procedure(Protocol):
         """What ends it before its outline does, in words; None: nothing."""
 
     @property
+    def open_ended(self) -> bool:
+        """It may be complete before its outline is made."""
+
+    @property
     def outcome(self) -> AnyOutcome | None:
         """What it has found so far beside the results of its steps; None: it finds nothing more."""
 
@@ -79,6 +87,9 @@ class Procedure(Protocol):
 
     def steps(self) -> StepSequence:
         """The steps one after another.  May raise PlatformError for a report that it cannot go on from."""
+
+    def conclude(self, job: str, result: ProcedureResult) -> None:
+        """It has ended as it should, and its recording is there: keep what is to be kept.  Raises StorageError."""
 
 
 class Conclusion(Protocol):
@@ -110,14 +121,6 @@ class ReadsShots(Protocol):
         """Called before the first step."""
 
 
-@runtime_checkable
-class KeepsOutcome(Protocol):
-    """A procedure whose outcome is kept with the specimen."""
-
-    def keep(self, job: str) -> None:
-        """Called once it has ended by itself; job: its id.  Raises InputError, StorageError."""
-
-
 class Steps(Protocol):
     """Who makes steps: today the engine of this process (engine_steps.py), later one in another process."""
 
@@ -136,6 +139,9 @@ class Fits(Protocol):
     def of(self, made: AcquisitionResult) -> FitReport | None:
         """The fits of what a step has measured, in the order of its shots; None: none were asked for."""
 
+    def ringing(self, shot: Path, near_hz: float) -> RingingLine | None:
+        """What rings in the shot of this file near a frequency, fitted or not; None: nothing."""
+
 
 class OnlineFits:
     """The fits that ran beside the shots and came with the job."""
@@ -143,3 +149,7 @@ class OnlineFits:
     def of(self, made: AcquisitionResult) -> FitReport | None:
         """See Fits."""
         return made.fit
+
+    def ringing(self, shot: Path, near_hz: float) -> RingingLine | None:
+        """See Fits."""
+        return analysis.ringing_line(shot, near_hz)

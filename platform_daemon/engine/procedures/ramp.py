@@ -12,6 +12,7 @@ from drivers.errors import DeviceFault, InputError, PlatformError
 from platform_daemon import analysis
 from platform_daemon.schemas import (
     AcquisitionRequest,
+    ProcedureResult,
     RampLine,
     RampOutcome,
     RampRequest,
@@ -94,6 +95,11 @@ class Ramp:
         """See Procedure."""
         return "side modes show, or the next step would be too likely to lie above their threshold"
 
+    @property
+    def open_ended(self) -> bool:
+        """See Procedure."""
+        return True
+
     def reads(self, files: ShotFiles) -> None:
         """See ReadsShots."""
         self._files = files
@@ -132,8 +138,8 @@ class Ramp:
                 )
         return self._state.why_ended()
 
-    def keep(self, job: str) -> None:
-        """See KeepsOutcome."""
+    def conclude(self, job: str, result: ProcedureResult) -> None:
+        """See Procedure.  Keeps what was found with the specimen."""
         found = self.outcome
         if found is not None:
             self._kept = self._keep(found, job)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
+from pathlib import Path
 from statistics import median, stdev
 
 from platform_daemon import analysis
@@ -53,8 +54,9 @@ class StepAttempts:
         blank = sum(min(job.result.shots or 0, job.request.blank_shots) for job in self.jobs)
         return asked.shots - (self.shots - blank - self.refused), asked.blank_shots - blank
 
-    def report(self, fits: Fits, ended: datetime) -> StepReport:
-        """What the step has brought."""
+    def report(self, fits: Fits, ended: datetime, last_shot: Path) -> StepReport:
+        """What the step has brought; last_shot: the file of its last shot."""
+        near_hz = self.step.listen_near_hz
         found = [report for job in self.jobs if (report := fits.of(job.result)) is not None]
         frames = [frame for report in found for frame in report.frames]
         good = [frame for frame in frames if frame.good]
@@ -68,6 +70,7 @@ class StepAttempts:
             frames=tuple(range(self.first_frame, self.first_frame + self.shots)),
             refused=self.refused,
             fitted=len(good),
+            heard=None if near_hz is None else fits.ringing(last_shot, near_hz),
             results=_results(good),
             acquisitions=tuple(job.identifier for job in self.jobs),
             warnings=tuple(dict.fromkeys(text for job in self.jobs for text in job.warnings)),

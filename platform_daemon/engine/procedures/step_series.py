@@ -28,6 +28,12 @@ class StepSeries:
         return 0 if self._writer is None else self._writer.shots
 
     @property
+    def last_shot(self) -> Path:
+        """The file of the last shot on disk; there must be one."""
+        assert self._writer is not None
+        return self._writer.last_shot
+
+    @property
     def goes_on(self) -> bool:
         """See Destination."""
         return self.shots > 0

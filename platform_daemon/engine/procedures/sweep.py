@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Sequence
 
 from drivers.errors import InputError
-from platform_daemon.schemas import SweepRequest, SweptValue
+from platform_daemon.schemas import ProcedureResult, SweepRequest, SweptValue
 
 from .procedure import Step, StepSequence
 from .stop_rule import check_rule, is_met
@@ -51,6 +51,11 @@ class Sweep:
         return None if self.request.stop_when is None else str(self.request.stop_when)
 
     @property
+    def open_ended(self) -> bool:
+        """See Procedure."""
+        return False
+
+    @property
     def outcome(self) -> None:
         """See Procedure."""
         return None
@@ -67,3 +72,6 @@ class Sweep:
             if rule is not None and is_met(rule, report):
                 return f"{rule} in step {report.step}"
         return EVERY_STEP
+
+    def conclude(self, job: str, result: ProcedureResult) -> None:
+        """See Procedure: all is in the recording."""

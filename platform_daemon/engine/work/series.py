@@ -83,8 +83,7 @@ class SeriesWork:
         """
         if job.pause_requested.is_set():
             return  # while it waited; nothing moves, not even for the self-test
-        if self._plan.settle.warning:
-            job.warnings.append(self._plan.settle.warning)
+        job.warnings += self._plan.warnings
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
         reduce_latency()
