@@ -11,6 +11,9 @@ step_series: The one recording of a procedure.
 step_report: What a step has brought, from the jobs that made it.
 sweep: A sweep: the same acquisition with other values of some keys, all combinations, until a rule ends it.
 sweep_keys: The keys that a sweep may go over, and the names that people use for them.
+tune: From the design's natural frequency to the measured one, and to the sequence that suits the resonator.
+tune_shots: What one shot of it tells.
+tune_numbers: What it computes.
 stop_rule: When a procedure ends early: a rule on a result of its last step.
 planned: From a request to the work of its procedure.
 """
