@@ -13,6 +13,9 @@ sweep: A sweep: the same acquisition with other values of some keys, all combina
 sweep_keys: The keys that a sweep may go over, and the names that people use for them.
 ramp: The field is raised until side modes show in the z channel.
 kept_limits: What a ramp has found, kept with the specimen.
+tune: From the design's natural frequency to the measured one, and to the sequence that suits the resonator.
+tune_shots: What one shot of it tells.
+tune_numbers: What it computes.
 stop_rule: When a procedure ends early: a rule on a result of its last step.
 characterise: Characterise: many shots of one resonator, and the paper's tables from its recording.
 planned: From a request to the work of its procedure.

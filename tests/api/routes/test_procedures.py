@@ -12,6 +12,7 @@ from platform_daemon.schemas.procedures import ProcedureLog, ProcedureSummary
 from tests.kit.rest import finished, problem
 from tests.kit.sweeps import sweep_request
 
+TUNE = {"kind": "tune", "acquisition": {"resonator": "jewel"}, "keep": False}
 WINDOWED = {"sequence": {"rx_s": 0.3}, "window": "n50"}
 
 
@@ -136,3 +137,31 @@ def test_a_characterisation_ends_with_tables_and_a_page(client):
     assert json.loads((client.folder.characterisations / f"{job['id']}.json").read_text()) == result
     held = {**body, "held_in_n50": {"m_r_am2": 1.0}}
     assert "no loss" in problem(client.post("/procedures", json=held), 422)["detail"]
+
+
+def test_tune_is_a_procedure_like_any_other_with_its_outcome_in_the_result(client):
+    plan = client.post("/procedures/dry-run", json=TUNE).json()
+    assert plan["shots"] == len(plan["steps"]) == 5
+    job = finished(client, client.post("/procedures", json=TUNE).headers["location"])
+    assert job["state"] == "done", job["error"]
+    found = job["result"]["outcome"]
+    assert found["f_nat_hz"]["value"] == pytest.approx(213.25, abs=0.5)
+    assert found["shots"] == len(job["result"]["steps"]) <= 5
+    assert "preset" not in found
+    kept = next(j for j in JobRecords(client.folder.jobs).load() if j.identifier == job["id"])
+    assert PROCEDURES.shown(kept).result.model_dump(mode="json") == job["result"]
+
+
+@pytest.mark.parametrize(
+    ("body", "word"),
+    [
+        ({**TUNE, "kind": "tun"}, "kind"),
+        ({**TUNE, "acquisition": {"resonator": "jewel", "shots": 2}}, "shots"),
+        ({**TUNE, "acquisition": {"resonator": "jewel", "window": None}}, "window"),
+        ({**TUNE, "over": []}, "over"),
+    ],
+)
+def test_a_tune_that_cannot_be_is_a_problem(client, body, word):
+    answer = client.post("/procedures", json=body)
+    assert answer.status_code == 422
+    assert word in answer.text

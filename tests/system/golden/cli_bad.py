@@ -54,6 +54,8 @@ BAD: dict[str, tuple[str, ...]] = {
     "sweep-key": ("sweep", "--resonator", "jewel", "--over", "field=1:2:1"),
     "sweep-step-0": ("sweep", "--resonator", "jewel", "--over", "field_ut=1:2:0"),
     "sweep-limit": ("sweep", "--resonator", "jewel", "--over", "field_ut=200:2000:900"),
+    "tune-limit": ("tune", "--resonator", "jewel", "--field-ut", "2000"),
+    "tune-weak": ("tune", "--resonator", "jewel", "--weak-field-ut", "500", "--max-field-ut", "400"),
     "sweep-rule": ("sweep", "--resonator", "jewel", "--over", "field_ut=200,300", "--stop-when", "phi > 1"),
     "measure-no-shots": (*_MEASURE, "--shots", "0"),
     "measure-field": (*_MEASURE, "--field-ut", "5000"),

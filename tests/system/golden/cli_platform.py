@@ -35,12 +35,16 @@ def series(place: Workplace) -> None:
 
 
 def platform(place: Workplace) -> None:
-    """`devices`, `calibrate`, `bench fit`, `reset-amplifier`, `config check`, `sweep`."""
+    """`devices`, `calibrate`, `bench fit`, `reset-amplifier`, `config check`, `sweep`, `tune`."""
     place.case("sweep", "sweep", *SHORT_JEWEL, "--over", "field_ut=200:400:100", "--over", "tx_periods=8,10",
                "--pause-s", "20", "--output", "sweep.h5", "--json", "sweep.json", *FIXED)  # fmt: skip
     place.keep_structure("sweep-structure", place.folder / "sweep.h5")
     place.case("sweep-plan", "sweep", *SHORT_JEWEL, "--over", "rx_ms=300:600:100", "--shots", "2", "--dry-run",
                "--json", "plan.json")  # fmt: skip
+    place.case("tune", "tune", "--resonator", "jewel", "--presets", "presets", "--output", "tune.h5", "--json",
+               "tune.json", *FIXED)  # fmt: skip
+    place.case("tune-plan", "tune", "--resonator", "thread", "--max-field-ut", "300", "--dry-run", "--json",
+               "tune-plan.json")  # fmt: skip
     place.case("info-sweep", "info", "sweep.h5", "--json", "info-sweep.json")
     place.case("devices", "devices", "--json", "devices.json", *FIXED)
     two = ("--frequency-hz", "200", "--frequency-hz", "600", "--repetitions", "2", "--out", "calibrations")

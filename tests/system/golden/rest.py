@@ -217,6 +217,12 @@ def _procedures(daemon: Daemon) -> None:
     found = daemon.job("procedures/characterise", "/procedures", tables)["links"]
     daemon.ask("procedures/report", "GET", found["report"])
     daemon.ask("procedures/no-report", "GET", f"{made}/report")
+    tune = {"kind": "tune", "acquisition": {"resonator": "jewel"}, "keep": False}
+    daemon.ask("procedures/tune-dry-run", "POST", "/procedures/dry-run", json=tune)
+    daemon.job("procedures/tune", "/procedures", tune)
+    wrong = {"kind": {**tune, "kind": "tun"}, "shots": {**tune, "acquisition": {"resonator": "jewel", "shots": 2}}}
+    for name, asked in wrong.items():
+        daemon.ask(f"procedures/422-tune-{name}", "POST", "/procedures", json=asked)
     bad = {"key": {**fields, "key": "field"}, "step-0": {**fields, "step": 0}, "limit": {**fields, "stop": 5000}}
     for name, axis in bad.items():
         daemon.ask(f"procedures/422-{name}", "POST", "/procedures", json={**sweep, "over": [axis]})
