@@ -18,11 +18,12 @@ from platform_daemon.store.reader import open_recording
 SHOTS = 4
 
 
-def begun(engine, folder, longest_pause_s=60.0, held=None, **keys):
+def begun(engine, folder, longest_pause_s=60.0, held=None, ramp=None, **keys):
     """The job of a short one."""
     asked = {"resonator": "jewel", "shots": SHOTS, "blank_shots": 1, "sequence": {"rx_s": 0.6, "pause_s": 5.0}, **keys}
     request = CharacteriseRequest.model_validate(
         {"kind": "characterise", "acquisition": asked, "held_in_n50": held or {}, "longest_pause_s": longest_pause_s}
+        | {"ramp": ramp}
     )
     files = ProcedureFiles(folder, folder, folder / "c.h5", folder / "log.json")
     tables = CharacterisationFiles(characterisation_html, report=folder / "c.json", html=folder / "c.html")
@@ -56,6 +57,18 @@ def test_the_shots_become_one_recording_tables_and_a_page(engine_with, tmp_path)
     assert job.progress().fraction == 1.0
     before = [share for share, phase in seen if phase.startswith("step")]
     assert max(before) < 1.0  # the fits are part of what is left
+
+
+def test_after_a_ramp_the_shots_are_made_at_the_field_that_it_found(engine_with, tmp_path):
+    job = begun(engine_with(), tmp_path, shots=2, blank_shots=0, ramp={"start_t": 2.4e-4, "max_t": 2.5e-4})
+    assert job.ended.wait(timeout=120)
+    assert job.state is JobState.DONE, job.error
+    outcome = job.result.outcome
+    assert outcome.ramp.operating_field_t == pytest.approx(0.8 * 2.5e-4)
+    fields = [info.excitation.field_t for info in open_recording(tmp_path / "c.h5").frame_info]
+    assert fields == pytest.approx([2.4e-4] * 3 + [2.5e-4] + [2e-4] * 2)
+    assert [frame.frame for frame in outcome.report.d30_fits.frames] == [4, 5]
+    assert outcome.report.excitation.field_t == pytest.approx(2e-4)
 
 
 def test_cancelled_while_it_fits_the_recording_is_whole_and_there_are_no_tables(engine_with, tmp_path):
