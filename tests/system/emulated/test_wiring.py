@@ -9,7 +9,8 @@ import pytest
 
 from drivers.conformance.io_card import collect
 from drivers.conformance.timelines import short_shot
-from drivers.errors import ConfigError, DeviceFault, DeviceTimeout
+from drivers.errors import ConfigError, DeviceFault, DeviceTimeout, ShotRefused
+from drivers.red_pitaya.lines import PinLines
 
 PROVE = "io_card.prove_wiring=true"
 
@@ -90,4 +91,43 @@ def test_a_dead_card_does_not_keep_the_amplifier_live(lab_of_its_own):
     assert thread.is_alive()  # the card has not answered yet
     thread.join(60)
     lab.control("clear_faults")
+    platform.close()
+
+
+@pytest.mark.parametrize("still_s", [0.0, 0.05, 0.3, 1.0])
+def test_a_host_that_stands_still_while_power_is_on_never_connects_the_receiver_to_it(
+    lab_of_its_own, monkeypatch, still_s
+):
+    lab = lab_of_its_own('io_cards.pa_gate={output="DIO7_P"}', 'io_cards.rx_connect={output="DIO6_P"}')
+    pins = 'io_card.lines.pa_gate={pin="DIO7_P"}', 'io_card.lines.rx_connect={pin="DIO6_P"}'
+    platform = lab.platform(*pins, "io_card.pin_delay_s=0.1", "io_card.sample_timeout_s=3.0")
+    timeline = short_shot(platform.card.capabilities())
+    at = PinLines.at
+    stood = []
+
+    def late(lines, arrived):
+        """Stands still once, before the gate is told to fall."""
+        if not stood:
+            stood.append(True)
+            time.sleep(still_s)
+        at(lines, arrived)
+
+    monkeypatch.setattr(PinLines, "at", late)
+    platform.card.program(timeline)
+    platform.card.arm()
+    platform.amplifier.enable()
+    platform.amplifier.unmute()
+    reason = "none"
+    try:
+        platform.card.trigger()
+        left = timeline.total_samples
+        while left:
+            left -= platform.card.read(min(left, 1000)).volts.shape[1]
+    except ShotRefused as refusal:
+        reason = str(refusal)
+    finally:
+        platform.outputs_off()
+    assert stood
+    assert "late" in reason or (still_s < 0.3 and reason == "none")
+    assert lab.violations() == ()
     platform.close()
