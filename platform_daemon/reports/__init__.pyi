@@ -15,7 +15,7 @@ from .fit_tables import prediction_table_text as prediction_table_text
 from .procedure_text import outcome_text as outcome_text
 from .procedure_text import plan_text as plan_text
 from .procedure_text import steps_text as steps_text
-from .ramp_text import ramp_text as ramp_text
+from .ramp_tables import ramp_text as ramp_text
 from .recording_tables import print_recording as print_recording
 from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text

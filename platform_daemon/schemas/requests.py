@@ -184,7 +184,7 @@ class AcquisitionRequest(Request):
     """Evaluation window of the on-line fits: n50, d30, or seconds; null: no fit."""
     variant: ModelName | None = None
     """Model of the on-line fits, declared or adopted; null: the resonator's."""
-    beyond_side_modes: bool = False
+    beyond_side_modes: Given[bool] = None
     """Allow a field above the highest that a ramp has found for this resonator; it is logged."""
     sample: Text = ""
     """Name of the sample, for the record."""
