@@ -4,8 +4,8 @@ The paper reads side modes off the z channel ("Measurement Sequence"). Here the 
 is cut into short blocks, of their spectra only what stands out of the noise is kept with its surroundings, and the
 largest value in time of what that makes is what counts (denoising by a hard threshold: Donoho and Johnstone, Biometrika
 81 (1994) 425). Blocks, because side modes last as long as they like: those of a thread go on through the whole window,
-those of a jewel that slips are over within some 20 ms. The noise is that of shots at low amplitude, and lines that those
-have already, as hum, are taken out of every shot: what is there without side modes is none.
+those of a jewel that slips are over within some 20 ms. The noise is that of shots at low amplitude; lines that those
+have already, as hum, are taken out of every shot.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scipy.signal import ShortTimeFFT, windows
 from platform_daemon.estimation import Array, median_level
 
 VISIBLE_AM2_PER_S = 0.4
-"""Largest |z residual| from which side modes count as visible, A m^2/s: seven times the noise of the paper's z channel."""
+"""Largest |z residual| from which side modes count as visible, A m^2/s: seven times the noise of the paper's z."""
 _BAND_HZ = 20.0, 3000.0
 _BLOCK_S = 0.02
 _PER_BLOCK = 4  # blocks begin so often within one
@@ -110,7 +110,7 @@ def z_residual(dmdt: Array, noise: ZNoise) -> ZResidual:
         return ZResidual(0.0, _sd(noise, blocks, louder, unseen, found.shape[1] // 2), ())
     # Beside what stands out there is more of it, as long as it is not less than noise.
     kept = maximum_filter(out, size=3) & (ratios > 1.0)
-    clean = np.asarray(blocks.istft(np.where(kept, found, 0.0), k1=n))
+    clean = np.real(blocks.istft(np.where(kept, found, 0.0), k1=n))
     size = np.abs(clean)
     at = min(round(int(np.argmax(size)) / blocks.hop) - blocks.p_min, kept.shape[1] - 1)
     return ZResidual(float(size.max()), _sd(noise, blocks, louder, kept[:, at], at), _lines(clean, noise.rate_hz))
@@ -122,8 +122,8 @@ def _blocks(rate_hz: float) -> ShortTimeFFT:
 
 
 def _sd(noise: ZNoise, blocks: ShortTimeFFT, louder: float, kept: np.ndarray, at: int) -> float:
-    """Standard deviation in time of the noise at the frequencies kept, in block `at`: white noise of variance 1 has the power sum(w^2)
-    at each of them."""
+    """Standard deviation in time of the noise at the frequencies kept, in block `at`: white noise of variance 1 has the
+    power sum(w^2) at each of them."""
     share = float(np.sum(noise.power[kept, at])) / float(np.sum(blocks.win**2)) / blocks.f_pts
     return math.sqrt(louder * share)
 
