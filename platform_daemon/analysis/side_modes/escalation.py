@@ -138,8 +138,13 @@ class Escalation:
         return f"the next step would lie above the threshold with a chance of {chance} or more"
 
     def threshold_t(self) -> tuple[float, float, float] | None:
-        """Median of the threshold and its 95 % interval, T; None: not reached."""
-        if self.posterior is None or self.posterior.chance_below(max(self.seen) + self.plan.step_t) < 0.5:
+        """Median of the threshold and its 95 % interval, T; None: not reached.
+
+        Also where it is not passed: overdose control ends a ramp below it, and then it is what the growth so far tells.
+        """
+        if self.posterior is None:
+            return None
+        if self.posterior.chance_below(max(self.seen) + self.plan.step_t) < self.plan.overdose_rate:
             return None
         found = [self.posterior.quantile(share) for share in (0.5, 0.025, 0.975)]
         value, low = found[0], found[1]
