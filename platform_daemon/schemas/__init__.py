@@ -135,7 +135,6 @@ ErrorRecord: An error as the record of a job keeps it.
 Problem: What went wrong, where and why, and what to do about it (RFC 9457, `application/problem+json`).
 ProblemKind: What a kind of problem means.
 UnreadableFile: A file that looks like what is listed but cannot be used.
-ProcedureRequest: A procedure of any kind.
 AnyOutcome: What a procedure finds beside the results of its steps.
 AnyProcedureRequest: A procedure that can be asked for.
 PlannedStep: One step as it would be.

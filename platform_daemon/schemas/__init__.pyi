@@ -132,7 +132,6 @@ from .problems import ErrorRecord as ErrorRecord
 from .problems import Problem as Problem
 from .problems import ProblemKind as ProblemKind
 from .problems import UnreadableFile as UnreadableFile
-from .procedure_requests import ProcedureRequest as ProcedureRequest
 from .procedures import AnyOutcome as AnyOutcome
 from .procedures import AnyProcedureRequest as AnyProcedureRequest
 from .procedures import PlannedStep as PlannedStep
