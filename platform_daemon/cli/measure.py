@@ -131,12 +131,7 @@ def _series(
         interrupted = interrupted_while(engine, job)
     finally:
         engine.close()
-    _report_series(job, out, json_file)
-    if interrupted:
-        raise typer.Exit(INTERRUPTED)
-    if job.error is not None:
-        raise job.error
-    _refuse_unusable(job.result)
+    _conclude(job, out, json_file, interrupted)
 
 
 def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
@@ -154,6 +149,16 @@ def _sequence_file(name: str, resonator: str, force: bool) -> dict[str, Any]:
         refuse_foreign_preset(path, specimen, f"--sequence {name}", remedy)
     keys = {key: value for key, value in read_toml(path)[0].items() if key not in ("repetitions", "blank_shots")}
     return validated(SequencePatch, keys, str(path)).changes()
+
+
+def _conclude(job: AcquisitionJob, out: Path, json_file: Path | None, interrupted: bool) -> None:
+    """What came out.  Raises what ended it; typer.Exit: 130 interrupted, 3 if no shot can be used."""
+    _report_series(job, out, json_file)
+    if interrupted:
+        raise typer.Exit(INTERRUPTED)
+    if job.error is not None:
+        raise job.error
+    _refuse_unusable(job.result)
 
 
 def _refuse_unusable(result: AcquisitionResult) -> None:

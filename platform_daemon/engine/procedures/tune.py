@@ -9,7 +9,7 @@ from typing import Any
 
 from drivers.errors import InputError, PlatformError, SequenceRejected
 from drivers.specimen import Specimen
-from platform_daemon.analysis import RINGING_SPAN
+from platform_daemon import analysis
 from platform_daemon.schemas import (
     AcquisitionRequest,
     ProcedureResult,
@@ -162,7 +162,7 @@ class Tune:
             if shot.rings:
                 return shot
         assert shot is not None
-        lowest_hz, last_hz = self._start_hz / RINGING_SPAN, self._start_hz * RINGING_SPAN
+        lowest_hz, last_hz = self._start_hz / analysis.RINGING_SPAN, self._start_hz * analysis.RINGING_SPAN
         raise NothingRings(
             f"nothing rings between {lowest_hz:.4g} and {last_hz:.4g} Hz after {SEARCH_SHOTS} shots of up to "
             f"{1e6 * max(self._found.fields_t):.4g} uT",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from platform_daemon.analysis import RINGING_SPAN
+from platform_daemon import analysis
 from platform_daemon.estimation import Refusal
 from platform_daemon.schemas import ParameterEstimate, RingingLine, StepReport
 
@@ -37,7 +37,7 @@ class TuneShot:
     def fitted(self) -> bool:
         """A fit found an oscillation near where the search began: no side mode, nothing else in the room."""
         return "f_nat_hz" in self.report.results and (
-            1 / RINGING_SPAN < self.value("f_nat_hz") / self.near_hz < RINGING_SPAN
+            1 / analysis.RINGING_SPAN < self.value("f_nat_hz") / self.near_hz < analysis.RINGING_SPAN
         )
 
     @property
