@@ -15,6 +15,7 @@ from platform_daemon.reports import dry_run_text, fit_table_text
 from .drive import DriveOption, planned_from, shot_changes
 from .interrupts import INTERRUPTED, heed_one_interrupt
 from .options import (
+    BeyondOption,
     DryRunOption,
     EndpointsOption,
     ForceOption,
@@ -64,6 +65,7 @@ def measure(
     window: WindowOption = "d30",
     variant: Annotated[str | None, typer.Option(help="Model of the on-line fits; default: the resonator's.")] = None,
     models: ModelsOption = None,
+    beyond_side_modes: BeyondOption = False,
     presets: PresetsOption = None,
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
@@ -90,6 +92,8 @@ def measure(
         "window": parse_window(window),
         "variant": variant,
     } | {"sample": sample, "operator": operator, "comment": comment}
+    if beyond_side_modes:
+        asked["beyond_side_modes"] = True
     if per_shot:
         asked["shot_changes"] = shot_changes(per_shot)
     _series(asked, out, dry_run, json_file, models, (platform, overrides, endpoints, presets), force)

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 PlatformOption = Annotated[str, typer.Option("--platform", help="Platform file, or the name of one that ships.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", help="Override KEY=VALUE of the platform file.")]
+BeyondOption = Annotated[
+    bool, typer.Option("--beyond-side-modes", help="Above the highest field that a ramp has kept for this resonator.")
+]
 EndpointsOption = Annotated[
     Path | None,
     typer.Option("--endpoints", help="Addresses for ${...} in the platform file, as `emulate` writes them."),

@@ -11,6 +11,7 @@ from drivers.validation import validated
 
 from .interrupts import heed_one_interrupt
 from .options import (
+    BeyondOption,
     EndpointsOption,
     ForceOption,
     JsonOption,
@@ -38,6 +39,7 @@ def ramp(
     most_shots: Annotated[int, typer.Option(help="Shots at one field at most.")] = 6,
     rx_s: Annotated[float | None, typer.Option(help="RX window, s; default: 2 s, or the preset's.")] = None,
     pause_s: Annotated[float | None, typer.Option(help="Wait between shots, s; default: until it rests.")] = None,
+    beyond_side_modes: BeyondOption = False,
     sample: Annotated[str, typer.Option(help="Sample name for the record.")] = "",
     operator: Annotated[str, typer.Option(help="Operator for the record.")] = "",
     dry_run: Annotated[
@@ -56,20 +58,14 @@ def ramp(
     from platform_daemon.schemas import RampOutcome, RampRequest
     from platform_daemon.settings import load_platform
 
-    sequence = {"axis": axis, "rx_s": rx_s, "pause_s": pause_s}
-    asked: dict[str, Any] = {
+    fields = {"step_t": step_ut, "start_t": start_ut, "max_t": max_ut}
+    asked = {
         "kind": "ramp",
-        "acquisition": {
-            "resonator": resonator,
-            "sequence": {name: value for name, value in sequence.items() if value is not None},
-            "sample": sample,
-            "operator": operator,
-        },
-        "step_t": 1e-6 * step_ut,
+        "acquisition": _common(resonator, {"axis": axis, "rx_s": rx_s, "pause_s": pause_s}, beyond_side_modes)
+        | {"sample": sample, "operator": operator},
         "overdose_rate": overdose_rate,
         "most_shots": most_shots,
-    }
-    asked |= {k: 1e-6 * v for k, v in (("start_t", start_ut), ("max_t", max_ut)) if v is not None}
+    } | {name: 1e-6 * value for name, value in fields.items() if value is not None}
     request = validated(RampRequest, asked, "ramp")
     out = out or Path("ramp.h5")
     must_not_exist(json_file, force, ".json")
@@ -87,6 +83,12 @@ def ramp(
         conduct(engine, request, out, None, dry_run=dry_run, overwrite=force, tell=tell)
     finally:
         engine.close()
+
+
+def _common(resonator: str, sequence: dict[str, Any], beyond: bool) -> dict[str, Any]:
+    """What all steps have in common."""
+    given = {name: value for name, value in sequence.items() if value is not None}
+    return {"resonator": resonator, "sequence": given} | ({"beyond_side_modes": True} if beyond else {})
 
 
 def _tell(found: RampOutcome | None, json_file: Path | None, png: Path | None) -> None:

@@ -134,7 +134,7 @@ class ProcedureJob(Job[AnyProcedureRequest, ProcedureResult]):
     """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
     every step."""
 
-    model_config = ConfigDict(json_schema_extra=example("procedure_job"))
+    model_config = ConfigDict(json_schema_extra=example("procedure_job", "tune_job"))
 
     kind: Literal["procedure"]
     """A procedure."""

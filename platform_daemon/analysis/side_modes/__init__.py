@@ -1,15 +1,11 @@
 """Side modes: what of them the z channel shows, whether they show at all, and at which field they begin.
 
-ZResidual: What a shot shows out of the plane of the main mode.
-z_residual: Of one shot, against the noise of shots at low amplitude.
-ZNoise: The power of the z residual where nothing moves but the main mode.
-SideLine: A line in the z residual.
-VISIBLE_AM2_PER_S: Largest |z residual| from which side modes count as visible.
-OnsetTest: A sequential test whether side modes are visible, right at any stopping time.
-ThresholdPosterior: Where the z residual passes the visible level, as far as the shots so far tell.
-RampPlan: What a ramp may do.
-Escalation: The state of one ramp, and its next field.
-RecordedSideModes: What recorded shots show out of the plane.
+escalation: The next field of a ramp: as high as overdose control allows, never more than a step, and again where in
+    doubt.
+onset_test: Whether side modes are visible at a field, tested shot by shot, right at any stopping time.
+recorded: The z residuals of recorded shots, each a file of its own while its series runs.
+threshold: Where the z residual passes the visible level, as far as the shots so far tell.
+z_residual: What a shot shows out of the plane of the main mode, freed from noise and hum.
 """
 
 from .escalation import Escalation, RampPlan

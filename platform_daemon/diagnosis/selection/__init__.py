@@ -7,6 +7,7 @@ component_search: Places where something may stand beside the signal: frequencie
 confounders: Effects that cannot be told apart on these data: what could stand in the place of an accepted one.
 data_integrity: What is wrong with the data themselves, before any physics is asked: gaps in the clock, saturation,
     copies.
+kick_search: Where a kick would explain most of what is left of a single recorded swing.
 local_swing: A few periods of any swing as a sum of harmonics of slowly changing size, with samples lost in the
     middle or not.
 omnibus_test: Everything that may be missing and has no name: any smooth torque, any slow change of any harmonic.

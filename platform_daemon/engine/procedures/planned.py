@@ -60,8 +60,12 @@ def _tune(engine: Engine, request: TuneRequest) -> Tune:
 
 
 def _ramp(engine: Engine, request: RampRequest, files: ProcedureFiles) -> Ramp:
-    planned = engine.plan(request.acquisition.model_copy(update={"beyond_side_modes": True}))
-    basis = RampBasis(planned.sequence, planned.side.limits.max_field_t)
+    asked = request.acquisition
+    planned = engine.plan(asked.model_copy(update={"beyond_side_modes": True}))
+    limit_t, earlier = planned.side.limits.max_field_t, planned.specimen.side_modes
+    if earlier is not None and not asked.beyond_side_modes:
+        limit_t = min(limit_t, earlier.max_field_t)
+    basis = RampBasis(planned.sequence, limit_t)
     return Ramp(request, basis, _keep(engine, request.acquisition.resonator, planned.specimen, files))
 
 

@@ -52,7 +52,8 @@ class SideModes(Protocol):
 
 @dataclass(frozen=True)
 class RampBasis:
-    """What a ramp starts from: the sequence of the resonator, and the highest field that the platform allows, T."""
+    """What a ramp starts from: the sequence of the resonator, and the highest field allowed, T: by the platform, and by
+    an earlier ramp unless it may go beyond that."""
 
     sequence: SequenceRequest
     limit_t: float
@@ -65,8 +66,12 @@ class Ramp:
         start = request.start_t or round(_START_SHARE * basis.sequence.field_t / request.step_t) * request.step_t
         most = request.max_t or basis.limit_t
         if most > basis.limit_t:
-            what = f"{1e6 * most:.6g} uT lies above the limit of the platform, {1e6 * basis.limit_t:.6g} uT"
-            raise InputError(what, where="max_t", remedy="lower it: limits.max_field_t is the highest field")
+            what = f"{1e6 * most:.6g} uT lies above the limit, {1e6 * basis.limit_t:.6g} uT"
+            raise InputError(
+                what,
+                where="max_t",
+                remedy="lower it: it is limits.max_field_t, or what an earlier ramp has kept (beyond_side_modes)",
+            )
         if not 0.0 < start <= most:
             what = f"the first field, {1e6 * start:.6g} uT, does not lie between 0 and {1e6 * most:.6g} uT"
             raise InputError(what, where="start_t", remedy="give start_t below max_t")
@@ -116,7 +121,7 @@ class Ramp:
         asked = self._given | {"field_t": field_t}
         asked |= {k: v for k, v in (("rx_s", self._rx_s), ("pause_s", self._pause_s)) if k not in self._given}
         tables = self.request.acquisition.model_dump(exclude_none=True) | {
-            "sequence": asked, "shots": shots, "beyond_side_modes": True,
+            "sequence": asked, "shots": shots,
         }  # fmt: skip
         made = AcquisitionRequest.model_validate(tables)
         return Step((SweptValue(key="field_ut", value=round(1e6 * field_t, 6)),), made)
@@ -204,7 +209,8 @@ class Ramp:
 
     def _saturated(self) -> bool:
         known = sorted((f, sum(a) / len(a)) for f, a in self._angles.items())
-        if len(known) < 3:
+        far = [pair for pair in known if pair[0] < known[-1][0] - 2.5 * self._plan.step_t]
+        if not far:
             return False
-        (f0, a0), (f1, a1) = known[-3], known[-1]
+        (f0, a0), (f1, a1) = far[-1], known[-1]
         return (a1 / a0 - 1.0) < _SATURATED * (f1 / f0 - 1.0)

@@ -1,0 +1,85 @@
+"""Ramps on the simulated platform: a resonator with side modes, one without, and one that never rings."""
+
+import math
+
+import pytest
+
+from drivers.errors import InputError, SequenceRejected
+from platform_daemon.engine.procedures.conductor import ProcedureFiles
+from platform_daemon.engine.procedures.planned import plan_procedure
+from platform_daemon.engine.procedures.ramp import NeverRings
+from platform_daemon.schemas.jobs import JobState
+from platform_daemon.schemas.ramps import RampRequest
+from platform_daemon.schemas.requests import AcquisitionRequest
+from platform_daemon.settings import read_toml
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.truth import read_truth
+
+
+def work(engine, folder, resonator="thread_imperfect", sequence=None, **keys):
+    acquisition = {"resonator": resonator, "sequence": {"rx_s": 1.0, "pause_s": 30.0, **(sequence or {})}}
+    request = RampRequest.model_validate({"kind": "ramp", "acquisition": acquisition, **keys})
+    return plan_procedure(engine, request, ProcedureFiles(folder, folder, folder / "r.h5", folder / "r.json"))
+
+
+def done(engine, planned):
+    job = engine.conduct(planned)
+    assert job.ended.wait(timeout=240)
+    return job
+
+
+def test_a_ramp_ends_near_the_threshold_of_the_world_and_keeps_it_with_the_specimen(engine_with, tmp_path):
+    engine = engine_with()
+    job = done(engine, work(engine, tmp_path, start_t=200e-6, max_t=400e-6))
+    assert job.state is JobState.DONE, job.error
+    found = job.result.outcome
+    assert found.threshold_t.value == pytest.approx(270e-6, abs=20e-6)
+    assert found.threshold_t.low <= found.threshold_t.value <= found.threshold_t.high
+    assert found.operating_field_t == pytest.approx(0.8 * found.threshold_t.value)
+    assert found.overshoot_t < 10e-6
+    assert {line.near for line in found.lines} >= {"2f"}
+    truths = [t["simulated"] for t in read_truth(tmp_path / "r.h5")]
+    fields = [i.excitation.field_t for i in open_recording(tmp_path / "r.h5").frame_info]
+    for step in found.steps:
+        true = [t["z_residual_am2_per_s"] for t, f in zip(truths, fields, strict=True) if math.isclose(f, step.field_t)]
+        if step.z_residual_am2_per_s > 0.1:
+            assert step.z_residual_am2_per_s == pytest.approx(sum(true) / len(true), rel=0.1)
+    # What was found holds from now on.
+    kept = tmp_path / "r.toml"
+    assert read_toml(kept)[0]["side_modes"]["max_field_t"] == found.max_field_t
+    above = {"resonator": str(kept), "sequence": {"field_t": 1.05 * found.max_field_t}}
+    with pytest.raises(SequenceRejected, match="side modes"):
+        engine.plan(AcquisitionRequest.model_validate(above))
+    engine.plan(AcquisitionRequest.model_validate(above | {"beyond_side_modes": True}))
+    with pytest.raises(InputError, match="above the limit"):
+        work(engine, tmp_path, str(kept), max_t=400e-6)
+
+
+def test_without_side_modes_it_goes_to_the_highest_field(engine_with, tmp_path):
+    engine = engine_with()
+    job = done(engine, work(engine, tmp_path, "thread", start_t=260e-6, max_t=290e-6))
+    found = job.result.outcome
+    assert (found.threshold_t, found.max_field_t) == (None, 290e-6)
+    assert [s.verdict for s in found.steps] == ["below"] * 4
+
+
+def test_what_never_rings_is_found_out_in_three_shots(engine_with, tmp_path):
+    engine = engine_with()
+    job = done(engine, work(engine, tmp_path, sequence={"axis": "z"}, start_t=100e-6))
+    assert job.state is JobState.FAILED
+    assert isinstance(job.error, NeverRings)
+    assert "no ring-down in 3 shots" in str(job.error)
+    assert open_recording(tmp_path / "r.h5").frames == 3
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        ({"max_t": 0.5}, "above the limit"),
+        ({"start_t": 3e-4, "max_t": 2e-4}, "start"),
+        ({"step_t": 0.0}, "step_t"),
+    ],
+)
+def test_fields_that_cannot_be_are_refused_before_anything_moves(engine_with, tmp_path, keys, said):
+    with pytest.raises((InputError, ValueError), match=said):
+        work(engine_with(), tmp_path, **keys)
