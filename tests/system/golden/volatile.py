@@ -16,7 +16,7 @@ _PORT = re.compile(rf'("(?:{_PORTS})":\s*)(\d+)')
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?")
 _DATE = re.compile(r"(?<=_)20\d{6}(?=\.|\"|'|\b)")
 _JOB = re.compile(r"(?<![a-z])([a-z]+)-\d{8}T\d{6}-[0-9a-f]{6}")
-_FIT_TIMES = re.compile(r'("computing_s": \{)([^}]*)\}')
+_FIT_TIMES = re.compile(r'("computing_s":\s*\{)([^}]*)\}')
 _DIGEST = re.compile(r'("sha256":\s*")([0-9a-f]{64})"')
 _PHRASES = (
     (re.compile(r"found in \d+\.\d+ s"), "found in <float> s"),
