@@ -65,7 +65,8 @@ def _ramp(engine: Engine, request: RampRequest, files: ProcedureFiles) -> Ramp:
     limit_t, earlier = planned.side.limits.max_field_t, planned.specimen.side_modes
     if earlier is not None and not asked.beyond_side_modes:
         limit_t = min(limit_t, earlier.max_field_t)
-    basis = RampBasis(planned.sequence, limit_t)
+    preset = engine.plan(asked.model_copy(update={"beyond_side_modes": True, "sequence": SequencePatch()})).sequence
+    basis = RampBasis(planned.sequence, limit_t, preset.rx_s + preset.pause_s)
     return Ramp(request, basis, _keep(engine, request.acquisition.resonator, planned.specimen, files))
 
 

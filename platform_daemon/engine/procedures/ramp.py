@@ -53,10 +53,11 @@ class SideModes(Protocol):
 @dataclass(frozen=True)
 class RampBasis:
     """What a ramp starts from: the sequence of the resonator, and the highest field allowed, T: by the platform, and by
-    an earlier ramp unless it may go beyond that."""
+    an earlier ramp unless it may go beyond that. period_s: of listening and pause in the preset, which lets it rest."""
 
     sequence: SequenceRequest
     limit_t: float
+    period_s: float
 
 
 class Ramp:
@@ -82,7 +83,7 @@ class Ramp:
         self._state = analysis.Escalation(self._plan)
         self._rx_s = min(basis.sequence.rx_s, _LONGEST_RX_S)
         # The rotor is to be at rest again: what a shot no longer listens to, it waits.
-        self._pause_s = basis.sequence.pause_s + basis.sequence.rx_s - self._rx_s
+        self._pause_s = max(0.0, basis.period_s - self._rx_s)
         self._given = request.acquisition.sequence.changes()
         self._keep, self._kept = keep, ""
         self._looks = looks or analysis.RecordedSideModes()
