@@ -146,8 +146,9 @@ class CardContract(IncidentContract):
             with_burst(output=-1),
             with_burst(volts=1.5 * can.output_full_scale_v),
             with_burst(hz=0.75 * can.clock.rate_hz),
-            with_burst(hz=0.0),
         ]
+        if not can.holds_levels:
+            wrong.append(with_burst(hz=0.0))
         if can.step_samples > 1:
             wrong.append(with_burst(start=can.step_samples // 2))
         for timeline in wrong:

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from drivers.red_pitaya.board import AMPLITUDE_STEP_V
+from drivers.red_pitaya.sines import AMPLITUDE_STEP_V
 from platform_daemon.store.header import FitTable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import Recording

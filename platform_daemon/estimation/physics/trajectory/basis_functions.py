@@ -17,6 +17,7 @@ import numpy as np
 
 from ...numerics.jit import kernel, part
 from .direct_chain import HEAD_DURATION, HEAD_START, HEAD_STEP
+from .runge_kutta import STEPS
 
 DIPOLE, STATE = 0, 1
 
@@ -88,7 +89,6 @@ def fill_basis(  # type: ignore[no-untyped-def]
 
     row: half cycle to begin the search at. Returns the half cycle of the last sample.
     """
-    steps = nodes.shape[1] - 1
     angle = np.empty(8)
     sens = np.empty((columns, 6))
     d_phi = np.zeros(columns)
@@ -110,11 +110,11 @@ def fill_basis(  # type: ignore[no-untyped-def]
             _write_basis(nodes[row, 0, 0], 0.0, 0.0, d_phi, d_v, time, observable, columns, out, i - first)
             continue
         local = s - head[HEAD_START]
-        step = min(max(int(local / head[HEAD_STEP]), 0), steps - 1)
+        step = min(max(int(local / head[HEAD_STEP]), 0), STEPS - 1)
         if row != current_row or step != current_step:
             h = head[HEAD_STEP]
-            if step == steps - 1:
-                h = head[HEAD_DURATION] - (steps - 1) * head[HEAD_STEP]
+            if step == STEPS - 1:
+                h = head[HEAD_DURATION] - (STEPS - 1) * head[HEAD_STEP]
             _angle_polynomial(nodes[row, step], nodes[row, step + 1], h, angle)
             _sensitivity_polynomials(nodes[row, step], nodes[row, step + 1], h, columns, sens)
             current_row = row

@@ -11,7 +11,7 @@ from ...numerics.arrays import Array
 from ..models import RingDownModel
 from .basis_functions import fill_basis
 from .direct_chain import HEAD, HEAD_DURATION, STATUS_LOST, trace_half_cycles
-from .runge_kutta import steps_for
+from .runge_kutta import STEPS
 
 EARLIEST = -12.0  # a half cycle from 175 degrees takes less
 
@@ -83,7 +83,7 @@ class Trajectory:
         if rows > _MOST_HALF_CYCLES:
             raise LostTrajectoryError("far more half cycles than any record holds")
         self._heads = np.empty((rows, HEAD))
-        self._nodes = np.empty((rows, steps_for(dynamics.amplitude) + 1, 4 + 3 * self.columns))
+        self._nodes = np.empty((rows, STEPS + 1, 4 + 3 * self.columns))
         self._count, status = trace_half_cycles(
             float(dynamics.amplitude),
             float(dynamics.theta),
@@ -117,6 +117,6 @@ class Trajectory:
         moved = range(self.columns - int(self._timed))
         for row in range(self._count - 1, -1, -1):
             if self._heads[row, HEAD_DURATION] > 0.0:
-                end = self._nodes[row, -1]
+                end = self._nodes[row, STEPS]
                 return np.array([-end[5 + 3 * q] / end[2] for q in moved])
         return np.zeros(len(moved))

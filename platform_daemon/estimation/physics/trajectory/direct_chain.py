@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ...numerics.jit import kernel
-from .runge_kutta import direction_at_rest, integrate_arrival, integrate_half_cycle
+from .runge_kutta import STEPS, direction_at_rest, integrate_arrival, integrate_half_cycle
 
 # Columns of `heads`, float64 (n_half, HEAD): where each half cycle begins.
 HEAD_START, HEAD_STEP, HEAD_DURATION, HEAD = 0, 1, 2, 3
@@ -24,7 +24,7 @@ def trace_half_cycles(amplitude, theta, s_end, columns, codes, widths, c, heads,
     """Chain half cycles from the turning point (amplitude, s = 0) until s_end or until the rotor sticks.
 
     theta: s at t = 0; if negative, the first row is what remains of the half cycle that arrives at s = 0.
-    heads: (n_max, HEAD) out: start s, step h, duration. nodes: (n_max, steps + 1, fields) out.
+    heads: (n_max, HEAD) out: start s, step h, duration. nodes: (n_max, STEPS + 1, fields) out.
     Returns (count, status): STATUS_OK, STATUS_STUCK (at rest from the last row's start on: that row has duration
     0 and one node), STATUS_LOST (no turning point; count rows are valid).
     """
@@ -67,7 +67,7 @@ def trace_half_cycles(amplitude, theta, s_end, columns, codes, widths, c, heads,
             return count, STATUS_LOST
         heads[count, HEAD_STEP] = h
         heads[count, HEAD_DURATION] = duration
-        end = nodes[count, nodes.shape[1] - 1]
+        end = nodes[count, STEPS]
         begin[0] = end[0]
         before = end[2]
         for q in range(columns):

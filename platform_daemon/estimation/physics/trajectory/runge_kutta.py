@@ -11,21 +11,14 @@ depends on u = s - theta, the time since the first sample, a last column is thet
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ...numerics.jit import part
 from ..torques.dispatch import acceleration, timed_acceleration
 from .dormand_prince import NODES, STAGE_MATRIX, STAGES, WEIGHTS
 
-_MOST_STEPS, _FEWEST_STEPS = 32, 14
+STEPS = 32  # per half cycle: the trajectory error stays below 1e-9 of the signal up to 75 degrees
 MOVES_UP, MOVES_DOWN, STICKS = 1.0, -1.0, 0.0
-
-
-def steps_for(amplitude_rad: float) -> int:
-    """Steps per half cycle with which the trajectory error stays below 1e-9 of the signal up to 75 degrees."""
-    return min(_MOST_STEPS, _FEWEST_STEPS + int(12.0 * min(abs(amplitude_rad), math.pi) ** 2))
 
 
 @part
@@ -122,22 +115,22 @@ def _last_step(y, u, guess, columns, sigma, codes, widths, c, grad, stages, work
 def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, nodes):  # type: ignore[no-untyped-def]
     """Integrate from the turning point `begin`, (2 + 2 columns,) as in _rates, at u in direction sigma.
 
-    nodes: (steps + 1, fields) out. guess: expected duration. All steps but the last have length guess/steps, that one
+    nodes: (STEPS + 1, fields) out. guess: expected duration. Steps 1 .. STEPS-1 have length guess/STEPS, the last one
     ends at the turning point. Returns (h, duration), or (0, -1) if no turning point was found.
     """
-    size, steps = begin.size, nodes.shape[0] - 1
+    size = begin.size
     y = np.empty(size)
     grad = np.zeros(c.size + 1)
     stages = np.empty((STAGES, size))
     work = np.empty(size)
     out = np.empty(size)
     for _ in range(60):
-        h = guess / steps
+        h = guess / STEPS
         for m in range(size):
             y[m] = begin[m]
         _write_node(y, u, columns, sigma, codes, widths, c, grad, nodes[0])
         done = 0
-        while done < steps - 1:
+        while done < STEPS - 1:
             _step(y, u + done * h, h, columns, sigma, codes, widths, c, grad, stages, work, out)
             if not sigma * out[1] > 0.0:
                 break
@@ -145,7 +138,7 @@ def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, node
                 y[m] = out[m]
             done += 1
             _write_node(y, u + done * h, columns, sigma, codes, widths, c, grad, nodes[done])
-        if done < steps - 1:
+        if done < STEPS - 1:
             guess *= 0.9
             continue
         at = u + done * h
@@ -154,10 +147,10 @@ def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, node
             guess *= 1.08
             continue
         if last < 0.3 * h:
-            guess = (steps - 1) * h + last
+            guess = (STEPS - 1) * h + last
             continue
-        _write_node(out, at + last, columns, sigma, codes, widths, c, grad, nodes[steps])
-        return h, (steps - 1) * h + last
+        _write_node(out, at + last, columns, sigma, codes, widths, c, grad, nodes[STEPS])
+        return h, (STEPS - 1) * h + last
     return 0.0, -1.0
 
 
@@ -165,22 +158,21 @@ def integrate_half_cycle(begin, u, sigma, columns, codes, widths, c, guess, node
 def integrate_arrival(end, u, sigma, length, columns, codes, widths, c, nodes):  # type: ignore[no-untyped-def]
     """The last `length` of the half cycle that ends at the turning point `end` at u, going back from there.
 
-    sigma: direction in which it arrives. nodes: (steps + 1, fields) out, in the order of time. Returns the step,
+    sigma: direction in which it arrives. nodes: (STEPS + 1, fields) out, in the order of time. Returns the step,
     or 0 if it did not come that way for so long.
     """
-    steps = nodes.shape[0] - 1
     y = end.copy()
     grad = np.zeros(c.size + 1)
     stages = np.empty((STAGES, end.size))
     work = np.empty(end.size)
     out = np.empty(end.size)
-    h = length / steps
-    _write_node(y, u, columns, sigma, codes, widths, c, grad, nodes[steps])
-    for k in range(steps):
+    h = length / STEPS
+    _write_node(y, u, columns, sigma, codes, widths, c, grad, nodes[STEPS])
+    for k in range(STEPS):
         _step(y, u - k * h, -h, columns, sigma, codes, widths, c, grad, stages, work, out)
         for m in range(end.size):
             y[m] = out[m]
         if not sigma * y[1] > 0.0:
             return 0.0
-        _write_node(y, u - (k + 1) * h, columns, sigma, codes, widths, c, grad, nodes[steps - 1 - k])
+        _write_node(y, u - (k + 1) * h, columns, sigma, codes, widths, c, grad, nodes[STEPS - 1 - k])
     return h
