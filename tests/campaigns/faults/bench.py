@@ -16,6 +16,7 @@ from platform_daemon.engine import engine as engine_module
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan
+from platform_daemon.engine.work.destination import OwnFile
 from platform_daemon.engine.work.series import SeriesWork
 from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.reader import open_recording
@@ -111,7 +112,7 @@ class Bench:
         if not self_test:
             made_with = replace(made_with, self_test=None)
         self._first_of_all(engine, before)
-        job = engine.submit(WatchedSeries(before_shot, made_with, self._plan(shots), target, self.folder))
+        job = engine.submit(WatchedSeries(before_shot, made_with, self._plan(shots), OwnFile(target, self.folder)))
         assert job.ended.wait(PATIENCE_S), "the daemon hangs"
         return job, target
 
