@@ -18,6 +18,8 @@ from drivers.errors import ConfigError
 
 Model = TypeVar("Model", bound=BaseModel)
 
+_MOST_TOLD = 20  # complaints in one message: nobody reads more at a time
+
 _UNITS = {
     **{
         "per_s": "1/s",
@@ -67,11 +69,17 @@ def validated(model: type[Model], table: Mapping[str, Any], where: str) -> Model
     except ValidationError as error:
         found = complaints(error.errors(), model)
     raise ConfigError(
-        "; ".join(map(str, found)),
+        listed(found),
         where=where,
         why=f"{len(found)} keys are wrong" if len(found) > 1 else "",
         remedy="correct the key; the shipped file of the same kind has every key with its unit",
     )
+
+
+def listed(found: Sequence[object]) -> str:
+    """Complaints in one line: the first of them, and how many more there are."""
+    more = len(found) - _MOST_TOLD
+    return "; ".join([*map(str, found[:_MOST_TOLD]), *([f"and {more} more"] if more > 0 else [])])
 
 
 def complaints(errors: Sequence[Any], model: Any = None) -> list[Complaint]:
@@ -81,7 +89,7 @@ def complaints(errors: Sequence[Any], model: Any = None) -> list[Complaint]:
         place, known = _place(entry["loc"], model, keep_last=entry["type"] in ("extra_forbidden", "missing"))
         found.setdefault(place, ([], known))[0].append(entry)
     # Of a union of a plain value and a table, what is wrong in the table says more.
-    whole = [p for p in found if any(len(p) < len(q) and q[: len(p)] == p for q in found)]
+    whole = {q[:length] for q in found for length in range(len(q))}
     return [Complaint(".".join(p), _words(p, *about)) for p, about in found.items() if p not in whole]
 
 

@@ -14,7 +14,7 @@ from starlette.exceptions import HTTPException
 from starlette.routing import compile_path
 
 from drivers import errors
-from drivers.validation import complaints
+from drivers.validation import complaints, listed
 from platform_daemon.analysis import UnknownModel
 from platform_daemon.engine import ShuttingDown, UnknownId
 from platform_daemon.schemas import Problem, UnreadableFile, to_json
@@ -171,7 +171,7 @@ def _explained(request: Request, error: RequestValidationError) -> errors.InputE
     body = [{**e, "loc": e["loc"][1:]} for e in entries if e["loc"][0] == "body"]
     others = [{**e, "loc": e["loc"][1:]} for e in entries if e["loc"][0] != "body"]
     first, *rest = [*complaints(others), *complaints(body, None if field is None else field.field_info.annotation)]
-    text = "; ".join([first.what, *map(str, rest)])
+    text = listed([first.what, *rest])
     where = first.where or "body"
     return errors.InputError(text, where=where, remedy="correct the request; /docs shows every field with its unit")
 

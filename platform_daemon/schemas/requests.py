@@ -33,6 +33,7 @@ GuardSamples = Annotated[int, Field(ge=1, le=100_000)]
 RxSeconds = Annotated[float, Field(gt=0, le=600.0, allow_inf_nan=False)]
 PauseSeconds = Annotated[float, Field(ge=0, le=86_400.0, allow_inf_nan=False)]
 Shots = Annotated[int, Field(ge=0, le=1_000_000)]
+MOST_CHANGES = 1000  # each is a shot that is planned anew, in some 5 ms, before anything is answered
 BlankShots = Annotated[int, Field(ge=0, le=10_000)]
 Waveform = Literal["sine", "rectangle"]
 PhasePlan = Literal["none", "model", "last_fit"]
@@ -156,6 +157,9 @@ class ShotChange(Request):
         return {name: value for name, value in self if value is not None}
 
 
+ShotChanges = Annotated[tuple[ShotChange, ...], Field(strict=False, min_length=1, max_length=MOST_CHANGES)]
+
+
 class AcquisitionRequest(Request):
     """A series of shots on one resonator."""
 
@@ -176,7 +180,9 @@ class AcquisitionRequest(Request):
     """Shots without excitation before them, which tell the noise."""
     sequence: SequencePatch = Field(default_factory=SequencePatch)
     """Keys that differ from the resonator's preset."""
-    shot_changes: Given[Annotated[tuple[ShotChange, ...], Field(strict=False, min_length=1, max_length=10_000)]] = None
+    shot_changes: Given[
+        Annotated[tuple[ShotChange, ...], Field(strict=False, min_length=1, max_length=MOST_CHANGES)]
+    ] = None
     """What differs from shot to shot: entry k holds for the k-th excited shot, after the last one the first again."""
     preset: Given[ModelName] = None
     """Name of a sequence, one of GET /sequences, whose keys go before those of the resonator's preset."""

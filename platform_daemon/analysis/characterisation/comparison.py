@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import ttest_1samp, wilcoxon
 
 from platform_daemon.estimation import Array
 from platform_daemon.schemas import WindowComparison
@@ -84,6 +83,8 @@ def _tested(pairs: Pairs, alpha: float) -> WindowComparison:
     if reason is not None:
         mean = float(difference.mean()) if difference.size and pairs.reason is None else None
         return _row(pairs, mean, reason=reason)
+    from scipy.stats import ttest_1samp, wilcoxon  # here: half a second to load
+
     found = ttest_1samp(difference, 0.0)
     interval = found.confidence_interval(1.0 - alpha)
     return _row(

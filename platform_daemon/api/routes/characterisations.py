@@ -5,9 +5,9 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
+from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
 from platform_daemon.analysis import FitSettings, characterisation_task, resolve
 from platform_daemon.engine import AnyJob, CharacterisationFiles, CharacterisationWork
-from platform_daemon.reports import characterisation_html
 from platform_daemon.schemas import CharacterisationJob, CharacterisationJobs, CharacterisationRequest
 from platform_daemon.store import resolve as path_of
 
@@ -43,7 +43,7 @@ def start_characterisation(body: CharacterisationRequest, response: Response, co
     settings = FitSettings(resolve(body.variant, context.models), terms=tuple(body.terms), frames=frames)
     path = path_of(context.recordings, body.recording)
     task = characterisation_task(path, settings, body.held_in_n50 or None, body.alpha)
-    files = CharacterisationFiles(characterisation_html, context.characterisations)
+    files = CharacterisationFiles(reports.characterisation_html, context.characterisations)
     return CHARACTERISATIONS.accepted(context.engine.analyse(CharacterisationWork(body, task, files)), response)
 
 

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Path, Response
 
 from drivers.specimen import Specimen
+from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
 from platform_daemon.analysis import checked_defect, defects_report, design_report, force_curves
 from platform_daemon.engine import UnknownId
-from platform_daemon.reports import defects_png
 from platform_daemon.schemas import DefectsReport, DefectsRequest, DesignReport
 
 from ..context import Context, Shared
@@ -60,7 +60,7 @@ def draw_defects(body: DefectsRequest, context: Shared) -> Response:
     specimen = _resonator(body.resonator, context)
     checked = checked_defect(body, specimen)
     checked.analysed(body.sizes, body.phi_deg)
-    return Response(defects_png(force_curves(checked, specimen)), media_type="image/png")
+    return Response(reports.defects_png(force_curves(checked, specimen)), media_type="image/png")
 
 
 def _resonator(name: str | None, context: Context) -> Specimen | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
-from platform_daemon.analysis import ModelChoice, check_diagnosis_input, model_from_diagnosis, resolve
+from platform_daemon import analysis, reports  # not their parts, which load half of scipy and matplotlib
+from platform_daemon.analysis import ModelChoice, resolve
 from platform_daemon.engine import AnyJob, DiagnosisWork
-from platform_daemon.reports import diagnosis_html
 from platform_daemon.schemas import (
     AdoptedModelRecord,
     AdoptionRequest,
@@ -47,8 +47,8 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
-    check_diagnosis_input(list(files), model, body.observable, frames=files)
-    job = context.engine.analyse(DiagnosisWork(body, files, model, context.diagnoses, diagnosis_html))
+    analysis.check_diagnosis_input(list(files), model, body.observable, frames=files)
+    job = context.engine.analyse(DiagnosisWork(body, files, model, context.diagnoses, reports.diagnosis_html))
     return DIAGNOSES.accepted(job, response)
 
 
@@ -75,7 +75,7 @@ def get_report(identifier: JobId, context: Shared) -> FileResponse:
 def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
     found: DiagnosisReport = result_of(context.engine.job("diagnosis", identifier), AGAIN)
-    model = model_from_diagnosis(
+    model = analysis.model_from_diagnosis(
         found, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
     )
     made = context.models.add(model)

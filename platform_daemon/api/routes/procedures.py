@@ -6,8 +6,8 @@ from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
 from drivers.errors import DeviceStateError, InputError
+from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
 from platform_daemon.engine import AnyJob, CharacterisationFiles, ProcedureFiles, ProcedureWork, plan_procedure
-from platform_daemon.reports import characterisation_html
 from platform_daemon.schemas import (
     AnyProcedureRequest,
     CharacteriseOutcome,
@@ -64,7 +64,7 @@ def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSu
 def _planned(body: AnyProcedureRequest, context: Context) -> ProcedureWork:
     context.engine.catalogue.resonators.named(body.acquisition.resonator)  # by REST none is given as a path
     files = ProcedureFiles(context.recordings, context.procedures)
-    tables = CharacterisationFiles(characterisation_html, context.characterisations)
+    tables = CharacterisationFiles(reports.characterisation_html, context.characterisations)
     return plan_procedure(context.engine, body, files, tables)
 
 

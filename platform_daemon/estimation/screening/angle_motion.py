@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.signal import medfilt
 
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
@@ -72,6 +71,8 @@ def _sizes(cycles: HalfCycles, y: Array, record: RingDownRecord) -> tuple[Array,
 
 def _return(time: Array, size: Array) -> str | None:
     """A swing that gradually comes back, as beside a drive or another oscillation; not one that is pushed once."""
+    from scipy.signal import medfilt  # here: it takes longer to load than everything else that a fit of dm/dt needs
+
     smooth = np.asarray(medfilt(size, _SMOOTHED))[2:-2]
     time = time[2:-2]
     low = np.minimum.accumulate(smooth)
