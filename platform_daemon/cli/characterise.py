@@ -47,6 +47,10 @@ ResonatorOption = Annotated[str | None, typer.Option(help="Measure this one: thr
 SourceOption = Annotated[Path | None, typer.Option("--from", help="Or a recording with the shots of one resonator.")]
 OutOption = Annotated[Path, typer.Option("--output", "--out", help="Recording to write.")]
 DryRunOption = Annotated[bool, typer.Option("--dry-run", help="Check the shots and show the plan; nothing moves.")]
+TuneOption = Annotated[bool, typer.Option(help="Find f_nat and the sequence first.")]
+RampOption = Annotated[
+    bool | None, typer.Option(help="Find the field first, 80 % of that of side modes; default: unless --field-ut.")
+]
 HoldOption = Annotated[
     list[str] | None, typer.Option("--hold", help="Hold the loss NAME=VALUE in N50; default: lambda, of D30.")
 ]
@@ -72,7 +76,8 @@ def characterise(
     resonator: ResonatorOption = None,
     source: SourceOption = None,
     shots: Annotated[int, typer.Option(min=1, help="Excited shots.")] = 100,
-    ramp: Annotated[bool, typer.Option("--ramp", help="Find the field first: 80 % of that of side modes.")] = False,
+    tune: TuneOption = True,
+    ramp: RampOption = None,
     max_ut: Annotated[float | None, typer.Option(help="Field that the ramp does not pass, uT.")] = None,
     blank_shots: Annotated[int, typer.Option(min=0, help="Shots without excitation before them.")] = 4,
     field_ut: Annotated[float | None, typer.Option(help="Excitation field, uT; default: the preset's.")] = None,
@@ -119,8 +124,9 @@ def characterise(
     shot = {"sequence": {name: value for name, value in sequence.items() if value is not None}, "variant": variant}
     series = {"resonator": resonator, "shots": shots, "blank_shots": blank_shots, **shot}
     said = {"sample": sample, "operator": operator, "comment": comment}
-    limits = {"max_t": None if max_ut is None else 1e-6 * max_ut} if ramp else None
-    asked = {"acquisition": {**series, **said}, "ramp": limits}
+    ramps = field_ut is None if ramp is None else ramp
+    limits = {"max_t": None if max_ut is None else 1e-6 * max_ut} if ramps else None
+    asked = {"acquisition": {**series, **said}, "tune": tune, "ramp": limits}
     with _engine(platform, overrides, endpoints, models) as engine:
         _of_resonator(engine, asked, out, wanted, dry_run=dry_run)
 
@@ -144,11 +150,13 @@ def _engine(
 def _of_resonator(engine: Engine, asked: dict[str, Any], out: Path, wanted: _Wanted, *, dry_run: bool) -> None:
     """Raises InputError, and what `conduct` raises."""
     from platform_daemon.engine import CharacterisationFiles
-    from platform_daemon.reports import characterisation_html, characterisation_text, ramp_text
+    from platform_daemon.reports import characterisation_html, characterisation_text, outcome_text, ramp_text
     from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest
 
     def tell(result: ProcedureResult) -> None:
         if isinstance(result.outcome, CharacteriseOutcome):
+            if result.outcome.tune is not None:
+                print(outcome_text(result.outcome.tune))
             if result.outcome.ramp is not None:
                 print(ramp_text(result.outcome.ramp))
             print(characterisation_text(result.outcome.report))

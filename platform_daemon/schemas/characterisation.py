@@ -14,6 +14,7 @@ from .procedure_requests import ProcedureRequest
 from .ramps import RampOutcome, RampRequest
 from .recordings import ExcitationInfo
 from .requests import FieldTesla, ModelName
+from .tunes import TuneOutcome, TuneRequest
 
 SIGNIFICANCE = 0.001
 """Level of significance of the paper (ssec:primary_results)."""
@@ -252,9 +253,18 @@ class CharacteriseRequest(ProcedureRequest):
     median of its own D30 fits."""
     alpha: Level = SIGNIFICANCE
     """Level of significance of all comparisons together."""
+    tune: bool = False
+    """Tune first: the ramp and the shots are made with the sequence that it finds."""
     ramp: RampSettings | None = None
     """A ramp before the shots, which are made at 80 % of the field that it finds; null: none, then at the field asked
     for, that which an earlier ramp has kept with the specimen, or the preset's."""
+
+    def tune_request(self) -> TuneRequest:
+        """Tune of the same resonator, with the same keys of its sequence."""
+        shots = self.acquisition
+        window = "d30" if shots.window is None else shots.window
+        made = shots.model_copy(update={"shots": 1, "blank_shots": 0, "window": window})
+        return TuneRequest(kind="tune", acquisition=made)
 
     def ramp_request(self) -> RampRequest:
         """The ramp that is asked for, of the same resonator."""
@@ -271,6 +281,8 @@ class CharacteriseOutcome(Schema):
 
     kind: Literal["characterise"]
     """Characterise."""
+    tune: TuneOutcome | None
+    """What tune has found; null: it was not asked for."""
     ramp: RampOutcome | None
     """What its ramp has found; null: it made none."""
     report: CharacterisationReport

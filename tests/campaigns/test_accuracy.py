@@ -3,7 +3,7 @@ import pytest
 from tests.campaigns.accuracy import judge, record
 
 
-@pytest.mark.parametrize("chain", ["ideal", "non_ideal"])
+@pytest.mark.parametrize("chain", [pytest.param("ideal", marks=pytest.mark.campaign), "non_ideal"])
 @pytest.mark.parametrize(("variant", "shots"), [("jewel", 20), ("thread", 8)])
 def test_fits_of_simulated_shots_are_true_within_their_errors(tmp_path, variant, shots, chain):
     found = judge(record(variant, chain, shots, tmp_path / "a.h5", seed=2), chain)

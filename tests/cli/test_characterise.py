@@ -68,6 +68,7 @@ def test_shots_that_are_all_refused_end_with_3_and_a_report(tmp_path):
 
 def test_a_resonator_is_measured_and_characterised_at_once(tmp_path):
     short = ("--resonator", "jewel", "--shots", "2", "--blank-shots", "0", "--rx-s", "0.6", "--pause-s", "5")
+    short += ("--no-tune", "--no-ramp")
     plan = here("characterise", *short, "--dry-run")
     assert "2 shots" in plan.stdout
     files = ("--out", tmp_path / "c.h5", "--json", tmp_path / "c.json", "--html", tmp_path / "c.html")

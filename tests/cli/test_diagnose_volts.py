@@ -33,7 +33,10 @@ def test_a_hidden_drag_is_named_in_counts_of_three_coils(tmp_path):
     assert "m_r" not in text
 
 
-@pytest.mark.parametrize(("dtype", "channels"), [(">f4", 3), ("<u2", 2), (">i4", 1)])
+@pytest.mark.parametrize(
+    ("dtype", "channels"),
+    [("<u2", 2), *(pytest.param(*each, marks=pytest.mark.campaign) for each in ((">f4", 3), (">i4", 1)))],
+)
 def test_nothing_is_named_where_nothing_is_missing(tmp_path, dtype, channels):
     path = write_twin(tmp_path / "small.h5", SMALL, dtype, channels=channels, seed=channels)
     _, report = diagnosed(tmp_path, path)
@@ -43,7 +46,7 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path, dtype, channels):
     assert report["parameters_after"]["lambda_per_s"]["value"] == pytest.approx(SMALL.loss_per_s, rel=1e-4)
 
 
-@pytest.mark.parametrize("channels", [1, pytest.param(2, marks=pytest.mark.campaign)])
+@pytest.mark.parametrize("channels", [pytest.param(n, marks=pytest.mark.campaign) for n in (1, 2)])
 def test_dry_friction_is_named_with_fewer_coils(tmp_path, channels):
     path = write_twin(tmp_path / "small.h5", replace(SMALL, dry_rad_per_s2=500.0), frames=2, channels=channels, seed=6)
     _, report = diagnosed(tmp_path, path)
@@ -51,6 +54,7 @@ def test_dry_friction_is_named_with_fewer_coils(tmp_path, channels):
     assert report["effects"][0]["strength"]["value"] == pytest.approx(500.0, rel=0.01)
 
 
+@pytest.mark.campaign
 def test_what_acts_on_one_coil_is_named_by_its_number(tmp_path):
     path = write_twin(tmp_path / "late.h5", SMALL, "<f8", seed=5)
     with h5py.File(path, "r+") as file:

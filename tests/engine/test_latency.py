@@ -45,6 +45,7 @@ def test_what_a_series_left_behind_goes_before_the_next_one():
     assert gone() is None
 
 
+@pytest.mark.campaign  # it measures milliseconds
 def test_a_thread_that_is_needed_runs_soon_though_another_one_computes():
     def waited_s():
         """Median of 20 short sleeps, beside a thread that computes."""
@@ -63,3 +64,9 @@ def test_a_thread_that_is_needed_runs_soon_though_another_one_computes():
     before = waited_s()
     reduce_latency()
     assert waited_s() < 0.5 * before
+
+
+def test_a_thread_that_computes_gives_way_within_half_a_millisecond():
+    sys.setswitchinterval(0.05)
+    reduce_latency()
+    assert sys.getswitchinterval() <= 5e-4 * (1 + 1e-9)

@@ -12,7 +12,7 @@ from tests.system.golden.volatile import Placeholders
 from tests.system.golden.workplace import DATA, Workplace
 
 GOLDEN = DATA / "golden"
-QUICK = ("rest", "rest-faults", "cli-series", "cli-design")  # the others take as long again, one process per command
+QUICK = ("rest-faults", "cli-design")  # of the others each takes a minute; every route and command has its own tests
 
 
 @pytest.mark.parametrize(

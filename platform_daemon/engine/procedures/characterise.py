@@ -1,19 +1,26 @@
-"""Characterise: a ramp, many shots at 80 % of what it found, and the paper's tables from the recording."""
+"""Characterise: tune, a ramp, many shots at 80 % of what it found, and the paper's tables from the recording."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from drivers.errors import PlatformError
 from platform_daemon import analysis
-from platform_daemon.schemas import CharacteriseOutcome, CharacteriseRequest, ProcedureResult, ProcedureSummary
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    CharacteriseOutcome,
+    CharacteriseRequest,
+    ProcedureResult,
+    ProcedureSummary,
+)
 
 from ..work.characterisation import CharacterisationFiles, characterise_to_disk
 from .procedure import ProcedureJob, ShotFiles, Step, StepSequence
 from .ramp import Ramp
+from .tune import Tune
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import ModelChoice
@@ -29,7 +36,7 @@ class NoFieldError(PlatformError):
 
 
 class Characterise:
-    """See Procedure: a ramp, if there is one, then the shots at the field that it found.
+    """See Procedure: tune and a ramp, if they are asked for, then the shots with what these have found.
 
     kept_t: field to work at that an earlier ramp has found, T; it counts where none is asked for.
     """
@@ -37,35 +44,49 @@ class Characterise:
     title = "characterise"
     outcome = None  # before its conclusion
 
-    def __init__(self, request: CharacteriseRequest, ramp: Ramp | None, kept_t: float | None) -> None:
-        self.request, self.ramp = request, ramp
+    def __init__(
+        self, request: CharacteriseRequest, tune: Tune | None, ramp: Ramp | None, kept_t: float | None
+    ) -> None:
+        self.request, self.tune, self.ramp = request, tune, ramp
+        self._tuned: dict[str, Any] = {}
         asked = request.acquisition.sequence.field_t
-        self._shots = self._at(kept_t if asked is None and kept_t is not None else asked)
+        self._field_t = kept_t if asked is None else asked
+        self._shots = self._at(self._field_t)
 
     @property
     def ends_early(self) -> str | None:
         """See Procedure."""
-        return None if self.ramp is None else f"its ramp ends when {self.ramp.ends_early}"
+        ends = [] if self.tune is None else [f"tune ends when {self.tune.ends_early}"]
+        ends += [] if self.ramp is None else [f"the ramp ends when {self.ramp.ends_early}"]
+        return "; ".join(ends) or None
 
     @property
     def open_ended(self) -> bool:
         """See Procedure."""
-        return self.ramp is not None
+        return self.tune is not None or self.ramp is not None
 
     def _at(self, field_t: float | None) -> Step:
-        """The shots at this field; None: the preset's."""
-        made = self.request.acquisition
-        if field_t is not None:
-            made = made.model_copy(update={"sequence": made.sequence.model_copy(update={"field_t": field_t})})
-        return Step((), made)
+        """The shots at this field; None: what tune has found, else the preset's."""
+        asked = self.request.acquisition
+        keys = self._tuned | asked.sequence.changes() | ({} if field_t is None else {"field_t": field_t})
+        return Step((), AcquisitionRequest.model_validate(asked.model_dump(exclude_none=True) | {"sequence": keys}))
 
     def outline(self) -> Sequence[Step]:
         """See Procedure."""
-        return [*(() if self.ramp is None else self.ramp.outline()), self._shots]
+        before = [step for each in (self.tune, self.ramp) if each is not None for step in each.outline()]
+        return [*before, self._shots]
 
     def steps(self) -> StepSequence:
-        """See Procedure.  Raises what a ramp raises, NoFieldError."""
+        """See Procedure.  Raises what tune and a ramp raise, NoFieldError."""
+        if self.tune is not None:
+            yield from self.tune.steps()
+            sequence = self.tune.outcome.sequence
+            assert sequence is not None
+            self._tuned = sequence.changes()
+            self._shots = self._at(self._field_t)
         if self.ramp is not None:
+            if self._tuned:
+                self.ramp.tuned(self._tuned)
             why = yield from self.ramp.steps()
             found = self.ramp.outcome
             if found is None or found.operating_field_t is None:
@@ -81,8 +102,9 @@ class Characterise:
 
     def conclude(self, job: str, result: ProcedureResult) -> None:
         """See Procedure."""
-        if self.ramp is not None:
-            self.ramp.conclude(job, result)
+        for each in (self.tune, self.ramp):
+            if each is not None:
+                each.conclude(job, result)
 
 
 @dataclass(frozen=True)
@@ -109,6 +131,7 @@ class CharacteriseConclusion:
         held = self.request.held_in_n50 or None
         task = analysis.characterisation_task(recording, settings, held, self.request.alpha)
         report = characterise_to_disk(task, self.files, job, tell)
+        tune = None if self.procedure.tune is None else self.procedure.tune.outcome
         ramp = None if self.procedure.ramp is None else self.procedure.ramp.outcome
-        outcome = CharacteriseOutcome(kind="characterise", ramp=ramp, report=report)
+        outcome = CharacteriseOutcome(kind="characterise", tune=tune, ramp=ramp, report=report)
         job.result = job.result.model_copy(update={"outcome": outcome})

@@ -73,12 +73,13 @@ def _ramp(engine: Engine, request: RampRequest, files: ProcedureFiles) -> Ramp:
 def _characterise(
     engine: Engine, request: CharacteriseRequest, files: ProcedureFiles, tables: CharacterisationFiles | None
 ) -> ProcedureWork:
-    """After a ramp, if one is asked for; else at the field that an earlier one has kept with the specimen."""
+    """After tune and a ramp, if asked for; else at the field that an earlier ramp has kept with the specimen."""
     plan = engine.plan(request.acquisition)
     analysis.check_held_in_n50(plan.model, request.held_in_n50)
+    tune = _tune(engine, request.tune_request()) if request.tune else None
     ramp = None if request.ramp is None else _ramp(engine, request.ramp_request(), files)
     kept = plan.specimen.side_modes
-    procedure = Characterise(request, ramp, None if kept is None else kept.operating_field_t)
+    procedure = Characterise(request, tune, ramp, None if kept is None else kept.operating_field_t)
     conclusion = CharacteriseConclusion(request, plan.model, tables, procedure)
     return ProcedureWork(procedure, EngineSteps(engine), files, conclusion=conclusion)
 

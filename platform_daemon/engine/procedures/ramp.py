@@ -3,10 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
 from drivers.errors import DeviceFault, InputError, PlatformError
 from platform_daemon import analysis
@@ -105,6 +105,10 @@ class Ramp:
     def open_ended(self) -> bool:
         """See Procedure."""
         return True
+
+    def tuned(self, keys: Mapping[str, Any]) -> None:
+        """From now on shots are made with these keys of a sequence, where others were not asked for."""
+        self._given = {k: v for k, v in keys.items() if k not in ("field_t", "rx_s", "pause_s")} | self._given
 
     def reads(self, files: ShotFiles) -> None:
         """See ReadsShots."""

@@ -115,9 +115,8 @@ class Tune:
             if self._found.shots >= MOST_SHOTS:
                 raise self._not_tuned(shot)
             before = shot
+            # What does not ring now was too weak: the first shot may have met a swing left over from before.
             shot = yield from self._shot(self._refined(shot))
-            if not shot.rings:
-                raise self._not_tuned(shot)
 
     def conclude(self, job: str, result: ProcedureResult) -> None:
         """See Procedure."""

@@ -65,11 +65,10 @@ class TuneShot:
 
     @property
     def f_nat_hz(self) -> float:
-        """By the fit, else the frequency of the line; it must ring."""
+        """By the fit, else the frequency of the line that rings, else that at which the shot was made."""
         if self.fitted:
             return self.value("f_nat_hz")
-        assert self.heard is not None
-        return self.heard.frequency_hz
+        return self.f_tx_hz if self.heard is None else self.heard.frequency_hz
 
     @property
     def swing_rad(self) -> float:

@@ -12,7 +12,7 @@ from tests.campaigns.faults.campaign import trial
 from tests.campaigns.faults.catalogue import DEAD, cells
 from tests.campaigns.faults.trial import draw
 
-SEED, SAMPLE = 7, 20
+SEED, SAMPLE = 7, 10
 
 
 def sample() -> list[int]:

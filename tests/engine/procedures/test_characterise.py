@@ -18,12 +18,12 @@ from platform_daemon.store.reader import open_recording
 SHOTS = 4
 
 
-def begun(engine, folder, longest_pause_s=60.0, held=None, ramp=None, **keys):
+def begun(engine, folder, longest_pause_s=60.0, held=None, tune=False, ramp=None, **keys):
     """The job of a short one."""
     asked = {"resonator": "jewel", "shots": SHOTS, "blank_shots": 1, "sequence": {"rx_s": 0.6, "pause_s": 5.0}, **keys}
     request = CharacteriseRequest.model_validate(
         {"kind": "characterise", "acquisition": asked, "held_in_n50": held or {}, "longest_pause_s": longest_pause_s}
-        | {"ramp": ramp}
+        | {"tune": tune, "ramp": ramp}
     )
     files = ProcedureFiles(folder, folder, folder / "c.h5", folder / "log.json")
     tables = CharacterisationFiles(characterisation_html, report=folder / "c.json", html=folder / "c.html")
@@ -59,15 +59,19 @@ def test_the_shots_become_one_recording_tables_and_a_page(engine_with, tmp_path)
     assert max(before) < 1.0  # the fits are part of what is left
 
 
-def test_after_a_ramp_the_shots_are_made_at_the_field_that_it_found(engine_with, tmp_path):
-    job = begun(engine_with(), tmp_path, shots=2, blank_shots=0, ramp={"start_t": 2.4e-4, "max_t": 2.5e-4})
+def test_after_tune_and_a_ramp_shots_are_made_with_what_these_found(engine_with, tmp_path):
+    ramp = {"start_t": 2.4e-4, "max_t": 2.5e-4}
+    job = begun(engine_with(), tmp_path, tune=True, shots=2, blank_shots=0, ramp=ramp)
     assert job.ended.wait(timeout=120)
     assert job.state is JobState.DONE, job.error
     outcome = job.result.outcome
     assert outcome.ramp.operating_field_t == pytest.approx(0.8 * 2.5e-4)
-    fields = [info.excitation.field_t for info in open_recording(tmp_path / "c.h5").frame_info]
-    assert fields == pytest.approx([2.4e-4] * 3 + [2.5e-4] + [2e-4] * 2)
-    assert [frame.frame for frame in outcome.report.d30_fits.frames] == [4, 5]
+    tuned = outcome.tune.shots
+    excited = [info.excitation for info in open_recording(tmp_path / "c.h5").frame_info][tuned:]
+    assert [e.field_t for e in excited] == pytest.approx([2.4e-4] * 3 + [2.5e-4] + [2e-4] * 2)
+    assert {e.requested_hz for e in excited} == {outcome.tune.sequence.f_tx_hz}
+    assert outcome.tune.sequence.f_tx_hz == pytest.approx(outcome.tune.f_nat_hz.value, rel=0.02)
+    assert [frame.frame for frame in outcome.report.d30_fits.frames] == [tuned + 4, tuned + 5]
     assert outcome.report.excitation.field_t == pytest.approx(2e-4)
 
 

@@ -17,7 +17,7 @@ from platform_daemon.store.truth import read_truth
 
 
 def work(engine, folder, resonator="thread_imperfect", sequence=None, **keys):
-    acquisition = {"resonator": resonator, "sequence": {"rx_s": 1.0, "pause_s": 30.0, **(sequence or {})}}
+    acquisition = {"resonator": resonator, "sequence": {"rx_s": 1.0, "pause_s": 12.0, **(sequence or {})}}
     request = RampRequest.model_validate({"kind": "ramp", "acquisition": acquisition, **keys})
     return plan_procedure(engine, request, ProcedureFiles(folder, folder, folder / "r.h5", folder / "r.json"))
 

@@ -187,8 +187,8 @@ def stribeck(phi, v, sigma, s):
 @pytest.mark.parametrize(
     ("model", "values", "torque", "ways"),
     [
-        (CONSTANT, (0.3, 1190.0), constant_friction, [traced, tabulated]),
-        (SMALL, (0.3, 1190.0), small_angle, [traced, tabulated]),
+        pytest.param(CONSTANT, (0.3, 1190.0), constant_friction, [traced, tabulated], marks=pytest.mark.campaign),
+        pytest.param(SMALL, (0.3, 1190.0), small_angle, [traced, tabulated], marks=pytest.mark.campaign),
         (LOPSIDED, (0.3, 2e-3, 9000.0, 0.02), lopsided, [traced, tabulated]),
         (STRIBECK, (0.3, 1190.0, 400.0, 60.0), stribeck, [traced]),
         (DRIFTING, (0.3, 900.0, 0.01), drifting, [traced, tabulated]),
@@ -225,8 +225,8 @@ def test_wide_swings_of_a_pendulum_agree_with_dop853(degrees, basis_of):
     ("model", "values", "amplitude"),
     [
         (THREAD, (0.3,), 0.5),
-        (THREAD, (0.3,), -1.2),
-        (JEWEL, (0.3, 1190.0), 0.9),
+        pytest.param(THREAD, (0.3,), -1.2, marks=pytest.mark.campaign),
+        pytest.param(JEWEL, (0.3, 1190.0), 0.9, marks=pytest.mark.campaign),
         (JEWEL, (0.3, 1190.0), -0.3),
         (LOPSIDED, (0.3, 2e-3, 9000.0, 0.02), 0.6),
         (STRIBECK, (0.3, 1190.0, 400.0, 60.0), 0.7),
