@@ -8,15 +8,23 @@ add up.
 from __future__ import annotations
 
 import gc
+import math
 import sys
+import time
 
 TURN_S = 5e-4
 """After this long a thread that computes lets another one on; less costs more in turns than it gains."""
+ALL_EVERY_S = 60.0
+"""The search walks over what was there before no more often than this: short series one after another need it once."""
+_searched_s = -math.inf
 
 
 def reduce_latency() -> None:
     """Search for garbage once more, now, and from here on only in what is made later; turns are short from here on."""
+    global _searched_s
     sys.setswitchinterval(TURN_S)
-    gc.unfreeze()
+    if time.monotonic() - _searched_s > ALL_EVERY_S:
+        gc.unfreeze()
+        _searched_s = time.monotonic()
     gc.collect()
     gc.freeze()

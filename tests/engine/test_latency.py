@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import sys
 import threading
 import time
@@ -10,6 +11,7 @@ import weakref
 
 import pytest
 
+from platform_daemon.engine import latency
 from platform_daemon.engine.latency import reduce_latency
 
 
@@ -21,7 +23,8 @@ class Ring:
 
 
 @pytest.fixture(autouse=True)
-def as_before():
+def as_before(monkeypatch):
+    monkeypatch.setattr(latency, "_searched_s", -math.inf)
     before = sys.getswitchinterval()
     yield
     sys.setswitchinterval(before)
@@ -35,12 +38,14 @@ def test_what_is_there_is_not_walked_over_again():
     assert not any(isinstance(each, Ring) for each in gc.get_objects())
 
 
-def test_what_a_series_left_behind_goes_before_the_next_one():
+def test_what_a_series_left_behind_goes_before_one_a_minute_later(monkeypatch):
     ring = Ring()
     reduce_latency()
     gone, ring = weakref.ref(ring), None
     gc.collect()
+    reduce_latency()
     assert gone() is not None
+    monkeypatch.setattr(latency, "ALL_EVERY_S", 0.0)
     reduce_latency()
     assert gone() is None
 
