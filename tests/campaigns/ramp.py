@@ -166,10 +166,11 @@ def told(case: Case, true_ut: float | None, ramps: Sequence[Outcome]) -> str:
 
 HEAD = """# Ramps by the hundred
 
-Written by `python -m tests.campaigns.ramp --page docs/ramp-study.md`; do not edit. Every ramp has noise of its own; how
-the shots are made, and what is left out, is in the first lines of `tests/campaigns/ramp.py`. Fields in µT. *True*:
-where the world's own z residual first passes 0.4 A m²/s. *Inside*: ramps whose 95 % interval holds the true threshold. *Above by*: the
-highest field of any ramp less the true threshold; *above in*: ramps with a shot above it. *Ladder*: shots of the paper's plain steps of 10 µT, one shot each, up to the first above the true threshold.
+Written by `python -m tests.campaigns.ramp --page docs/ramp-study.md`; do not edit. Every ramp has noise of its own;
+how the shots are made, and what is left out, is in the first lines of `tests/campaigns/ramp.py`. Fields in µT.
+*True*: where the world's own z residual first passes 0.4 A m²/s. *Inside*: ramps whose 95 % interval holds the true
+threshold. *Above by*: the highest field of any ramp less the true threshold; *above in*: ramps with a shot above it.
+*Ladder*: shots of the paper's plain steps of 10 µT, one shot each, up to the first above the true threshold.
 
 | rotor | true | found in | threshold: mean ± standard deviation (range) | inside | above by | above in | shots |
 | --- | --- | --- | --- | --- | --- | --- | --- |
