@@ -188,6 +188,13 @@ def _diagnose(
         ),
         notes=(
             *notes(found, final, alike, refused, dropped),
+            *(
+                f"{r.candidate.effect.id} and {r.beside.effect.id} in the place of {n.candidate.effect.id} fit better, "
+                f"by {-r.rise:.1f} of chi2: not enough to name two effects"
+                for n in named
+                for r in n.confounders
+                if r.beside is not None
+            ),
             *doubts,
             *undecided(exact, after_all),
         ),

@@ -17,7 +17,7 @@ from ..effects.effect import Candidate
 from ..regression.cross_validation import CrossValidation
 from ..regression.joint_fit import JointFit
 from ..regression.score_test import ScoreTable, score_table
-from ..selection.confounders import Confounder, confounders, gain_of
+from ..selection.confounders import Confounder, confounders, gain_of, two_in_place
 from ..selection.data_integrity import DataDefect
 from ..selection.scales import strength_spread
 from ..selection.significance import log_chance
@@ -53,6 +53,7 @@ def accepted_effects(
 ) -> tuple[AcceptedEffect, ...]:
     """Accepted effects with their evidence."""
     named, final = [], seen.joint_fit
+    angle = final.started[0].shot.record.quantity == "angle"  # there all sets of torques were fitted
     f_nat = float(np.mean([s.dynamics.w for s in final.states])) / (2.0 * math.pi)
     for c in final.hypothesis.effects:
         alike: tuple[Confounder, ...] = ()
@@ -62,7 +63,9 @@ def accepted_effects(
             std = max(std, _scale_spread(c, final, found.base, pool)) if c.hidden else std
             value, std = c.public(value, std, f_nat)
             log_p = log_chance(gain_of(final, c), c.size, found.trials * c.trials)
-            alike = tuple(r for r in confounders(seen, c, pool) if r.indistinguishable)
+            rivals = confounders(seen, c, pool)
+            alike = tuple(r for r in rivals if r.indistinguishable)
+            alike += () if angle else tuple(two_in_place(seen, c, rivals, pool))
             alike += tuple(r for r in passed.get(c.key, ()) if r.indistinguishable)
         else:
             value, std, log_p = _own_strength(c, final, found.trials)

@@ -93,7 +93,9 @@ def _doubts(
     if len(gains) > 1 and min(gains) < _PATCH * max(gains):
         yield "one effect only mends what a much larger one does not quite explain"
     # Effects together imitate anything: three of them, or two that others could replace.
-    replaceable = any(r.candidate.effect is not n.candidate.effect for n in together for r in n.confounders)
+    replaceable = any(
+        r.candidate.effect is not n.candidate.effect and r.beside is None for n in together for r in n.confounders
+    )
     if len(together) > _BELIEVED or (len(together) > 1 and (replaceable or _chance_of_rest(found) < LEVEL)):
         yield f"{len(together)} effects together may imitate one that has no name here"
     if any(_kind(n.candidate) != _kind(r.candidate) for n in together for r in n.confounders):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -14,12 +16,15 @@ from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
 from ..regression.joint_fit import JointFit, fit_jointly, starting_point
 from ..regression.score_test import CandidateBlock, ScoreTable
+from .refits import allowed_refit
 from .sign_constraints import signs_allowed, without_gain_of_energy
 
 TOLD_APART = 10.8  # rise of chi^2: 3.3 standard deviations
 _WORTH_A_REFIT = 60.0  # rise by the linear step that a refit may still bring down
 _SHARE = 0.05  # of the effect's own gain, the same
 _MOST_REFITS = 10
+_NEAR_MISSES, _SECONDS = 2, 3  # torques that nearly take the place, and what is tried beside each
+_BETTER = 3.84  # fall of chi^2 that a second effect brings by chance in one case of 20
 
 
 @dataclass(frozen=True)
@@ -27,12 +32,14 @@ class Confounder:
     """An alternative for an accepted effect.
 
     rise: of chi^2 if it takes the effect's place; negative: it fits better. gain: what the effect itself gains.
+    beside: a second effect that takes the place with it, None: it does so alone.
     """
 
     candidate: Candidate
     rise: float
     gain: float
     joint_fit: JointFit | None = None
+    beside: Candidate | None = None
 
     @property
     def indistinguishable(self) -> bool:
@@ -46,12 +53,39 @@ def confounders(seen: ScoreTable, effect: Candidate, pool: Executor) -> list[Con
     gain = gain_of(at, effect)
     found = []
     for block in seen.blocks:
-        rise = _exchange(seen, effect, block)
+        rise = _exchange(seen, effect, [block])
         if rise is not None and rise < _WORTH_A_REFIT + _SHARE * gain:
             found.append(Confounder(block.candidate, rise, gain))
     found.sort(key=lambda r: r.rise)
     checked = [_checked(at, effect, r, pool) for r in found[:_MOST_REFITS]]
     return sorted((r for r in checked if r is not None), key=lambda r: r.rise)
+
+
+def two_in_place(seen: ScoreTable, effect: Candidate, alone: Sequence[Confounder], pool: Executor) -> list[Confounder]:
+    """Torques that nearly take a torque's place, and with a second one do so better than it does.
+
+    One effect is the simpler explanation and stays the name as long as two are not surely better; that they may be
+    there has to be said. alone: what takes the place alone, the best first.
+    """
+    found = []
+    near = [r for r in alone if r.candidate.term is not None and not r.indistinguishable and r.joint_fit is not None]
+    for rival in near[:_NEAR_MISSES] if effect.term is not None else []:
+        assert rival.joint_fit is not None
+        first = next(b for b in seen.blocks if b.candidate is rival.candidate)
+        beside = [(_exchange(seen, effect, [first, b]), b.candidate) for b in seen.blocks if _second(b, rival)]
+        seconds = sorted(((rise, c) for rise, c in beside if rise is not None), key=lambda pair: pair[0])
+        for _, second in seconds[:_SECONDS]:
+            both = allowed_refit(rival.joint_fit.hypothesis.plus(second), rival.joint_fit, pool)
+            rise = math.inf if both is None else (both.chi2 - seen.joint_fit.chi2) / both.noise_factor
+            if both is not None and rise < -_BETTER and signs_allowed(both):
+                found.append(Confounder(rival.candidate, rise, rival.gain, both, second))
+    return found
+
+
+def _second(block: CandidateBlock, rival: Confounder) -> bool:
+    """A torque of one strength that another may stand beside; those that depend on time take too long."""
+    c = block.candidate
+    return c.term is not None and not c.term.timed and not c.hidden and c.effect is not rival.candidate.effect
 
 
 def _place(at: JointFit, effect: Candidate) -> slice:
@@ -68,13 +102,14 @@ def gain_of(at: JointFit, effect: Candidate) -> float:
     return float(value @ np.linalg.lstsq(at.covariance[where, where], value, rcond=None)[0]) / at.noise_factor
 
 
-def _exchange(seen: ScoreTable, effect: Candidate, block: CandidateBlock) -> float | None:
-    """Rise of chi^2 if a block takes the effect's place, to first order; None if it is not seen beside the rest."""
+def _exchange(seen: ScoreTable, effect: Candidate, blocks: Sequence[CandidateBlock]) -> float | None:
+    """Rise of chi^2 if blocks take the effect's place, to first order; None if they are not seen beside the rest."""
     at = seen.joint_fit
     gone = range(*_place(at, effect).indices(seen.accepted))
     kept = [k for k in range(seen.accepted) if k not in gone]
-    which = [*kept, *block.where]
-    if not np.all(np.diag(seen.information)[list(block.where)] > 1e-11 * seen.power[list(block.where)]):
+    new = [k for b in blocks for k in b.where]
+    which = [*kept, *new]
+    if not np.all(np.diag(seen.information)[new] > 1e-11 * seen.power[new]):
         return None
     # Without the effect's part the residual is turned by what it explained.
     removed = seen.information[:, list(gone)] @ at.strengths[list(gone)]

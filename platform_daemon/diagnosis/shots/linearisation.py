@@ -24,6 +24,7 @@ from platform_daemon.estimation import (
 from .shot import PreparedShot
 
 _STRAY = 3.0  # times the frequency of the shot's own fit
+_KEPT = 3  # states of a shot: some megabytes each
 _LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
 
@@ -168,7 +169,20 @@ def _check(started: PreparedShot, state: FitState) -> None:
 
 
 def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
-    """The kernel's basis at the instants, (b, m)."""
+    """The kernel's basis at the instants, (b, m), read-only: many a state is asked for again."""
+    places = tuple((g.first, g.last, g.factor) for g in started.grids)
+    key = (model.terms, state.dynamics, state.observation.observable, places)
+    found = started.bases.get(key)
+    if found is None:
+        found = _basis(started, model, state)
+        found.flags.writeable = False
+        while len(started.bases) >= _KEPT:
+            started.bases.pop(next(iter(started.bases)), None)
+        started.bases[key] = found
+    return found
+
+
+def _basis(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
     d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
     # Torques that depend on time are integrated once; the others have tables.
     places = [(g.first, g.last, g.factor / rate) for g in started.grids]

@@ -175,12 +175,16 @@ def _filter(shot: DiagnosisShot, grid: SampleGrid, frequency_hz: float, level: A
 
 @dataclass(frozen=True)
 class PreparedShot:
-    """A shot with a fitted state of the declared model, its grids and how its noise is taken out of columns."""
+    """A shot with a fitted state of the declared model, its grids and how its noise is taken out of columns.
+
+    bases: the last states it was looked at in, by what they depend on, see `linearisation.basis_at`.
+    """
 
     shot: DiagnosisShot
     state: FitState
     grids: tuple[SampleGrid, ...]
     white: Whitening
+    bases: dict[tuple[object, ...], Array] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def dof(self) -> float:
