@@ -27,6 +27,7 @@ from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_eff
 from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.moving_parameters import MovingParameter, moving_parameters
+from .findings.neglected import neglected
 from .findings.next_measurements import Ambiguity, Proposal, proposals
 from .findings.notes import notes, undecided
 from .findings.verdict import assess_diagnosis
@@ -159,6 +160,8 @@ def _diagnose(
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
     others = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
     others += [(other, 1.0) for other in beside_scales(final, pool)]
+    small = neglected(seen, dropped, found.trials, pool) if verdict == "explained" else None
+    others += [] if small is None else [(small.joint_fit, 1.0)]
     after_all = widened(exact, [(means(other), rise) for other, rise in others])
     return Diagnosis(
         shots=tuple(shots),
@@ -195,6 +198,7 @@ def _diagnose(
                 for r in n.confounders
                 if r.beside is not None
             ),
+            *(() if small is None else (small.note,)),
             *doubts,
             *undecided(exact, after_all),
         ),
