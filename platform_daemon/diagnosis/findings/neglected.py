@@ -29,7 +29,7 @@ class Neglected:
     def note(self) -> str:
         """For the reader."""
         return (
-            f"{self.candidate.effect.id} would gain {self.fall:.0f} of chi2, little beside what the named effects gain: "
+            f"{self.candidate.effect.id} gains {self.fall:.0f} of chi2, little beside what the named effects gain: "
             "it may only mend these, and is not named; the errors of the parameters span it"
         )
 
