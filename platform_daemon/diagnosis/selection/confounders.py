@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from platform_daemon.estimation import LostTrajectoryError
 
-from ..effects.effect import Candidate
+from ..effects.effect import Candidate, Effect
 from ..regression.hypothesis import Hypothesis
 from ..regression.information import solved
 from ..regression.joint_fit import JointFit, fit_jointly, starting_point
@@ -67,14 +67,20 @@ def two_in_place(seen: ScoreTable, effect: Candidate, alone: Sequence[Confounder
     One effect is the simpler explanation and stays the name as long as two are not surely better; that they may be
     there has to be said. alone: what takes the place alone, the best first.
     """
-    found = []
+    found, alike = [], {r.candidate.effect for r in alone if r.indistinguishable}  # these need no second one
     near = [r for r in alone if r.candidate.term is not None and not r.indistinguishable and r.joint_fit is not None]
     for rival in near[:_NEAR_MISSES] if effect.term is not None else []:
         assert rival.joint_fit is not None
         first = next(b for b in seen.blocks if b.candidate is rival.candidate)
-        beside = [(_exchange(seen, effect, [first, b]), b.candidate) for b in seen.blocks if _second(b, rival)]
+        beside = [
+            (_exchange(seen, effect, [first, b]), b.candidate)
+            for b in seen.blocks
+            if _second(b, {*alike, rival.candidate.effect})
+        ]
         seconds = sorted(((rise, c) for rise, c in beside if rise is not None), key=lambda pair: pair[0])
         for _, second in seconds[:_SECONDS]:
+            if any(r.beside is not None and r.candidate.effect is second.effect for r in found):
+                continue  # the same two, the other way round
             both = allowed_refit(rival.joint_fit.hypothesis.plus(second), rival.joint_fit, pool)
             rise = math.inf if both is None else (both.chi2 - seen.joint_fit.chi2) / both.noise_factor
             if both is not None and rise < -_BETTER and signs_allowed(both):
@@ -82,10 +88,10 @@ def two_in_place(seen: ScoreTable, effect: Candidate, alone: Sequence[Confounder
     return found
 
 
-def _second(block: CandidateBlock, rival: Confounder) -> bool:
+def _second(block: CandidateBlock, others: Container[Effect]) -> bool:
     """A torque of one strength that another may stand beside; those that depend on time take too long."""
     c = block.candidate
-    return c.term is not None and not c.term.timed and not c.hidden and c.effect is not rival.candidate.effect
+    return c.term is not None and not c.term.timed and not c.hidden and c.effect not in others
 
 
 def _place(at: JointFit, effect: Candidate) -> slice:

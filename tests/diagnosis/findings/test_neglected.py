@@ -1,0 +1,35 @@
+"""What is surely there and small beside an effect that was named."""
+
+import pytest
+
+from platform_daemon.diagnosis.diagnose import candidates_for
+from platform_daemon.diagnosis.findings.neglected import neglected
+from platform_daemon.diagnosis.regression.hypothesis import Hypothesis
+from platform_daemon.diagnosis.regression.joint_fit import fit_jointly
+from platform_daemon.diagnosis.regression.score_test import score_table
+from platform_daemon.diagnosis.shots.initial_fits import initial_fits
+from platform_daemon.diagnosis.shots.thread_pool import InThisThread
+from platform_daemon.estimation.physics.models import THREAD
+from tests.kit.undeclared_shots import shots_with
+
+STRONG = {"id": "angle_dependent_damping", "strength": 0.25}
+WEAK = {"id": "bias_torque", "strength": 14000.0}
+
+
+@pytest.mark.parametrize("effects", [[STRONG, WEAK], [STRONG]], ids=["something", "nothing"])
+def test_what_a_search_passes_over_is_found_by_a_refit_and_nothing_where_nothing_is(effects):
+    pool = InThisThread()
+    shots, _ = shots_with("thread", effects, count=2, rx_s=1.0, seed=5)
+    started, _ = initial_fits(shots, THREAD, pool)
+    base = fit_jointly(started, Hypothesis(THREAD), pool)
+    offered = candidates_for(base)
+    (named,) = (c for c in offered if c.effect.id == STRONG["id"])
+    final = fit_jointly(started, Hypothesis(THREAD).plus(named), pool)
+    seen = score_table(final, [c for c in offered if c is not named and c.term is not None and not c.term.timed], pool)
+    found = neglected(seen, (), float(len(offered)), pool)
+    assert (found is not None) == (WEAK in effects)
+    if found is not None:
+        assert found.candidate.effect.id == "bias_torque"
+        assert found.joint_fit.strengths[-1] != 0.0
+        assert "bias_torque gains" in found.note
+        assert neglected(seen, (found.candidate,), float(len(offered)), pool) is None
