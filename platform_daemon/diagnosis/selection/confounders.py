@@ -67,7 +67,8 @@ def two_in_place(seen: ScoreTable, effect: Candidate, alone: Sequence[Confounder
     One effect is the simpler explanation and stays the name as long as two are not surely better; that they may be
     there has to be said. alone: what takes the place alone, the best first.
     """
-    found, alike = [], {r.candidate.effect for r in alone if r.indistinguishable}  # these need no second one
+    found: list[Confounder] = []
+    alike = {r.candidate.effect for r in alone if r.indistinguishable}  # these need no second one
     near = [r for r in alone if r.candidate.term is not None and not r.indistinguishable and r.joint_fit is not None]
     for rival in near[:_NEAR_MISSES] if effect.term is not None else []:
         assert rival.joint_fit is not None

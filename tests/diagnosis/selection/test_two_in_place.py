@@ -17,7 +17,10 @@ DAMPING = {"id": "angle_dependent_damping", "strength": 0.1}
 COULOMB = {"id": "coulomb_friction", "strength": 150.0}
 
 
-@pytest.mark.parametrize("effects", [[HERTZ, DAMPING], [COULOMB]], ids=["two", "one"])
+@pytest.mark.parametrize(
+    "effects",
+    [pytest.param([HERTZ, DAMPING], id="two"), pytest.param([COULOMB], id="one", marks=pytest.mark.campaign)],
+)
 def test_two_that_fit_better_are_told_and_one_that_is_right_stands_alone(effects):
     pool = InThisThread()
     shots, _ = shots_with("thread", effects, count=2, rx_s=1.5, seed=3)
