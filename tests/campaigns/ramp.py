@@ -195,7 +195,7 @@ def main() -> int:
     """Run what the journal does not hold, then write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", help="the case of this name")
-    parser.add_argument("--ramps", type=int, help="of every case; else 20, 100 or 500")
+    parser.add_argument("--ramps", type=int, help="of every case; else 20, 100 or 500; 0: none but the journal's")
     parser.add_argument("--journal", type=Path, help="finished ramps, which are not run again")
     parser.add_argument("--page", type=Path, help=f"write it, as {(ROOT / 'docs/ramp-study.md').relative_to(ROOT)}")
     asked = parser.parse_args()
@@ -206,11 +206,14 @@ def main() -> int:
     for case in cases:
         rotor, began = Rotor(case), time.monotonic()
         ramps = [one for one in kept if one.case == case.name]
-        for one in _missing(case, rotor, ramps, asked.ramps or case.ramps):
+        for one in _missing(case, rotor, ramps, case.ramps if asked.ramps is None else asked.ramps):
             ramps.append(one)
             if asked.journal is not None:
                 with asked.journal.open("a", encoding="utf-8") as file:
                     file.write(json.dumps(asdict(one)) + "\n")
+        if not ramps:
+            rows.append(f"| {case.name} | not run | - | - | - | - | - | - |")
+            continue
         rows.append(told(case, rotor.threshold_ut(case.span_ut), ramps))
         print(rows[-1], f"{time.monotonic() - began:.0f} s", flush=True)
     if asked.page is not None:
