@@ -160,8 +160,8 @@ def _diagnose(
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
     others = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
     others += [(other, 1.0) for other in beside_scales(final, pool)]
-    small = neglected(seen, dropped, found.trials, pool) if verdict == "explained" else None
-    others += [] if small is None else [(small.joint_fit, 1.0)]
+    small = neglected(seen, dropped, found.trials, pool) if verdict == "explained" else []
+    others += [(one.joint_fit, 1.0) for one in small]
     after_all = widened(exact, [(means(other), rise) for other, rise in others])
     return Diagnosis(
         shots=tuple(shots),
@@ -198,7 +198,7 @@ def _diagnose(
                 for r in n.confounders
                 if r.beside is not None
             ),
-            *(() if small is None else (small.note,)),
+            *(one.note for one in small[:1]),
             *doubts,
             *undecided(exact, after_all),
         ),

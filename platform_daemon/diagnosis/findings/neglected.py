@@ -34,19 +34,21 @@ class Neglected:
         )
 
 
-def neglected(seen: ScoreTable, dropped: Sequence[Candidate], trials: float, pool: Executor) -> Neglected | None:
-    """The best of what a search passes over because it is small beside what was found; None: nothing sure is left.
+def neglected(seen: ScoreTable, dropped: Sequence[Candidate], trials: float, pool: Executor) -> list[Neglected]:
+    """What a search passes over because it is small beside what was found, one at a time, the best first.
 
     seen: scores beside the last fit. dropped: effects that do not predict, which are no candidates.
     """
     final, gone = seen.joint_fit, {c.key for c in dropped}
     offered = [(blocks[0].candidate, s) for blocks, s in singles(seen) if step_allowed(blocks, s)]
     sure = [c for c, s in offered if c.key not in gone and log_chance(s.gain, c.size, trials * c.trials) < LEVEL]
+    # Torques that depend on time take long: only one that gains most.
+    tried = [c for k, c in enumerate(sure[:_TRIED]) if k == 0 or c.term is None or not c.term.timed]
     found = []
-    for c in sure[:_TRIED]:
+    for c in tried:
         fit = allowed_refit(final.hypothesis.plus(c), final, pool)
         # Scores of first order are in doubt where others are large; a refit is not.
         fall = 0.0 if fit is None else (final.chi2 - fit.chi2) / fit.noise_factor
         if fit is not None and signs_allowed(fit) and log_chance(fall, c.size, trials * c.trials) < LEVEL:
             found.append(Neglected(c, fall, fit))
-    return max(found, key=lambda one: one.fall, default=None)
+    return sorted(found, key=lambda one: -one.fall)

@@ -6,6 +6,7 @@ the model's channels (Candidate.change), additive effects are linear.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -22,6 +23,8 @@ from .linearised_shot import LinearisedShot, common_information, linearise_shot
 
 _MOST_STEPS = 12
 _SETTLED = 0.02  # fall of chi^2 that a further step would bring
+_HOPE = 3.0  # times the fall that a step promises: more is not expected of all further steps
+_POOR, _MOST_POOR = 0.1, 2  # steps that bring less than this share of what they promise
 _SMALLEST = 1e-3  # fraction of a step
 _STRUCTURED = 1.1  # chi^2 per degree of freedom from which a residual is no noise
 _BACK = 3  # steps of the shots' own parameters back into the valley
@@ -92,10 +95,12 @@ def fit_jointly(
     pool: Executor,
     states: Sequence[FitState] | None = None,
     guess: Array | None = None,
+    worth: float = math.inf,
 ) -> JointFit:
     """Minimise chi^2 of all shots.
 
     states: of the declared model, to begin at; None: as the shots were started. guess: strengths (q,); None: 0.
+    worth: chi^2 from which down the fit is of interest; where it is out of reach the search ends before the minimum.
 
     Raises:
         LostTrajectoryError: a state does not oscillate.
@@ -103,14 +108,19 @@ def fit_jointly(
     strengths = np.zeros(hypothesis.size) if guess is None else np.asarray(guess, dtype=np.float64)
     states = [s.state for s in started] if states is None else list(states)
     at = _linearised(started, hypothesis, states, strengths, pool)
+    poor = 0
     for _ in range(_MOST_STEPS):
         common, predicted = _common_step(at, hypothesis.size)
+        before = _chi2(at)
+        if before - _HOPE * predicted > worth or (poor >= _MOST_POOR and before > worth):
+            break
         if predicted < _SETTLED * max(1.0, _chi2(at) / sum(s.dof for s in started)):
             break
         better = _line_search(started, hypothesis, states, strengths, at, common, pool)
         if better is None:
             break
         states, strengths, at = better
+        poor = poor + 1 if before - _chi2(at) < _POOR * predicted else 0
     return JointFit(started, hypothesis, tuple(states), strengths, _covariance(at, hypothesis.size), tuple(at))
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.stats import chi2 as chi2_distribution
@@ -39,6 +40,7 @@ class ScoreTable:
     """All columns of all shots after projection: information (k, k), gradient (k,), full power (k,).
 
     The first `accepted` columns are the common strengths of the refit; blocks of candidates follow.
+    alternatives: to accepted effects, by their keys, as `selection.confounders` has found them.
     """
 
     joint_fit: JointFit
@@ -47,6 +49,7 @@ class ScoreTable:
     power: Array
     accepted: int
     blocks: tuple[CandidateBlock, ...]
+    alternatives: dict[object, list[Any]] = field(default_factory=dict, compare=False, repr=False)
 
     def gain(self, blocks: Sequence[CandidateBlock]) -> ScoreResult | None:
         """What linear steps in these blocks, and in what is accepted, would gain; None if they cannot be told apart."""

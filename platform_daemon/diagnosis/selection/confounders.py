@@ -48,7 +48,13 @@ class Confounder:
 
 
 def confounders(seen: ScoreTable, effect: Candidate, pool: Executor) -> list[Confounder]:
-    """Alternatives for one common effect of the score table's fit, the best first."""
+    """Alternatives for one common effect of the score table's fit, the best first; found once."""
+    if effect.key not in seen.alternatives:
+        seen.alternatives[effect.key] = _confounders(seen, effect, pool)
+    return list(seen.alternatives[effect.key])
+
+
+def _confounders(seen: ScoreTable, effect: Candidate, pool: Executor) -> list[Confounder]:
     at = seen.joint_fit
     gain = gain_of(at, effect)
     found = []
@@ -135,10 +141,11 @@ def _checked(at: JointFit, effect: Candidate, rival: Confounder, pool: Executor)
         rival.candidate
     )
     try:
-        found = fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis))
+        worth = at.chi2 + TOLD_APART * at.noise_factor
+        found = fit_jointly(at.started, hypothesis, pool, *starting_point(at, hypothesis), worth)
         if found.chi2 - at.chi2 > max(rival.gain, TOLD_APART) * at.noise_factor:
             # Nothing is worse than nothing in the effect's place: the way down leads from the shots' own fits.
-            found = fit_jointly(at.started, hypothesis, pool)
+            found = fit_jointly(at.started, hypothesis, pool, worth=worth)
         found = without_gain_of_energy(found, pool)
     except (LostTrajectoryError, np.linalg.LinAlgError):
         return None
