@@ -14,7 +14,7 @@ from ..selection.sign_constraints import signs_allowed, step_allowed
 from ..selection.significance import LEVEL, log_chance
 from ..selection.subsets import singles
 
-_TRIED = 3  # candidates that gain most, to first order
+_TRIED = 2  # candidates that gain most, to first order
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,12 @@ class Neglected:
 def neglected(seen: ScoreTable, dropped: Sequence[Candidate], trials: float, pool: Executor) -> list[Neglected]:
     """What a search passes over because it is small beside what was found, one at a time, the best first.
 
+    Nothing is said beside effects with a hidden scale: what that leaves, being a little off, is as large.
     seen: scores beside the last fit. dropped: effects that do not predict, which are no candidates.
     """
     final, gone = seen.joint_fit, {c.key for c in dropped}
+    if any(c.hidden for c in final.hypothesis.common):
+        return []
     offered = [(blocks[0].candidate, s) for blocks, s in singles(seen) if step_allowed(blocks, s)]
     sure = [c for c, s in offered if c.key not in gone and log_chance(s.gain, c.size, trials * c.trials) < LEVEL]
     # Torques that depend on time take long: only one that gains most.

@@ -24,7 +24,7 @@ from platform_daemon.estimation import (
 from .shot import PreparedShot
 
 _STRAY = 3.0  # times the frequency of the shot's own fit
-_KEPT = 3  # states of a shot: some megabytes each
+_KEPT = 2  # states of a shot: some megabytes each
 _LARGEST = 1e60  # of sensitivities; beyond, nothing of the motion is left
 
 
