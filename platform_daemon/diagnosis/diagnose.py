@@ -27,9 +27,9 @@ from .findings.accepted_effects import AcceptedEffect, accepted_effects, gap_eff
 from .findings.experiment_design import discrimination
 from .findings.missing_torque import MissingTorque, missing_torque
 from .findings.moving_parameters import MovingParameter, moving_parameters
-from .findings.neglected import neglected
+from .findings.neglected import Neglected, neglected
 from .findings.next_measurements import Ambiguity, Proposal, proposals
-from .findings.notes import notes, undecided
+from .findings.notes import notes, two_in_place_notes, undecided
 from .findings.verdict import assess_diagnosis
 from .regression.cross_validation import CrossValidation
 from .regression.hypothesis import Hypothesis
@@ -47,7 +47,7 @@ from .selection.tone_free_noise import with_tone_free_noise
 from .shots.initial_fits import UnfittedShot, initial_fits
 from .shots.shot import DiagnosisShot, PreparedShot
 from .shots.thread_pool import shot_pool
-from .validation.further_shots import FurtherShots, further_shots
+from .validation.further_shots import further_shots
 from .validation.validated_effects import validate_effects
 
 _NOISE = 1.1  # chi^2 per degree of freedom of a model that leaves nothing
@@ -121,18 +121,8 @@ def diagnose_shots(
             tell("shots that were not searched", share + (1.0 - share) * done / len(further))
 
         seen = further_shots(found.final, further, pool, told)
-    said = () if seen is None else (_further_note(seen),)
+    said = () if seen is None else (seen.note,)
     return replace(found, notes=(*said, *found.notes), seconds=time.perf_counter() - began)
-
-
-def _further_note(seen: FurtherShots) -> str:
-    failed = f"; {len(seen.failed)} cannot be fitted: {', '.join(seen.failed[:3])}" if seen.failed else ""
-    if not seen.count:
-        return f"none of the shots that were not searched can be fitted{failed}"
-    return (
-        f"{seen.count} shots that were not searched, each with its own fit: chi2/dof {seen.before:.4g} with the "
-        f"declared model, {seen.after:.4g} with what was found; {seen.worst[1]:.4g} at worst ({seen.worst[0]}){failed}"
-    )
 
 
 def _diagnose(
@@ -158,11 +148,8 @@ def _diagnose(
     left = found.omnibus_test
     torque = missing_torque(final, left) if verdict in ("unexplained", "partly_explained") else None
     exact, alike = means(final), [r.candidate for n in named for r in n.confounders]
-    others = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
-    others += [(other, 1.0) for other in beside_scales(final, pool)]
     small = neglected(seen, dropped, found.trials, pool) if verdict == "explained" else []
-    others += [(one.joint_fit, 1.0) for one in small]
-    after_all = widened(exact, [(means(other), rise) for other, rise in others])
+    after_all = widened(exact, _others(final, named, small, pool))
     return Diagnosis(
         shots=tuple(shots),
         refused=tuple(refused),
@@ -191,13 +178,7 @@ def _diagnose(
         ),
         notes=(
             *notes(found, final, alike, refused, dropped),
-            *(
-                f"{r.candidate.effect.id} and {r.beside.effect.id} in the place of {n.candidate.effect.id} fit better, "
-                f"by {-r.rise:.1f} of chi2: not enough to name two effects"
-                for n in named
-                for r in n.confounders
-                if r.beside is not None
-            ),
+            *two_in_place_notes(named),
             *(one.note for one in small[:1]),
             *doubts,
             *undecided(exact, after_all),
@@ -222,6 +203,16 @@ def _prepared(
     if not angle:
         started, gaps = filled_dipoles(started, model, pool)
     return started, refused, flawed, gaps
+
+
+def _others(
+    final: JointFit, named: Sequence[AcceptedEffect], small: Sequence[Neglected], pool: Executor
+) -> list[tuple[dict[str, Mean], float]]:
+    """Parameters in the models that the data allow besides, and by how much more chi^2."""
+    fits = [(r.joint_fit, r.rise) for n in named for r in n.confounders if r.joint_fit is not None]
+    fits += [(other, 1.0) for other in beside_scales(final, pool)]
+    fits += [(one.joint_fit, 1.0) for one in small]
+    return [(means(fit), rise) for fit, rise in fits]
 
 
 def _not_accepted(

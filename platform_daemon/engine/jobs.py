@@ -105,8 +105,10 @@ class Job(Generic[RequestT, ResultT]):
         return job
 
     def begin(self) -> bool:
-        """From queued to running; False if it was cancelled before."""
+        """From queued to running; False if it was cancelled before, or is to be."""
         with self._lock:
+            if self.cancel_requested.is_set():  # stopped while the one before it ended
+                self.request_cancel()
             if self.state is not JobState.QUEUED:
                 return False
             self.state, self.started, self._started_s = JobState.RUNNING, self.clock.utc(), self.clock.monotonic_s()

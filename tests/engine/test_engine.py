@@ -13,7 +13,7 @@ import pytest
 from drivers.errors import DeviceFault, InterlockError, OutputsUnconfirmed
 from platform_daemon.engine.engine import Engine, ShuttingDown
 from platform_daemon.engine.job_records import JobRecords
-from platform_daemon.engine.jobs import AnyJob, Cancelled
+from platform_daemon.engine.jobs import AnyJob, Cancelled, Job
 from platform_daemon.schemas.jobs import JobState
 
 TIMEOUT_S = 20
@@ -99,6 +99,16 @@ def test_stop_ends_the_work_that_runs_and_lets_none_begin_that_waits(engine: Eng
     engine.outputs_off()
     assert [ended(job).state for job in jobs] == [JobState.CANCELLED] * 2
     assert not waits.begun.is_set()
+
+
+def test_a_job_that_is_to_be_cancelled_never_begins():
+    """The one before it ends while outputs go off: nothing may move between that and its own cancellation."""
+    work = Walk()
+    job = Job.of(work)
+    job.cancel_requested.set()
+    job.run(work)
+    assert job.state is JobState.CANCELLED
+    assert not work.begun.is_set()
 
 
 def test_an_analysis_does_not_wait_for_the_hardware(engine: Engine) -> None:

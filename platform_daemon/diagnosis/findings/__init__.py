@@ -9,6 +9,8 @@ knot_responses: How one shot answers if a parameter changes along it: a column f
 missing_torque: The torque that is missing, as a smooth function of angle and velocity, with its band of
     uncertainty.
 moving_parameters: Where the declared model lacks something: which of its constants is none along the ring-down.
+neglected: An effect that is surely there beside those that were named, and too small beside them to be believed by
+    its name.
 next_measurements: The next measurement: what separates effects that these data cannot tell apart, ranked by what it
     would bring.
 notes: What the reader of a diagnosis should know besides.

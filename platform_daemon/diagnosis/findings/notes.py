@@ -11,6 +11,7 @@ from ..regression.parameters import Mean
 from ..selection.sign_constraints import negative_effects, negative_losses
 from ..selection.stepwise import Selection
 from ..shots.initial_fits import UnfittedShot
+from .accepted_effects import AcceptedEffect
 
 _SPANS = 1.5  # growth of a standard deviation that is worth a note
 
@@ -21,6 +22,17 @@ def undecided(exact: Mapping[str, Mean], spanned: Mapping[str, Mean]) -> list[st
     if not names:
         return []
     return [f"errors of {', '.join(names)} span what the look-alikes of the named effects would make of them"]
+
+
+def two_in_place_notes(named: Sequence[AcceptedEffect]) -> list[str]:
+    """Where two torques fit better than the one that is named."""
+    return [
+        f"{r.candidate.effect.id} and {r.beside.effect.id} in the place of {n.candidate.effect.id} fit better, "
+        f"by {-r.rise:.1f} of chi2: not enough to name two effects"
+        for n in named
+        for r in n.confounders
+        if r.beside is not None
+    ]
 
 
 def notes(

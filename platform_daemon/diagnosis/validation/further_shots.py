@@ -37,6 +37,18 @@ class FurtherShots:
     after: float
     worst: tuple[str, float]
 
+    @property
+    def note(self) -> str:
+        """For the reader."""
+        failed = f"; {len(self.failed)} cannot be fitted: {', '.join(self.failed[:3])}" if self.failed else ""
+        if not self.count:
+            return f"none of the shots that were not searched can be fitted{failed}"
+        return (
+            f"{self.count} shots that were not searched, each with its own fit: chi2/dof {self.before:.4g} with the "
+            f"declared model, {self.after:.4g} with what was found; {self.worst[1]:.4g} at worst "
+            f"({self.worst[0]}){failed}"
+        )
+
 
 def further_shots(
     final: JointFit, shots: Iterable[Callable[[], DiagnosisShot | None]], pool: Executor, tell: Callable[[int], None]

@@ -152,7 +152,8 @@ def test_a_pause_rests_between_shots_with_outputs_off_lets_others_measure_and_go
     assert seen == sorted(seen)
     infos = open_recording(tmp_path / "s.h5").frame_info
     assert [i.step.label.number for i in infos] == [1] * 6 + [2] * 6 + [3] * 6
-    assert sum(len(s.acquisitions) for s in job.result.steps) > 3  # the step that was paused took two
+    # A step that was paused took two; a pause between two steps cut none.
+    assert sum(len(s.acquisitions) for s in job.result.steps) == (3 if made % 6 == 0 else 4)
 
 
 def test_a_pause_that_outlasts_its_limit_ends_it_with_what_there_is(engine_with, tmp_path):
