@@ -16,6 +16,7 @@ from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
+from drivers.red_pitaya.pins import low_levels
 from drivers.red_pitaya.scale import Scale, read_scale
 from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram
 from drivers.red_pitaya.sines import arming, check_amplitudes
@@ -151,6 +152,8 @@ class Board:
         """Sines, offsets and DIO lines off, and read back.  Raises DeviceError if they are not."""
         off = self._off()
         found = self._connection.ask_all([*off, *self._levels()], OFF_S)[len(off) :]
+        if any(each != "OFF" for each in found[len(READ_BACK) :]):
+            found[len(READ_BACK) :] = low_levels(self._connection, self.output_pins, OFF_S)
         if not _all_off(found, QUIET_V):
             raise DeviceError(
                 "outputs could not be confirmed off",

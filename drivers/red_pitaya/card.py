@@ -22,6 +22,7 @@ from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import CardTable
+from drivers.red_pitaya.pins import level, set_pin
 from drivers.red_pitaya.reader import Reader
 from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
 from drivers.red_pitaya.sines import AMPLITUDE_STEP_V
@@ -131,10 +132,9 @@ class RedPitayaCard:
 
     def set_pin(self, board: int, pin: str, high: bool) -> None:
         """Set a DIO pin.  Raises DeviceError if it does not read back so."""
-        header = pin_header(pin)
-        level = self.boards[board].ask(f"{header} {'ON' if high else 'OFF'}", f"{header}?")[1]
-        if (level == "ON") is not high:
-            raise DeviceError(f"{pin} reads back {level}", where=self.boards[board].where, remedy="check its wiring")
+        found, _ = set_pin(self.boards[board].ask, pin, high=high)
+        if found != level(high):
+            raise DeviceError(f"{pin} reads back {found}", where=self.boards[board].where, remedy="check its wiring")
 
     def program(self, timeline: Timeline) -> None:
         """See IoCard."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.layout import Layout, LinePin, pin_header
+from drivers.red_pitaya.pins import level, set_pin
 from drivers.timeline import DigitalLine, Timeline
 
 TRIES = 3  # answers whose slowest says how late a line would be
@@ -41,11 +42,11 @@ class PinLines:
     def of(cls, boards: Sequence[Board], layout: Layout, timeline: Timeline) -> PinLines:
         """The edges of a timeline's lines that are on DIO pins."""
         edges = []
-        for level in timeline.lines:
-            pin = layout.lines[level.line]
+        for high in timeline.lines:
+            pin = layout.lines[high.line]
             if pin.sequence_channel is None:
-                edges.append(Edge(level.start_sample, pin.board, pin.pin, True, level.line))
-                edges.append(Edge(level.stop_sample, pin.board, pin.pin, False, level.line))
+                edges.append(Edge(high.start_sample, pin.board, pin.pin, True, high.line))
+                edges.append(Edge(high.stop_sample, pin.board, pin.pin, False, high.line))
         rate_hz, gate = layout.clock.rate_hz, layout.lines[DigitalLine.PA_GATE]
         return cls(boards[0].where, dict(enumerate(boards)), sorted(edges), layout.pin_delay_s * rate_hz, rate_hz, gate)
 
@@ -97,12 +98,11 @@ class PinLines:
             raise ShotRefused(
                 "the amplifier's gate still reads back high, so the receiver stays disconnected", where=self.where
             )
-        level, header = "ON" if edge.high else "OFF", pin_header(edge.pin)
-        _, found, written = self.boards[edge.board].ask(f"{header} {level}", f"{header}?", "RP:ADC:WP?")
-        if found != level:
-            raise ShotRefused(f"{edge.pin} was set {level} and reads back {found}", where=self.where)
+        found, written = set_pin(self.boards[edge.board].ask, edge.pin, high=edge.high)
+        if found != level(edge.high):
+            raise ShotRefused(f"{edge.pin} was set {level(edge.high)} and reads back {found}", where=self.where)
         self._done += 1
-        return int(written)
+        return written
 
     def _gate_is_high(self) -> bool:
         assert self.gate is not None
