@@ -17,6 +17,7 @@ The cards:
 
 options.py    the table `[io_cards]`
 registers.py  what the outputs are told
+memory.py     how often the server touches its sequence memory
 sequence.py   uploads, SEQ:SET with its traps, and the program that runs from the trigger on
 waveforms.py  periodic waveforms as sums of sines
 playback.py   what the registers make the outputs and lines do

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from sim_backend.world.faults import DROPPED
 
+from .memory import CLEAR_ACCESSES
 from .options import AXES, BoardOptions
 from .registers import BASE_HZ, PINS, Registers
 from .sequence import Sequence, State
@@ -64,6 +65,7 @@ class Board:
         self._shot_offset = self._before_offset = 0
         self._frozen = 0
         self._fault_at = math.inf
+        self._cleared_s = -math.inf
 
     # --- time
 
@@ -130,6 +132,7 @@ class Board:
         self._frozen = self.write_pointer()
         if self.sequence.state is State.RUNNING:
             self.sequence.aborted()
+            self._clear(self.cards.world.clock.monotonic_s())
             self.registers = self.registers.silenced()
         self.triggered, self.reset_latched = False, False
         self._record(replace(self.registers, muted=True, program=None))
@@ -139,9 +142,20 @@ class Board:
         program = self.registers.program
         held = self.reset_latched  # the emergency input holds the stepper: the sequence seems to run for ever
         if self.triggered and not held and program is not None and self.write_pointer() >= program.stop:
+            self._clear(self.reached_s(int(program.stop)))
             self.sequence.finished()
             self.registers = self.registers.silenced()
             self._record(self.registers, at=int(program.stop) + self.offset)
+
+        if self.sequence.state is State.CLEARING and self.cards.world.clock.monotonic_s() >= self._cleared_s:
+            self.sequence.cleared()
+
+    def clear_s(self) -> float:
+        """How long the server takes to empty its memory."""
+        return CLEAR_ACCESSES * self.options.memory_access_s
+
+    def _clear(self, from_s: float) -> None:
+        self._cleared_s = from_s + self.clear_s()
 
     def sequence_stop(self) -> float:
         """Sample after the trigger at which the running sequence ends; 0: there is none, inf: it never does."""
@@ -197,9 +211,8 @@ class Board:
 
     def status(self) -> int:
         """The status byte."""
-        running = self.sequence.state is State.RUNNING
         lost = self.sequence.lost_steps
-        return self.flags | lost << 2 | self.triggered << 3 | running << 4
+        return self.flags | lost << 2 | self.triggered << 3 | self.sequence.busy << 4
 
     def reading(self, start: int, count: int) -> None:
         """A client asks for samples: faults strike in the middle of them."""

@@ -26,6 +26,7 @@ from .sequence import ServerCrash
 
 POLL_S = 1e-3
 BITE = 32
+BUSY_STEP_S = 0.05  # after so long at most it notices that the process ends
 ERRORS = 17
 LOG = b"RedPitayaDAQServer, emulated\n"
 
@@ -85,6 +86,13 @@ class Conversation:
                 parts.append(part)
                 count -= len(part)
         return b"".join(parts)
+
+    def busy(self, seconds: float) -> None:
+        """See daq_handler.Connection.  Who takes over waits for the end of it."""
+        clock = self.board.cards.world.clock
+        until_s = clock.monotonic_s() + seconds
+        while not self._dying and (left_s := until_s - clock.monotonic_s()) > 0:
+            clock.sleep(min(left_s, BUSY_STEP_S))
 
     def start_sending(self, start: int, count: int, chunk: int | None) -> None:
         """See daq_handler.Connection."""

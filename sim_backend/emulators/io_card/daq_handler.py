@@ -13,7 +13,6 @@ from typing import Protocol
 
 from .board import Board, Mode
 from .registers import COMPONENTS, OUTPUTS
-from .sequence import State
 
 RANGE, BAD_CHANNEL, BAD_COMPONENT, BAD_MODE, MISSING, NOT_CONFIGURABLE = -2, -3, -4, -5, -6, -7
 UNSPECIFIED = -1
@@ -43,6 +42,9 @@ class Connection(Protocol):
 
     def start_sending(self, start: int, count: int, chunk: int | None) -> None:
         """Send samples; chunk None: at once and without records."""
+
+    def busy(self, seconds: float) -> None:
+        """The server does nothing else for so long, s; without the world's lock."""
 
     def stop_sending(self) -> bool:
         """End a pipelined read; True if there was one."""
@@ -109,7 +111,7 @@ def need(board: Board, *modes: Mode, code: int = BAD_MODE) -> None:
 
 def configurable(board: Board) -> None:
     """Raises Code if the sequence cannot be changed now."""
-    if board.mode is not Mode.CONFIGURATION or board.sequence.state is State.RUNNING:
+    if board.mode is not Mode.CONFIGURATION or board.sequence.busy:
         raise Code(NOT_CONFIGURABLE)
 
 

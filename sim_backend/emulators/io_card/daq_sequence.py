@@ -98,10 +98,15 @@ def upload_resync(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
 
 
 def set_sequence(c: Connection, _: tuple[int, ...], __: list[str]) -> str:
-    """`SEQ:SET`."""
-    configurable(c.board)
-    c.board.sequence.set(c.board.sequence.clocks_per_step // c.board.decimation)
-    c.board.sequence.lost_steps = c.board.triggered  # the step counter is far ahead of what was filled
+    """`SEQ:SET`, which writes the ring of steps; nothing else is served meanwhile."""
+    board = c.board
+    with board.cards.world.lock:
+        configurable(board)
+        accesses = board.sequence.accesses()
+    c.busy(accesses * board.options.memory_access_s)
+    with board.cards.world.lock:
+        board.sequence.set(board.sequence.clocks_per_step // board.decimation)
+        board.sequence.lost_steps = board.triggered  # the step counter is far ahead of what was filled
     return "1"
 
 

@@ -86,7 +86,12 @@ class DaqServer:
         left in the parser's buffer, which the clients share."""
         before, self._talk = self._talk, None
         self._ending = [] if before is None else [before]
-        left_over = b"" if before is None else before.end(successor)
+        if before is not None and before.gone_s is None:
+            clock = self._board.cards.world.clock
+            left_over = before.end(successor)
+            clock.wait_until(clock.monotonic_s() + self._board.clear_s(), self._over)  # the memory is emptied first
+        else:
+            left_over = b"" if before is None else before.end(successor)
         with self._board.cards.world.lock:
             self._board.client_changed()
         return left_over

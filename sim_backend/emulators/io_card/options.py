@@ -26,8 +26,8 @@ NOMINAL_SCALE = 1 / 32768
 class BoardOptions(Section):
     """One card: its ports (0: any free one), the axis of each input and output ("": nothing connected; an output may
     also feed the "dipole"), how many of AO0 ... AO3 its image drives (1: that of server 0.11.1), how long the server
-    takes to end a client that has gone, versions, and what its EEPROM says; the converters have just these scales
-    (inputs: V per code, outputs: register per V) and offsets V."""
+    takes to end a client that has gone, and for one access to its sequence memory, versions, and what its EEPROM says;
+    the converters have just these scales (inputs: V per code, outputs: register per V) and offsets V."""
 
     command_port: Port = 0
     data_port: Port = 0
@@ -35,6 +35,7 @@ class BoardOptions(Section):
     outputs: Terminals
     slow_outputs: Annotated[int, Field(ge=1, le=4)] = 4
     ending_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.05
+    memory_access_s: Annotated[float, Field(ge=0, le=1e-5, allow_inf_nan=False)] = 250e-9
     server_version: Annotated[int, Field(ge=0)] = 11
     image_version: Annotated[int, Field(ge=0)] = 11
     adc_scale_v: Two = (NOMINAL_SCALE, NOMINAL_SCALE)

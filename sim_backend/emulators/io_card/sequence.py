@@ -13,9 +13,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from .memory import LOOKAHEAD, enable_accesses, set_accesses
 from .registers import OUTPUTS, SEQUENCE_CHANNELS, Program
-
-LOOKAHEAD = 7372
 
 
 class ServerCrash(Exception):
@@ -23,11 +22,15 @@ class ServerCrash(Exception):
 
 
 class State(Enum):
-    """CONFIG -> SEQ:SET -> PREPARED -> trigger -> RUNNING -> CONFIG."""
+    """CONFIG -> SEQ:SET -> PREPARED -> trigger -> RUNNING -> CLEARING -> CONFIG.
+
+    To a client CLEARING, in which the server empties its memory, looks as RUNNING does.
+    """
 
     CONFIG = 0
     PREPARED = 1
     RUNNING = 2
+    CLEARING = 3
 
 
 @dataclass(frozen=True)
@@ -127,18 +130,35 @@ class Sequence:
         self._filled = 1 if self._filled >= LOOKAHEAD else LOOKAHEAD
         self.program, self.state, self.lost_steps = program, State.PREPARED, False
 
+    def accesses(self) -> int:
+        """What a SEQ:SET would come to now: a second one finds the ring filled and writes the enable bits only."""
+        if self._next is None and self._set is None:
+            return 0
+        return set_accesses(self.channels) if self._filled < LOOKAHEAD else enable_accesses(self.channels)
+
     def started(self) -> None:
         """The trigger has come."""
         if self.state is State.PREPARED:
             self.state = State.RUNNING
 
+    @property
+    def busy(self) -> bool:
+        """Whether it runs, as a client sees it."""
+        return self.state in (State.RUNNING, State.CLEARING)
+
     def finished(self) -> None:
-        """The last step is over."""
+        """The last step is over: the server begins to clear."""
         self._emptied(0)
+        self.state = State.CLEARING
 
     def aborted(self) -> None:
-        """The trigger went before the last step was over: the ring is empty, the counter is not."""
+        """The trigger went before the last step was over: the ring is emptied, the counter is not."""
         self._emptied(LOOKAHEAD)
+        self.state = State.CLEARING
+
+    def cleared(self) -> None:
+        """The memory is empty."""
+        self.state = State.CONFIG
 
     def forgotten(self) -> None:
         """A client came or went: everything starts anew except the uploads."""
