@@ -63,7 +63,7 @@ class Board:
 
         Whoever used the old one gets DeviceLost; the new one waits for `settle`.  Errors as in `open`.
         """
-        self._next = None
+        self._adopt()  # or the last new one would be closed before this one is connected
         self._next = take_over(self._connection, *self._address, self.table.reply_timeout_s, self._off())
 
     def settle(self) -> None:
@@ -71,12 +71,16 @@ class Board:
 
         The master first: a slave cannot leave its mode while the master's trigger is on.
         """
-        if self._next is not None:
-            self._connection, self._next = self._next, None
+        self._adopt()
         self._loaded = None
         self._identify()
         self.switch_off()
         self._configure()
+
+    def _adopt(self) -> None:
+        """The last new connection is the one to use; the one before it is closed already."""
+        if self._next is not None:
+            self._connection, self._next = self._next, None
 
     @property
     def _address(self) -> tuple[str, tuple[int, int]]:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from drivers.errors import DeviceTimeout
 from drivers.red_pitaya.board import Board
 
-FOLLOW_S = 0.05
+FOLLOW_S = 0.1
 
 
 def start(boards: Sequence[Board]) -> None:

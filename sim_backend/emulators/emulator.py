@@ -87,6 +87,22 @@ class LabEmulator:
             self._folder = None
         self.world.stop()
 
+    def kill_server(self, number: int) -> None:
+        """The process of a card's server ends at once; the card itself plays on."""
+        self._servers[number].close()
+
+    def start_server(self, number: int) -> None:
+        """It starts again, at the same ports, and loads the card's image: all its registers are as new.
+
+        Raises ConfigError if somebody has taken a port meanwhile.
+        """
+        before = self._servers[number]
+        board = self.cards.boards[number]
+        at = {"command_port": before.command_port, "data_port": before.data_port}
+        board.power_up(board.options.model_copy(update=at))
+        self._servers[number] = DaqServer(board, self.options.host, self.faults[f"io_card_{number}"])
+        self._closing.append(self._servers[number].close)
+
     def _open(self) -> None:
         self._servers = [self._card(k) for k in range(len(self.options.io_cards.boards))]
         self._serial = {name: self._port(name) for name in self.options.serial}

@@ -47,6 +47,14 @@ class Lab:
         assert answer["ok"], answer
         return answer["result"]
 
+    def kill_server(self, board: int) -> None:
+        """The process of a card's server is killed; its card goes on."""
+        self.emulator.kill_server(board)
+
+    def start_server(self, board: int) -> None:
+        """It is started again, on the same ports, and loads the card anew."""
+        self.emulator.start_server(board)
+
     def violations(self) -> tuple[Any, ...]:
         """Every time power met a connected receiver."""
         return self.emulator.world.violations()

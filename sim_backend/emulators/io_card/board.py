@@ -67,6 +67,16 @@ class Board:
         self._fault_at = math.inf
         self._cleared_s = -math.inf
 
+    def power_up(self, options: BoardOptions) -> None:
+        """The server has started anew, with these options: the card's image is loaded, and everything forgotten."""
+        with self.cards.world.lock:
+            self.trigger_on = self.keep_alive = False
+            self.cards.update_trigger()
+            shots = self._shot, self._shot_offset
+            self.__init__(self.cards, options)  # type: ignore[misc]
+            self._before, self._before_offset = shots  # its RAM keeps what was recorded
+            self.cards.changed()
+
     # --- time
 
     @property

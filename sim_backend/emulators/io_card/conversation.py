@@ -137,6 +137,7 @@ class Conversation:
             with suppress(OSError):
                 self._replies.send(fault.last)
         except ServerCrash:
+            self._dying = True
             self._crash()
         finally:
             self._leave()
@@ -145,6 +146,8 @@ class Conversation:
         """As the server ends a client: outputs to zero, connections closed."""
         for link in (self._command, self._data, self._wake, self._woken):
             hang_up(link)
+        if self._dying:
+            return  # nobody is left to switch anything off
         with self.board.cards.world.lock:
             self.board.client_changed()
 

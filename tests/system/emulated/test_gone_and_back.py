@@ -1,0 +1,61 @@
+"""Cards, servers and links that go and come back: one clear error, and the next shot is whole without a hand."""
+
+from __future__ import annotations
+
+import pytest
+
+from drivers.conformance.io_card import collect
+from drivers.conformance.timelines import short_shot
+from drivers.errors import DeviceError
+from drivers.io_card import CardState
+
+TIMES = 10
+
+
+def whole_shot(card):
+    timeline = short_shot(card.capabilities(), rx_s=0.03)
+    return sum(c.volts.shape[1] for c in collect(card, timeline, 5000)) == timeline.total_samples
+
+
+@pytest.fixture
+def own(lab_of_its_own):
+    """A lab of the test's own and a card on it."""
+    lab = lab_of_its_own()
+    platform = lab.platform()
+    yield lab, platform.card
+    platform.close()
+    assert lab.violations() == ()
+
+
+def test_one_new_connection_after_the_other_does_not_hang_the_server(own):
+    """A stop connects both cards anew and fails for one of them; the next stop connects the other one once more.
+
+    Whoever closes that card's connection and then connects hangs the real server one time in eight.
+    """
+    _, card = own
+    for _ in range(TIMES):
+        for board in card.boards:
+            board.replace()
+            board.replace()
+            board.settle()
+    assert whole_shot(card)
+
+
+@pytest.mark.parametrize("board", [0, 1])
+@pytest.mark.parametrize("state", [CardState.PROGRAMMED, CardState.ARMED, CardState.RUNNING])
+def test_a_server_that_died_is_named_and_once_it_is_back_the_next_shot_is_whole(own, board, state):
+    lab, card = own
+    card.program(short_shot(card.capabilities(), rx_s=1.0))
+    if state is not CardState.PROGRAMMED:
+        card.arm()
+    if state is CardState.RUNNING:
+        card.trigger()
+        card.read(1000)
+    lab.kill_server(board)
+    where = str(lab.emulator.endpoints()["io_cards"][board]["data_port"])
+    with pytest.raises(DeviceError, match=f"(?s)could not be confirmed off.*{where}.*switch the amplifier's mains off"):
+        card.stop()
+    lab.start_server(board)
+    card.stop()
+    assert lab.control("outputs")["off"]
+    assert whole_shot(card)
