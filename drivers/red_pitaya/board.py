@@ -205,10 +205,15 @@ class Board:
         self._buffer = bytearray(chunk * PAIR_BYTES + RECORD.size)
         self.ask(f"RP:ADC:DATA:PIPELINED? {start},{count},{chunk}")
 
-    def next_chunk(self, first: int, count: int, account: Continuity) -> tuple[NDArray[np.float32], ChunkFlags]:
-        """The next chunk, whose first sample has the raw index `first`: (used inputs, count) float32 V."""
+    def next_chunk(
+        self, first: int, count: int, account: Continuity, timeout_s: float
+    ) -> tuple[NDArray[np.float32], ChunkFlags]:
+        """The next chunk, whose first sample has the raw index `first`: (used inputs, count) float32 V.
+
+        Raises DeviceTimeout if nothing comes for timeout_s, ShotRefused from `account`.
+        """
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
-        self._connection.receive_into(raw, self.table.sample_timeout_s)
+        self._connection.receive_into(raw, timeout_s)
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)

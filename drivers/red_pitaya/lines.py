@@ -12,6 +12,7 @@ from drivers.red_pitaya.layout import Layout, LinePin, pin_header
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.timeline import DigitalLine, Timeline
 
+GATE_GRACE_S = 0.1  # a gate that a command must end stays high no longer than that beyond `pin_delay_s`
 TRIES = 3  # answers whose slowest says how late a line would be
 
 
@@ -64,6 +65,12 @@ class PinLines:
                 f"{self.delay_samples / self.rate_hz:.3f} s",
                 remedy="repeat the shot; if it happens again, put the lines on AO0 ... AO3, which the card times",
             )
+
+    def patience_s(self, usual_s: float) -> float:
+        """How long to wait for samples: while the gate is high by command, its end would be late anyway."""
+        done = self.edges[: self._done]
+        gate = [edge.high for edge in done if edge.line is DigitalLine.PA_GATE]
+        return min(usual_s, self.delay_samples / self.rate_hz + GATE_GRACE_S) if gate and gate[-1] else usual_s
 
     def before_trigger(self) -> None:
         """Lines that are high from the first sample on."""
