@@ -49,6 +49,8 @@ class Board:
     input_pins: list[str] = field(init=False, default_factory=list)
     scale: Scale = field(init=False)
     version: str = field(init=False, default="")
+    hurry_s: float | None = field(init=False, default=None)
+    """How long to wait for answers and samples while a gate is high by command; None: as the table says."""
     _loaded: BoardProgram | None = field(init=False, default=None)
     _connection: Connection = field(init=False)
     _next: Connection | None = field(init=False, default=None)
@@ -72,7 +74,7 @@ class Board:
         The master first: a slave cannot leave its mode while the master's trigger is on.
         """
         self._adopt()
-        self._loaded = None
+        self._loaded = self.hurry_s = None
         self._identify()
         self.switch_off()
         self._configure()
@@ -94,7 +96,7 @@ class Board:
 
     def ask(self, *commands: str) -> list[str | int | float]:
         """See Connection.ask_all."""
-        return self._connection.ask_all(commands)
+        return self._connection.ask_all(commands, self.hurry_s)
 
     @property
     def where(self) -> str:
@@ -205,15 +207,13 @@ class Board:
         self._buffer = bytearray(chunk * PAIR_BYTES + RECORD.size)
         self.ask(f"RP:ADC:DATA:PIPELINED? {start},{count},{chunk}")
 
-    def next_chunk(
-        self, first: int, count: int, account: Continuity, timeout_s: float
-    ) -> tuple[NDArray[np.float32], ChunkFlags]:
+    def next_chunk(self, first: int, count: int, account: Continuity) -> tuple[NDArray[np.float32], ChunkFlags]:
         """The next chunk, whose first sample has the raw index `first`: (used inputs, count) float32 V.
 
-        Raises DeviceTimeout if nothing comes for timeout_s, ShotRefused from `account`.
+        Raises DeviceTimeout if it does not come, ShotRefused from `account`.
         """
         raw = memoryview(self._buffer)[: count * PAIR_BYTES + RECORD.size]
-        self._connection.receive_into(raw, timeout_s)
+        self._connection.receive_into(raw, self.hurry_s or self.table.sample_timeout_s)
         record = Record.parse(raw[count * PAIR_BYTES :], first)
         account.check(record)
         pairs = np.frombuffer(raw, "<i2", 2 * count).reshape(count, 2)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import TextIO
 
 from drivers.errors import DeviceError, InputError, PlatformError
@@ -165,9 +164,7 @@ class RedPitayaCard:
             total = self._timeline.total_samples
             self._pins = PinLines.of(self.boards, self.layout, self._timeline)
             chunk = min(self._table.chunk_samples, PIN_CHUNK if self._pins.edges else self._table.chunk_samples)
-            patience_s = partial(self._pins.patience_s, self._table.sample_timeout_s)
-            begin = self._start_samples
-            self._reader = Reader(self.boards, self._programs, self._delay, total, chunk, begin, patience_s)
+            self._reader = Reader(self.boards, self._programs, self._delay, total, chunk, self._start_samples)
             self._pins.check_pace(chunk)
             self._pins.before_trigger()
             trigger.start(self.boards)

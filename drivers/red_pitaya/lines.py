@@ -66,12 +66,6 @@ class PinLines:
                 remedy="repeat the shot; if it happens again, put the lines on AO0 ... AO3, which the card times",
             )
 
-    def patience_s(self, usual_s: float) -> float:
-        """How long to wait for samples: while the gate is high by command, its end would be late anyway."""
-        done = self.edges[: self._done]
-        gate = [edge.high for edge in done if edge.line is DigitalLine.PA_GATE]
-        return min(usual_s, self.delay_samples / self.rate_hz + GATE_GRACE_S) if gate and gate[-1] else usual_s
-
     def before_trigger(self) -> None:
         """Lines that are high from the first sample on."""
         while self._done < len(self.edges) and self.edges[self._done].sample == 0:
@@ -105,11 +99,21 @@ class PinLines:
             raise ShotRefused(
                 "the amplifier's gate still reads back high, so the receiver stays disconnected", where=self.where
             )
+        gate = edge.line is DigitalLine.PA_GATE
+        if gate and edge.high:
+            self._hurry(self.delay_samples / self.rate_hz + GATE_GRACE_S)
         found, written = set_pin(self.boards[edge.board].ask, edge.pin, high=edge.high)
         if found != level(edge.high):
             raise ShotRefused(f"{edge.pin} was set {level(edge.high)} and reads back {found}", where=self.where)
+        if gate and not edge.high:
+            self._hurry(None)
         self._done += 1
         return written
+
+    def _hurry(self, most_s: float | None) -> None:
+        """While the gate is high by command nothing is waited for longer than its end may be late."""
+        for board in self.boards.values():
+            board.hurry_s = most_s
 
     def _gate_is_high(self) -> bool:
         assert self.gate is not None

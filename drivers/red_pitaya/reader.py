@@ -24,10 +24,7 @@ class Reader:
         total: int,
         chunk: int,
         start_samples: int = 0,
-        patience_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
-        """patience_s: how long to wait for a chunk, asked for each."""
-        self._patience_s = patience_s
         self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
         self._accounts = [Continuity(b.where, p.samples, start_samples) for b, p in zip(boards, programs, strict=False)]
         self._received = self._given = 0
@@ -59,7 +56,7 @@ class Reader:
         count = min(self._chunk, self._total - self._received)
         rows, flags = [], ChunkFlags()
         for board, account in zip(self._boards, self._accounts, strict=True):
-            volts, verdict = board.next_chunk(self._start + self._received, count, account, self._patience_s())
+            volts, verdict = board.next_chunk(self._start + self._received, count, account)
             board.watch()
             rows.append(volts)
             flags = flags | verdict

@@ -1,0 +1,48 @@
+"""The wirings of gate and receiver that a platform may have, as overrides of the emulated lab and of its platform."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Wiring:
+    """emulator, platform: overrides; chunk: samples per record of the stream; over_s: how much longer than the TX
+    window power may reach the coils, whatever the wires do; follows_host: and as long as the host stands still.
+    """
+
+    name: str
+    emulator: tuple[str, ...]
+    platform: tuple[str, ...]
+    chunk: int
+    over_s: float
+    follows_host: bool
+
+
+def _lines(gate: str, receiver: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Board and pin of both, `0 AO0`: overrides of the emulator and of the platform."""
+    emulator, platform = [], []
+    for line, at in (("pa_gate", gate), ("rx_connect", receiver)):
+        board, pin = at.split()
+        emulator.append(f'io_cards.{line}={{board={board}, output="{pin}"}}')
+        platform.append(f'io_card.lines.{line}={{board={board}, pin="{pin}"}}')
+    return tuple(emulator), tuple(platform)
+
+
+def _by_sequence(name: str, gate: str, receiver: str) -> Wiring:
+    """The gate closes by itself, to the sample."""
+    return Wiring(name, *_lines(gate, receiver), chunk=608, over_s=1e-3, follows_host=False)
+
+
+def _by_host(name: str, gate: str, receiver: str) -> Wiring:
+    """A gate stays high until somebody is told otherwise: the card by the host, which notices within `pin_delay_s` +
+    0.1 s that no samples come, or the amplifier, which it then switches off on its own wire."""
+    return Wiring(name, *_lines(gate, receiver), chunk=320, over_s=1.0, follows_host=True)
+
+
+WIRINGS = (
+    _by_sequence("sequence, one card", "0 AO0", "0 AO1"),
+    _by_sequence("sequence, two cards", "0 AO0", "1 AO0"),
+    _by_host("host, one card", "0 DIO7_P", "0 DIO6_P"),
+    _by_host("host, two cards", "0 DIO7_P", "1 DIO6_P"),
+)
