@@ -12,7 +12,7 @@ from drivers.red_pitaya.layout import Layout, LinePin, pin_header
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.timeline import DigitalLine, Timeline
 
-GATE_GRACE_S = 0.1  # a gate that a command must end stays high no longer than that beyond `pin_delay_s`
+GATE_GRACE_S = 0.25  # while a command must end a gate, nothing is waited for longer than `pin_delay_s` and that
 TRIES = 3  # answers whose slowest says how late a line would be
 
 

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.connection import Connection
-from drivers.red_pitaya.ports import Unanswered, closed_within, connect, said_within
+from drivers.red_pitaya.ports import Unanswered, connect, said_within
 from drivers.red_pitaya.stream import PAIR_BYTES
 
 HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time; ending a client takes it as long
@@ -41,7 +41,7 @@ def open_pair(
     off: the commands that switch the outputs off, which are the first that are sent.  Raises DeviceNotFound if nothing
     listens, DeviceTimeout if it does not answer, DeviceProtocolError if it, or its data port, is something else.
     """
-    error: DeviceError = _silent(host, ports[0])
+    error: DeviceError = _silent(host, ports)
     held: list[socket.socket] = []
     try:
         for attempt in range(ATTEMPTS):
@@ -50,7 +50,10 @@ def open_pair(
             try:
                 return _attempt(host, ports, timeout_s, off, held)
             except DeviceTimeout:
-                error = error if isinstance(error, DeviceProtocolError) else _silent(host, ports[0])
+                error = error if isinstance(error, DeviceProtocolError) else _silent(host, ports)
+            except Unanswered:
+                if not attempt:  # else those before it wait to be taken
+                    raise
             except _HalfOpen:
                 continue
             except DeviceProtocolError as failure:
@@ -90,8 +93,12 @@ def _attempt(
     host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], held: list[socket.socket]
 ) -> Connection:
     data = _data_connection(host, ports, held)
-    if closed_within(data, HALF_OPEN_S):
+    said = said_within(data, HALF_OPEN_S)
+    if said is not None:
         data.close()
+    if said:
+        raise _foreign(f"{host}:{ports[1]}", f"it says {said!r} unasked")
+    if said == b"":
         time.sleep(HALF_OPEN_S)
         raise _HalfOpen
     return _prove(host, ports, timeout_s, off, data, held)
@@ -146,13 +153,13 @@ def _samples_arrive(connection: Connection) -> bool:
     return True
 
 
-def _silent(host: str, port: int) -> DeviceTimeout:
+def _silent(host: str, ports: tuple[int, int]) -> DeviceTimeout:
     return DeviceTimeout(
         "the card does not answer",
-        where=f"{host}:{port}",
+        where=f"{host}:{ports[0]}",
         why="its DAQ server takes the connection and says nothing: it hangs, or waits for another program that is "
-        "connected to its data port",
-        remedy="end that program, or restart the card's DAQ server (or the card)",
+        f"connected to its data port, or its data port is not {ports[1]}",
+        remedy="correct io_card.boards.data_port, end that program, or restart the card's DAQ server (or the card)",
     )
 
 

@@ -39,11 +39,6 @@ def acknowledge_at_once(link: socket.socket) -> None:
         link.setsockopt(socket.IPPROTO_TCP, ACKNOWLEDGE_AT_ONCE, 1)
 
 
-def closed_within(peer: socket.socket, seconds: float) -> bool:
-    """True if the other side closes within that time."""
-    return said_within(peer, seconds) == b""
-
-
 def said_within(peer: socket.socket, seconds: float) -> bytes | None:
     """What the other side says unasked within that time, left unread; b"" if it closes, None if it keeps silent."""
     readable, _, _ = select.select([peer], [], [], seconds)

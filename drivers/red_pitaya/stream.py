@@ -19,6 +19,7 @@ RING_SAMPLES = 2**25
 LONGEST_RECORDING = 2**40  # samples: 200 days
 FIR_TAPS = 92
 CIC_ORDER = 6
+START_TIMES = 5
 STATUS_LAG = 512  # samples: the status is read that much later than the write pointer, if the server is busy
 
 
@@ -75,12 +76,13 @@ class Record:
 class Continuity:
     """Our own account of one board's recording, beside the card's flags.
 
-    start_samples: how late after the trigger the server may say that the sequence plays: one of its threads notices.
+    start_samples: how late after the trigger the server may say that the sequence plays.  One of its threads notices,
+    and the card plays meanwhile, so a busy server is waited for START_TIMES as long, or to the end of the sequence.
     """
 
     def __init__(self, where: str, sequence_samples: int, start_samples: int = 0) -> None:
         self._where, self._sequence_samples, self._start_samples = where, sequence_samples, start_samples
-        self._written, self._played = 0, False
+        self._written, self._played, self._late = 0, False, False
 
     def check(self, record: Record) -> None:
         """Raises ShotRefused if trigger, sequence or write pointer tell of another recording than ours."""
@@ -104,7 +106,8 @@ class Continuity:
     def _check_stopped(self, record: Record) -> None:
         """The sequence does not play: not yet, never, no longer, or too soon."""
         begun, ended = record.written, record.written + record.meanwhile + STATUS_LAG
-        if ended >= self._sequence_samples:
+        over = ended >= self._sequence_samples
+        if over and not (self._late and not self._played):
             return
         if self._played:
             raise ShotRefused(
@@ -112,7 +115,8 @@ class Continuity:
                 where=self._where,
                 why=f"the sequence stopped before sample {ended} of {self._sequence_samples}",
             )
-        if begun > self._start_samples:
+        self._late |= begun > self._start_samples
+        if over or begun > START_TIMES * self._start_samples:
             raise ShotRefused(
                 "the outputs have not started",
                 where=self._where,

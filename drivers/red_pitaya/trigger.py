@@ -5,10 +5,11 @@ The server looks at its command socket once a millisecond, so what a board is to
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections.abc import Sequence
 
-from drivers.errors import DeviceTimeout
+from drivers.errors import DeviceError, DeviceTimeout
 from drivers.red_pitaya.board import Board
 
 FOLLOW_S = 0.1
@@ -40,8 +41,12 @@ def prove(boards: Sequence[Board]) -> None:
         board.ask("RP:MODE ACQUISITION")
     try:
         start(boards)
-    finally:
-        end(boards)
+    except DeviceError:
+        for board in boards:  # as far as they still answer
+            with contextlib.suppress(DeviceError):
+                board.ask("RP:TRIGGER OFF")
+        raise
+    end(boards)
 
 
 def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:

@@ -141,6 +141,8 @@ def _collect(
             piece = platform.card.read(_wanted(done, step, timeline))
             _check_contiguous(piece.first_sample, piece.volts.shape, volts.shape, done)
         except ShotRefused as refusal:
+            if powered:  # a gate by command may still be high, and other devices are asked before all is off
+                platform.amplifier.disable()
             return volts[:, :done], flags, str(refusal), clipped
         volts[:, done : done + piece.volts.shape[1]] = piece.volts
         watch.see(piece.volts[:, max(timeline.rx_start - done, 0) :])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -62,7 +63,7 @@ def get_amplitude(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
     except Code as refusal:
         scale = c.board.scales.get(("DAC", n[0]), 1.0)
         return exact((refusal.number % 2**16) / (AMPLITUDE_CODES / 2) / scale / 2)
-    return exact(c.board.registers.outputs[channel].components[component].amplitude_v)
+    return _answer(c.board, channel, c.board.registers.outputs[channel].components[component].amplitude_v)
 
 
 def _put_out(board: Board, channel: int, volts: float, codes: int) -> float:
@@ -70,8 +71,14 @@ def _put_out(board: Board, channel: int, volts: float, codes: int) -> float:
     scale = board.scales["DAC", channel]
     if abs(volts * scale) > 1:
         raise Code(RANGE)
-    level = int(volts * scale * codes)
+    level = 0 if math.isnan(scale) else int(volts * scale * codes)
     return level / codes / scale if level else 0.0
+
+
+def _answer(board: Board, channel: int, volts: float) -> str:
+    """A register divided by the scale; of a memory that makes no sense nothing comes out, and this is no number."""
+    scale = board.scales["DAC", channel]
+    return "nan" if scale == 0 or math.isnan(scale) else exact(volts)
 
 
 def set_frequency(c: Connection, n: tuple[int, ...], a: list[str]) -> str:
@@ -127,7 +134,7 @@ def get_offset(c: Connection, n: tuple[int, ...], _: list[str]) -> str:
     """V, as `get_amplitude`."""
     if n[0] >= OUTPUTS:
         return exact(BAD_CHANNEL / OFFSET_CODES)
-    return exact(c.board.registers.outputs[n[0]].offset_v)
+    return _answer(c.board, n[0], c.board.registers.outputs[n[0]].offset_v)
 
 
 def _output(board: Board, channel: int, **changes: object) -> str:

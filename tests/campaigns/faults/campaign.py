@@ -13,11 +13,10 @@ import logging
 import multiprocessing
 import shutil
 import tempfile
-import threading
 import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import structlog
 
@@ -25,31 +24,10 @@ from tests.campaigns.faults import page
 from tests.campaigns.faults.bench import Bench
 from tests.campaigns.faults.catalogue import cells
 from tests.campaigns.faults.trial import Seen, as_record, draw, run
+from tests.campaigns.faults.watch import Watch
 
 STILL_S, TOO_LATE = 0.25, "the host was too late"
 REPEATS = 5
-
-
-class Watch:
-    """How long this process stood still at most, s."""
-
-    def __init__(self) -> None:
-        self.longest_s, self._over = 0.0, threading.Event()
-        self._thread = threading.Thread(target=self._look, daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._over.set()
-        self._thread.join()
-
-    def _look(self) -> None:
-        last = time.monotonic()
-        while not self._over.wait(0.01):
-            now = time.monotonic()
-            self.longest_s, last = max(self.longest_s, now - last), now
 
 
 def done_before(journal: Path, seed: int) -> dict[int, dict[str, Any]]:

@@ -39,7 +39,7 @@ def work(seed: int, process: int, todo: Any, done: Any) -> None:
         except Exception as error:
             came = Came(complaints=[f"the trial broke: {type(error).__name__}: {error}"])
         done.put({"seed": seed, **as_record(blow, came)})
-        if came.complaints and name in benches:
+        if (came.complaints or came.hand) and name in benches:
             benches.pop(name).end()
     for bench in benches.values():
         bench.end()

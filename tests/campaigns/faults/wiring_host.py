@@ -21,6 +21,7 @@ from drivers.timeline import DigitalLine
 from platform_daemon.engine.shot import run_shot
 from platform_daemon.settings import load_platform, load_sequence
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
+from tests.campaigns.faults.watch import Watch
 
 TX_PERIODS, RX_S = 20, 0.12
 ANSWER_S = 90.0  # the longest that giving up on all devices may take
@@ -43,11 +44,14 @@ class Host:
         """`shot`, or `off`: prove that all outputs are off."""
         self._link.send(what)
 
-    def answer(self) -> tuple[str, str]:
-        """How it ended, and why.  Raises AssertionError if nothing comes: the host hangs."""
+    def answer(self) -> tuple[str, str, float]:
+        """How it ended, why, and how long the process stood still meanwhile, s.
+
+        Raises AssertionError if nothing comes: the host hangs.
+        """
         assert self._link.poll(ANSWER_S), "the host hangs"
-        ended, why = self._link.recv()
-        return str(ended), str(why)
+        ended, why, still_s = self._link.recv()
+        return str(ended), str(why), float(still_s)
 
     def stand_still(self, seconds: float) -> None:
         """The process does nothing for so long, whatever it was at."""
@@ -80,7 +84,10 @@ def _serve(link: Connection, endpoints: Path, overrides: tuple[str, ...]) -> Non
     link.send(((gate.stop_sample - gate.start_sample) / rate_hz, receiver.start_sample / rate_hz))
     try:
         while True:
-            link.send(_shot(platform, plan) if link.recv() == "shot" else _off(platform))
+            what = link.recv()
+            with Watch() as watch:
+                came = _shot(platform, plan) if what == "shot" else _off(platform)
+            link.send((*came, watch.total_s))
     except EOFError:
         platform.close()
 

@@ -36,7 +36,7 @@ def _by_sequence(name: str, gate: str, receiver: str) -> Wiring:
 
 def _by_host(name: str, gate: str, receiver: str) -> Wiring:
     """A gate stays high until somebody is told otherwise: the card by the host, which notices within `pin_delay_s` +
-    0.1 s that no samples come, or the amplifier, which it then switches off on its own wire."""
+    0.25 s that nothing comes, or the amplifier, which it then switches off on its own wire."""
     return Wiring(name, *_lines(gate, receiver), chunk=320, over_s=1.0, follows_host=True)
 
 

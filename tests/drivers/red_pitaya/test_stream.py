@@ -67,15 +67,27 @@ def test_outputs_that_ended_early_refuse_the_shot():
 
 
 def test_outputs_that_the_server_has_not_seen_begin_yet_are_no_complaint_for_a_while():
-    account = Continuity("card", 5000, 1500)
-    account.check(record(TRIGGERED, first=0))
-    account.check(record(TRIGGERED, first=600))
+    account = Continuity("card", 50_000, 1500)
+    for first in (0, 600, 1200, 6600):
+        account.check(record(TRIGGERED, first=first))
     with pytest.raises(ShotRefused, match="have not started"):
-        account.check(record(TRIGGERED, first=1200))
-    account = Continuity("card", 5000, 1500)
+        account.check(record(TRIGGERED, first=7200))
+    account = Continuity("card", 50_000, 1500)
     account.check(record(TRIGGERED, first=0))
-    account.check(record(first=600))
-    account.check(record(first=1200))
+    account.check(record(TRIGGERED, first=6600))
+    account.check(record(first=7200))
+    account.check(record(first=12_000))
+
+
+def test_outputs_that_never_began_refuse_a_short_shot_at_its_end():
+    account = Continuity("card", 5000, 1500)
+    account.check(record(TRIGGERED, first=1800))
+    with pytest.raises(ShotRefused, match="have not started"):
+        account.check(record(TRIGGERED, first=5400))
+    account = Continuity("card", 5000, 1500)
+    account.check(record(TRIGGERED, first=1800))
+    account.check(record(first=2400))  # a busy server
+    account.check(record(TRIGGERED, first=5400))
 
 
 @pytest.mark.parametrize("which", ["lag", "meanwhile"])
