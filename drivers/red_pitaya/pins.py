@@ -10,7 +10,7 @@ from drivers.red_pitaya.layout import pin_header
 
 Ask = Callable[..., list[Value]]
 
-PAD_S = 0.02  # a pad that has not followed by then never will
+PAD_S = 0.05  # a pad that has not followed by then never will
 
 
 def level(high: bool) -> str:

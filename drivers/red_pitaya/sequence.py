@@ -56,12 +56,6 @@ class BoardProgram:
         return self.step_samples * len(self.levels_v)
 
 
-def silence(step_samples: int) -> BoardProgram:
-    """One step of nothing."""
-    shape = (1, FIRST_ANALOG_CHANNEL)
-    return BoardProgram(step_samples, np.zeros(shape, np.float32), np.zeros(shape, np.uint8), ())
-
-
 def compile_timeline(
     timeline: Timeline, layout: Layout, full_scale_v: float = OUTPUT_FULL_SCALE_V
 ) -> tuple[BoardProgram, ...]:
@@ -96,7 +90,8 @@ def _board_program(board: int, timeline: Timeline, layout: Layout, step: int) ->
             gates.append((output, burst.start_sample, burst.stop_sample))
             levels += [(output, burst.start_sample, burst.stop_sample, _level_v(burst))] if _is_level(burst) else []
     mine = [p.sequence_channel for p in layout.lines.values() if p.board == board]
-    channels = 1 + max((c for c in mine if c is not None), default=FIRST_ANALOG_CHANNEL - 1)
+    used = [*(c for c in mine if c is not None), *(output for output, _, _ in gates)]
+    channels = 1 + max(used, default=0)  # the server takes 7 to 17 ms for each; beyond them all amplitudes are zero
     stops = [stop for _, _, stop, _ in levels] + [stop for _, _, stop in gates]
     steps = 1 + max(stops, default=0) // step
     levels_v = np.zeros((steps, channels), np.float32)

@@ -62,6 +62,11 @@ class Host:
         finally:
             os.kill(self._process.pid, signal.SIGCONT)
 
+    def kill(self) -> None:
+        """It is gone at once, whatever it was at."""
+        self._process.kill()
+        self._process.join()
+
     def end(self) -> None:
         """It is killed if it does not end by itself."""
         self._link.close()

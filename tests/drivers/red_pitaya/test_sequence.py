@@ -123,7 +123,25 @@ def test_lines_on_dio_pins_need_time_between_gate_and_receiver():
         compile_timeline(shot(Burst(0, 0, 2880, 212.0, 0.2)), on_pins)
     apart = (LineLevel(DigitalLine.PA_GATE, 0, 2880), LineLevel(DigitalLine.RX_CONNECT, 5000, 8000))
     far = Timeline(CLOCK, 2880, 4000, 2000, (Burst(0, 0, 2880, 212.0, 0.2),), apart)
-    assert compile_timeline(far, on_pins)[0].levels_v.shape[1] == 2
+    assert compile_timeline(far, on_pins)
+
+
+@pytest.mark.parametrize(
+    ("gate", "receiver", "outputs", "channels"),
+    [
+        (LinePin(0, "AO0"), LinePin(0, "AO1"), (0,), (4, 1)),
+        (LinePin(0, "AO0"), LinePin(1, "AO0"), (0, 1, 2), (3, 3)),
+        (LinePin(0, "DIO7_P"), LinePin(0, "DIO6_P"), (0, 1, 2), (2, 1)),
+        (LinePin(0, "DIO7_P"), LinePin(0, "DIO6_P"), (0,), (1, 1)),
+    ],
+)
+def test_a_sequence_has_the_channels_up_to_the_last_one_it_needs(gate, receiver, outputs, channels):
+    """Each costs the server time, of every shot."""
+    layout = replace(LAYOUT, lines={DigitalLine.PA_GATE: gate, DigitalLine.RX_CONNECT: receiver})
+    apart = (LineLevel(DigitalLine.PA_GATE, 0, 2880), LineLevel(DigitalLine.RX_CONNECT, 8000, 9600))
+    bursts = tuple(Burst(k, 0, 2880, 212.0, 0.2) for k in outputs)
+    programs = compile_timeline(Timeline(CLOCK, 2880, 5120, 1600, bursts, apart), layout)
+    assert tuple(p.levels_v.shape[1] for p in programs) == channels
 
 
 def test_levels_are_held_by_the_sequence_and_leave_the_sines_out():

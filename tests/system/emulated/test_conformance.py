@@ -28,6 +28,13 @@ def platform(lab):
 _, TestSwitch, _, TestLna, TestPlatform = WHOLE_PLATFORM
 
 
+def calibrated(scale):
+    """The emulated cards, with such a scale in their memory for all outputs."""
+    both = f"dac_scale=[{scale}, {scale}], calibration_flags=0b11111111"
+    boards = f'{{inputs=["x","y"], outputs=["x","y"], {both}}}, {{inputs=["z",""], outputs=["z",""], {both}}}'
+    return f"io_cards.boards=[{boards}]"
+
+
 class ShortCardContract(CardContract):
     """In short, on a busy computer."""
 
@@ -59,12 +66,12 @@ class TestAmplifier(AmplifierContract):
 
 
 class TestOneCard(ShortCardContract):
-    """The master alone, without a cluster."""
+    """The master alone, without a cluster, its outputs calibrated."""
 
     @pytest.fixture(scope="class")
     @classmethod
     def card(cls, lab_of_its_own):
-        lab = lab_of_its_own()
+        lab = lab_of_its_own(calibrated(0.93))
         built = lab.platform(f"io_card.boards=[{MASTER}]")
         yield built.card
         built.close()
@@ -88,12 +95,13 @@ class TestOneCard(ShortCardContract):
 
 
 class TestLinesOnPins(ShortCardContract):
-    """Gate and receiver by command."""
+    """Gate and receiver by command, outputs calibrated."""
 
     @pytest.fixture(scope="class")
     @classmethod
     def card(cls, lab_of_its_own):
         lab = lab_of_its_own(
+            calibrated(1.05),
             'io_cards.pa_gate={board=0, output="DIO7_P"}', 'io_cards.rx_connect={board=1, output="DIO6_P"}'
         )
         built = lab.platform(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import pytest
 
 from drivers.conformance.io_card import collect
@@ -10,6 +12,7 @@ from drivers.errors import DeviceError
 from drivers.io_card import CardState
 from drivers.red_pitaya import board as module
 from drivers.red_pitaya.pairing import take_over
+from tests.campaigns.faults.wiring_host import Host
 
 
 def whole_shot(card):
@@ -65,3 +68,48 @@ def test_a_server_that_died_is_named_and_once_it_is_back_the_next_shot_is_whole(
     card.stop()
     assert lab.control("outputs")["off"]
     assert whole_shot(card)
+
+
+@pytest.mark.parametrize(("board", "state"), [(0, CardState.RUNNING), (1, CardState.ARMED)])
+def test_a_link_that_was_cut_is_named_and_once_it_is_back_the_next_shot_is_whole(lab_of_its_own, board, state):
+    lab = lab_of_its_own()
+    platform = lab.platform("io_card.reply_timeout_s=1.0", "io_card.sample_timeout_s=1.0")
+    card = platform.card
+    card.program(short_shot(card.capabilities(), rx_s=0.3))
+    card.arm()
+    if state is CardState.RUNNING:
+        card.trigger()
+        card.read(1000)
+    device = f"io_card_{board}"
+    for kind, stream in (("deaf_link", "command"), ("one_way_link", "command"), ("one_way_link", "data")):
+        lab.control("wire_fault", kind=kind, device=device, stream=stream)
+    where = str(lab.emulator.endpoints()["io_cards"][board]["command_port"])
+    with pytest.raises(DeviceError, match=f"(?s)could not be confirmed off.*{where}.*switch the amplifier's mains off"):
+        card.stop()
+    assert lab.control("outputs")["off"]  # the sequence has ended by itself
+    lab.control("clear_faults")
+    card.stop()
+    assert whole_shot(card)
+    platform.close()
+    assert lab.violations() == ()
+
+
+@pytest.mark.parametrize("server_too", [False, True])
+def test_a_client_that_was_killed_leaves_outputs_off_and_the_next_one_shoots(lab_of_its_own, server_too):
+    lab = lab_of_its_own()
+    host = Host(lab.endpoints, ("limits.max_tx_duty=0.9",))
+    host.ask("shot")
+    while not lab.emulator.world.is_running():
+        time.sleep(1e-3)
+    host.kill()
+    if server_too:
+        lab.kill_server(0)
+        lab.start_server(0)
+    time.sleep(0.6)  # the shot is over
+    assert not lab.control("outputs")["playing"]
+    assert not lab.control("outputs")["pa_gate"]
+    assert max(span.stop_s - span.start_s for span in lab.emulator.world.power_log()) <= host.gate_s + 1e-3
+    platform = lab.platform()
+    assert whole_shot(platform.card)
+    platform.close()
+    assert lab.violations() == ()
