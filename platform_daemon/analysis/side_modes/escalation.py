@@ -131,7 +131,8 @@ class Escalation:
         """In words, once there is no next field."""
         here = list(self.seen)[-1]
         if self.verdict(here) == "visible":
-            return f"side modes are visible at {1e6 * here:.4g} uT"
+            first = len(self.seen) == 1
+            return f"side modes are visible at {1e6 * here:.4g} uT{', the first field: start lower' if first else ''}"
         if max(self.seen) >= self.plan.max_t * (1.0 - 1e-9):
             return f"no side modes up to {1e6 * self.plan.max_t:.4g} uT"
         chance = f"{100 * self.plan.overdose_rate:.3g} %"
