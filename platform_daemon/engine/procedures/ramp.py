@@ -84,6 +84,7 @@ class Ramp:
             start, request.step_t, most, request.overdose_rate, request.false_stop_rate, request.most_shots
         )
         self._state = analysis.Escalation(self._plan)
+        self._f_tx_hz = basis.sequence.f_tx_hz
         self._rx_s = min(basis.sequence.rx_s, _LONGEST_RX_S)
         # The rotor is to be at rest again: what a shot no longer listens to, it waits.
         self._pause_s = max(0.0, basis.period_s - self._rx_s)
@@ -135,7 +136,9 @@ class Ramp:
             "sequence": asked, "shots": 1, "blank_shots": blank,
         }  # fmt: skip
         made = AcquisitionRequest.model_validate(tables)
-        return Step((SweptValue(key="field_ut", value=round(1e6 * field_t, 6)),), made)
+        # Until something rings a shot is listened to: what moves in many ways at once is not fitted, but rings.
+        near_hz = None if self._known else asked.get("f_tx_hz", self._f_tx_hz)
+        return Step((SweptValue(key="field_ut", value=round(1e6 * field_t, 6)),), made, near_hz)
 
     def steps(self) -> StepSequence:
         """See Procedure.  Raises NeverRings, RecordingError; DeviceFault for a receiver that saturates."""
@@ -144,8 +147,9 @@ class Ramp:
             # Blank ones once something rings: nobody waits for them where nothing does.
             report = yield self._step(field_t, _LEARN if looked and not self._known else 0)
             self._see(field_t, report)
-            looked += report.fitted
-            silent = 0 if report.fitted else silent + 1
+            rings = report.fitted > 0 or report.heard is not None
+            looked += rings
+            silent = 0 if rings else silent + 1
             if not looked and silent >= _NEVER_RINGS:
                 raise NeverRings(
                     f"no ring-down in {silent} shots",
@@ -190,13 +194,14 @@ class Ramp:
         found, highest = self._state.threshold_t(), fields[-1]
         threshold = None if found is None else RampThreshold(value=found[0], low=found[1], high=found[2])
         most = highest if threshold is None else min(threshold.value, self._plan.max_t)
+        known = bool(self._angles) and not self._state.began_above
         lines = tuple(self._line(line) for line in self._state.seen[highest][-1].lines)
         return RampOutcome(
             kind="ramp",
             visible_am2_per_s=self._state.level,
             threshold_t=threshold,
-            operating_field_t=OPERATING_SHARE * most if self._angles else None,
-            max_field_t=most if self._angles else None,
+            operating_field_t=OPERATING_SHARE * most if known else None,
+            max_field_t=most if known else None,
             false_stop_rate=self._plan.false_stop_rate,
             overdose_rate=self._plan.overdose_rate,
             steps=tuple(self._told(f) for f in fields),
