@@ -30,7 +30,7 @@ from tests.kit.simulated_bench import CLOCK, QUIET, Bench
 
 GRID_UT = 2  # the finest step of a ramp
 LEARN = 3  # blank shots
-RX_S = 0.5
+RX_S = {"thread": 1.0, "jewel": 0.5}  # the thread's side modes have grown by then, the jewel's come with the kick
 SHIPPED = {"thread": (150, 340), "jewel": (480, 700)}
 
 
@@ -45,6 +45,11 @@ class Case:
     tilt_deg: float | None = None
     friction: float | None = None
     ramps: int = 100
+
+    @property
+    def rx_s(self) -> float:
+        """Long enough for the side modes of this variant."""
+        return RX_S[self.specimen.partition("_")[0]]
 
 
 CASES = (
@@ -80,6 +85,7 @@ class Rotor:
     def __init__(self, case: Case) -> None:
         self._bench = Bench(None, **QUIET)
         self._bench.backend.mount(changed(case.specimen, case.tilt_deg, None, case.friction))
+        self._rx_s = case.rx_s
         self._seen: dict[int, tuple[NDArray[np.float32], float]] = {}
 
     def at(self, field_t: float) -> tuple[NDArray[np.float32], float]:
@@ -87,7 +93,7 @@ class Rotor:
         field_ut = GRID_UT * round(1e6 * field_t / GRID_UT)
         if field_ut not in self._seen:
             self._bench.backend.world.hold_still()
-            dmdt = dipole(self._bench, 1e-6 * field_ut)
+            dmdt = dipole(self._bench, 1e-6 * field_ut, self._rx_s)
             size = self._bench.truth().get("z_residual_am2_per_s") or 0.0
             self._seen[field_ut] = dmdt.astype(np.float32), size
         return self._seen[field_ut]
@@ -103,9 +109,9 @@ class Rotor:
         return None
 
 
-def dipole(bench: Bench, field_t: float) -> NDArray[np.float64]:
+def dipole(bench: Bench, field_t: float, rx_s: float) -> NDArray[np.float64]:
     """dm/dt (3, n) of a shot, as an exact calibration makes it."""
-    samples = int(RX_S * CLOCK.rate_hz)
+    samples = int(rx_s * CLOCK.rate_hz)
     volts = bench.shot(field_t, rx=samples, chunk=samples)
     setup, _ = bench.backend.world.player.result()
     found: NDArray[np.float64] = (
@@ -119,12 +125,12 @@ def ramp(case: Case, rotor: Rotor, seed: int) -> Outcome:
     receivers = Bench(None, noise__scale=case.noise, seed=seed + 1)
 
     def shot(field_t: float) -> NDArray[np.float64]:
-        return rotor.at(field_t)[0] + dipole(receivers, 0.0)
+        return rotor.at(field_t)[0] + dipole(receivers, 0.0, case.rx_s)
 
     asked = RampRequest(kind="ramp", acquisition={"resonator": case.specimen})  # type: ignore[arg-type]
     low, high = (1e-6 * f for f in case.span_ut)
     plan = RampPlan(low, asked.step_t, high, asked.overdose_rate, asked.false_stop_rate, asked.most_shots)
-    noise = ZNoise.of([dipole(receivers, 0.0) for _ in range(LEARN)], CLOCK.rate_hz)
+    noise = ZNoise.of([dipole(receivers, 0.0, case.rx_s) for _ in range(LEARN)], CLOCK.rate_hz)
     state, fields = Escalation(plan), []
     while (field_t := state.next_field()) is not None:
         fields.append(field_t)
