@@ -21,7 +21,7 @@ EMERGENCY_S = 0.2
 
 
 class IncidentContract:
-    """Offer the fixtures `emergency` and `stranger` if there is a way; `stops`: how many."""
+    """Offer the fixtures `emergency` and `stranger` if there is a way; `stops`: how many in each state."""
 
     stops = 100
 
@@ -45,8 +45,9 @@ class IncidentContract:
         """Idle, programmed, armed, running and over, in turns: the card must never hang."""
         timeline = short_shot(card.capabilities(), rx_s=0.03)
         steps = [lambda: card.program(timeline), card.arm, card.trigger, lambda: card.read(500)]
-        for count in range(self.stops):
-            for step in steps[: count % (len(steps) + 1)]:
+        states = len(steps) + 1
+        for count in range(states * self.stops):
+            for step in steps[: count % states]:
                 step()
             card.stop()
             assert card.state() is CardState.IDLE

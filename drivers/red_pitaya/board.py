@@ -52,6 +52,7 @@ class Board:
     hurry_s: float | None = field(init=False, default=None)
     """How long to wait for answers and samples while a gate is high by command; None: as the table says."""
     _loaded: BoardProgram | None = field(init=False, default=None)
+    _sounding: list[str] = field(init=False, default_factory=list)
     _connection: Connection = field(init=False)
     _next: Connection | None = field(init=False, default=None)
     _buffer: bytearray = field(init=False, default_factory=bytearray)
@@ -75,6 +76,7 @@ class Board:
         """
         self._adopt()
         self._loaded = self.hurry_s = None
+        self._sounding = []
         self._identify()
         self.switch_off()
         self._configure()
@@ -119,7 +121,7 @@ class Board:
 
     def load(self, program: BoardProgram) -> None:
         """Upload a sequence, in mode CONFIGURATION; nothing is sent if it is there already."""
-        if self._is_loaded(program):
+        if program.silent or self._is_loaded(program):
             return
         self._loaded = None
         steps, channels = program.levels_v.shape
@@ -129,15 +131,16 @@ class Board:
         self._loaded = program
 
     def arm(self, program: BoardProgram) -> None:
-        """Sequence and sines into the registers, once per shot; then mode ACQUISITION.
+        """Sequence and sines into the registers, once per shot; then mode ACQUISITION.  Silence needs no sequence.
 
         While the trigger is off the card holds everything at zero.  Raises DeviceProtocolError if an amplitude reads
         back wrong, DeviceFault if the emergency input is high.
         """
         scales = [self.scale.output[s.output] for s in program.sines]
-        waves, amplitudes, checks = arming(program.sines, scales)
+        waves, amplitudes, self._sounding = arming(program.sines, scales)
+        checks, set_up = self._sounding, [] if program.silent else ["RP:DAC:SEQ:SET"]
         emergency, *answers = self.ask(
-            "RP:INSTANTRESET:STATUS?", *waves, "RP:DAC:SEQ:SET", *amplitudes, *checks, "RP:MODE ACQUISITION"
+            "RP:INSTANTRESET:STATUS?", *waves, *set_up, *amplitudes, *checks, "RP:MODE ACQUISITION"
         )
         if emergency and self.table.instant_reset:
             raise emergency_stop(self.where, "the emergency input keeps the outputs off")
@@ -181,11 +184,12 @@ class Board:
     def play(self) -> tuple[bool, bool]:
         """Whether the sequence runs, and whether the emergency input has switched the outputs off since the trigger.
 
-        That input holds the stepper, too: a sequence that it has stopped seems to run for ever.
+        That input holds the stepper, too: a sequence that it has stopped seems to run for ever.  A busy server may not
+        have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
         """
-        asked = ["RP:STATUS?", EMERGENCY] if self.table.instant_reset else ["RP:STATUS?"]
-        status, *emergency = self.ask(*asked)
-        return bool(int(status) & 16), any(emergency)
+        status, emergency, *volts = self.ask("RP:STATUS?", EMERGENCY, *self._sounding)
+        plays = bool(int(status) & 16) or any(float(v) != 0 for v in volts)
+        return plays, bool(emergency) and self.table.instant_reset
 
     def watch(self) -> None:
         """Ask for the emergency input without waiting, and look at the answer to the question before.

@@ -51,9 +51,14 @@ class BoardProgram:
     sines: tuple[Sine, ...]
 
     @property
+    def silent(self) -> bool:
+        """There is nothing to play."""
+        return not self.sines and not np.any(self.levels_v)
+
+    @property
     def samples(self) -> int:
         """Samples after the trigger during which the sequence runs."""
-        return self.step_samples * len(self.levels_v)
+        return 0 if self.silent else self.step_samples * len(self.levels_v)
 
 
 def compile_timeline(
@@ -77,7 +82,7 @@ def compile_timeline(
 
 
 def _board_program(board: int, timeline: Timeline, layout: Layout, step: int) -> BoardProgram:
-    """Gates, levels and sines of one board; a board with nothing to do plays one silent step."""
+    """Gates, levels and sines of one board; a board with nothing to do has one silent step."""
     levels: list[tuple[int, int, int, float]] = []
     gates: list[tuple[int, int, int]] = []
     for line, pin in layout.lines.items():

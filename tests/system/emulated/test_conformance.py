@@ -38,7 +38,7 @@ def calibrated(scale):
 class ShortCardContract(CardContract):
     """In short, on a busy computer."""
 
-    stops = 15
+    stops = 3
 
     @pytest.fixture(scope="class")
     @classmethod

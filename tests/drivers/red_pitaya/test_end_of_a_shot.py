@@ -1,0 +1,62 @@
+"""When a shot is over: the trigger may fall only when the server has ended the sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from drivers.errors import DeviceTimeout
+from drivers.red_pitaya import trigger
+from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.options import card_table
+from drivers.red_pitaya.sequence import Sine
+
+TRIGGERED, PLAYING, VOLTS = 8, 16, 0.1
+
+
+class Server:
+    """Answers like the real one, whose thread sees only at question `notices` that the card has been triggered: until
+    then it does not say that it plays; at question `ends` it has zeroed the amplitudes."""
+
+    def __init__(self, notices: int, ends: int) -> None:
+        self._notices, self._ends, self.asked = notices, ends, 0
+
+    def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
+        self.asked += any(c == "RP:STATUS?" for c in commands)
+        plays = self._notices <= self.asked < self._ends
+        volts = VOLTS if self.asked < self._ends else 0.0
+        return [self._answer(c, plays=plays, volts=volts) for c in commands]
+
+    @staticmethod
+    def _answer(command: str, *, plays: bool, volts: float) -> str | int | float:
+        if command == "RP:STATUS?":
+            return TRIGGERED | PLAYING * plays
+        return volts if command.endswith("AMPLITUDE?") else 0
+
+
+def armed(server: Server, *sines: Sine) -> Board:
+    """A board on such a server, with these sines."""
+    table = card_table({"boards": [{"host": "127.0.0.1"}]})
+    board = Board(table.boards[0], table, [], is_last=True)
+    asked = [f"RP:DAC:CHANNEL{s.output}:COMPONENT{s.component}:AMPLITUDE?" for s in sines]
+    vars(board).update(_connection=server, _sounding=asked)
+    return board
+
+
+@pytest.mark.parametrize("notices", [0, 7, 20])
+def test_a_server_that_has_not_noticed_the_trigger_yet_is_waited_for(notices: int) -> None:
+    server = Server(notices, ends=20)
+    assert trigger.wait_for_sequences([armed(server, Sine(0, 0, 212.0, VOLTS, 0.0))], 5.0) == []
+    assert server.asked == 20
+
+
+def test_a_server_that_never_notices_it_is_an_error() -> None:
+    with pytest.raises(DeviceTimeout, match="does not end"):
+        trigger.wait_for_sequences([armed(Server(10**6, 10**6), Sine(1, 2, 212.0, VOLTS, 0.0))], 0.05)
+
+
+def test_a_board_that_plays_nothing_is_over_at_once() -> None:
+    server = Server(10**6, 10**6)
+    assert trigger.wait_for_sequences([armed(server)], 5.0) == []
+    assert server.asked == 1
