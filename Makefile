@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install kernels demo demo-emulated test check bench peers campaign attack-api fault-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: install kernels demo demo-emulated test check bench peers campaign attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -70,6 +70,10 @@ angle-study: install
 # `make fault-campaign FAULTS='--only "switch RX"'` is a short one; the journal lets an interrupted one go on.
 fault-campaign: install
 	$(BIN)/python -m tests.campaigns.faults.campaign --page docs/fault-campaign.md $(FAULTS)
+
+# `make wiring-campaign BLOWS='--blows 40'` is a short one; the journal lets an interrupted one go on.
+wiring-campaign: install
+	$(BIN)/python -m tests.campaigns.faults.wiring_campaign --page docs/wiring-campaign.md $(BLOWS)
 
 # Needs a quiet computer: it measures milliseconds between shots.
 emulated-series: install

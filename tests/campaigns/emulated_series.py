@@ -189,7 +189,8 @@ PAGE = """# A series over the emulated wires
 
 {shots} shots of each resonator over two I/O cards (TCP), switch and LNA (serial) and amplifier (USBTMC), with
 `platform-daemon emulate` and `platform-daemon measure` as two processes, next to the same series simulated in process
-with the same seed. Written by `make emulated-series`.
+with the same seed. Written by `make emulated-series`. The cards write their sequence memory in no time here, so that
+the time between shots is the daemon's; the real server takes some 100 ms more ([wiring.md](wiring.md)).
 
 Lengths and gates are read from the world's own record, the time between shots from its trigger times. A thread
 of a third process sleeps beside it, and notes when it wakes late by more than {late_ms:g} ms: then others had

@@ -21,9 +21,13 @@ their shots."""
 
 @contextmanager
 def emulator(folder: Path, resonator: str) -> Iterator[tuple[Path, dict[str, Any]]]:
-    """The emulated lab as a process of its own; the file of its endpoints, and what it says."""
+    """The emulated lab as a process of its own; the file of its endpoints, and what it says.
+
+    Its cards write their sequence memory in no time: what is measured on it is the daemon's time.
+    """
     shipped = locate("emulators", "lab")
     text = shipped.read_text().replace('"../', f'"{shipped.parent.parent}/').replace("thread.toml", f"{resonator}.toml")
+    text = text.replace("\n[[io_cards.boards]]", "\n[[io_cards.boards]]\nmemory_access_s = 0.0")
     config, found = folder / "lab.toml", folder / "endpoints.json"
     config.write_text(text + "".join(f"\n[world.{table}]\nenabled = false\n" for table in STEADY))
     process = subprocess.Popen([COMMAND, "emulate", "--config", config, "--json", found], stdout=subprocess.DEVNULL)

@@ -53,7 +53,8 @@ Mended in driver or daemon, with a test each, not by another expectation:
 * After shots had been moved to disk beside the next shot, one was lost if that next one was refused in its first chunk.
 
 Left out: `dropped_samples` of the simulated card, a recording that skips 64 samples and says nothing. A latched trip
-stays until somebody resets it, `POST /devices/power_amplifier/reset` ([rest.md](rest.md)).
+stays until somebody resets it, `POST /devices/power_amplifier/reset` ([rest.md](rest.md)). All this is with gate and
+receiver on the card's sequence; the other wirings are in [wiring-campaign.md](wiring-campaign.md).
 """
 
 SHORT = {

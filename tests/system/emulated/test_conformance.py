@@ -102,7 +102,8 @@ class TestLinesOnPins(ShortCardContract):
     def card(cls, lab_of_its_own):
         lab = lab_of_its_own(
             calibrated(1.05),
-            'io_cards.pa_gate={board=0, output="DIO7_P"}', 'io_cards.rx_connect={board=1, output="DIO6_P"}'
+            'io_cards.pa_gate={board=0, output="DIO7_P"}',
+            'io_cards.rx_connect={board=1, output="DIO6_P"}',
         )
         built = lab.platform(
             "io_card.pin_delay_s=0.3",  # a busy test machine, not a lab's
