@@ -10,7 +10,8 @@ from drivers.red_pitaya.layout import pin_header
 
 Ask = Callable[..., list[Value]]
 
-PAD_S = 0.05  # a pad that has not followed by then never will
+PAD_S = 0.05  # a pad that has not followed by then is too late for a shot
+LOW_S = 0.3  # and one that is still high by then stays high
 
 
 def level(high: bool) -> str:
@@ -35,7 +36,7 @@ def low_levels(connection: Connection, pins: Sequence[str], timeout_s: float) ->
 
     timeout_s: for each round of answers.  Errors as in `Connection.ask`.
     """
-    deadline, questions = time.monotonic() + PAD_S, [f"{pin_header(pin)}?" for pin in pins]
+    deadline, questions = time.monotonic() + LOW_S, [f"{pin_header(pin)}?" for pin in pins]
     while True:
         found = [str(each) for each in connection.ask_all(questions, timeout_s)]
         if all(each == level(False) for each in found) or time.monotonic() >= deadline:
