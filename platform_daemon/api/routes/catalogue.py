@@ -25,9 +25,10 @@ from platform_daemon.settings import load_sequence, load_specimen
 from platform_daemon.store import Broken
 
 from ..context import Shared
+from ..network.routes import GuardedRoute
 from ..problems import problems, unreadable
 
-router = APIRouter(tags=["catalogue"])
+router = APIRouter(tags=["catalogue"], route_class=GuardedRoute)
 ContentT = TypeVar("ContentT", bound=BaseModel)
 NewName = Annotated[
     str,

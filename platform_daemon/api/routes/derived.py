@@ -39,9 +39,10 @@ from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
 from ..job_routes import result_of
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(tags=["derived"])
+router = APIRouter(tags=["derived"], route_class=GuardedRoute)
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 

@@ -8,9 +8,10 @@ from platform_daemon.estimation import MODELS, TERMS
 from platform_daemon.schemas import AdoptedModelReport, AdoptedModelSummary, ModelListing, RetirementRequest
 
 from ..context import ModelLabel, Shared
+from ..network.routes import GuardedRoute
 from ..problems import problems, unreadable
 
-router = APIRouter(prefix="/models", tags=["models"])
+router = APIRouter(prefix="/models", tags=["models"], route_class=GuardedRoute)
 
 
 @router.get("", summary="Models that a fit can use")

@@ -26,9 +26,10 @@ from platform_daemon.store import Recording, describe, dmdt_file, open_recording
 from platform_daemon.store import list_recordings as recordings_in
 
 from ..context import Frame, RecordingId, Shared
+from ..network.routes import GuardedRoute
 from ..problems import problems, unreadable
 
-router = APIRouter(prefix="/recordings", tags=["recordings"])
+router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=GuardedRoute)
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 Points = Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")]

@@ -1,0 +1,83 @@
+"""Who asks: the holder of a token, or anybody on a computer where none is demanded."""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from platform_daemon.schemas import Role
+from platform_daemon.store import TokenFile, has_expired
+
+from .refusals import RoleTooLow, Unauthenticated
+
+LOCAL = "local"
+
+
+@dataclass(frozen=True)
+class Caller:
+    """Name and role of who asks, and from which address; refused: why the role is none."""
+
+    name: str
+    role: Role | None
+    address: str
+    refused: Unauthenticated | None = None
+
+    @property
+    def client(self) -> str:
+        """Whose requests are counted together: those of one token, else of one address."""
+        return f"token {self.name}" if self.role is not None and self.name != LOCAL else _counted(self.address)
+
+    def must_be(self, needed: Role | None) -> None:
+        """Raises Unauthenticated, RoleTooLow."""
+        if needed is None:
+            return
+        if self.role is None:
+            raise self.refused or Unauthenticated("a token is needed")
+        if not self.role.covers(needed):
+            why = f"{self.name!r} is {self.role}"
+            remedy = "ask somebody who has one, or an administrator of this server"
+            raise RoleTooLow(f"the role {needed} is needed", where="Authorization", why=why, remedy=remedy)
+
+
+class Gate:
+    """Tells callers apart.
+
+    tokens: of the data folder; demanded: also while their file does not exist, as on an address that others reach.
+    A file that was there once makes them demanded until the server ends: deleting it opens nothing.
+    """
+
+    def __init__(self, tokens: TokenFile | None = None, *, demanded: bool = False) -> None:
+        self._tokens = tokens
+        self._demanded = demanded
+
+    def caller(self, headers: Mapping[str, str], address: str) -> Caller:
+        """Who has sent these headers.  Raises ConfigError if the tokens cannot be read: then nobody is anybody."""
+        if self._tokens is not None and not self._demanded:
+            self._demanded = self._tokens.exists
+        if not self._demanded or self._tokens is None:
+            return Caller(LOCAL, Role.ADMIN, address)
+        kind, _, token = headers.get("authorization", "").partition(" ")
+        if not token.strip() or kind.lower() != "bearer":
+            remedy = "send the header `Authorization: Bearer TOKEN`; `platform-daemon token add` makes tokens"
+            return _nobody(address, "the request holds no token", remedy)
+        record = self._tokens.holder(token.strip())
+        remedy = "ask an administrator for another one (`platform-daemon token add`)"
+        if record is None:
+            return _nobody(address, "the token is not valid: it is wrong, or was revoked", remedy)
+        if has_expired(record):
+            return _nobody(address, f"the token {record.name!r} has expired on {record.expires}", remedy)
+        return Caller(record.name, record.role, address)
+
+
+def _nobody(address: str, what: str, remedy: str) -> Caller:
+    return Caller("", None, address, Unauthenticated(what, where="Authorization", remedy=remedy))
+
+
+def _counted(address: str) -> str:
+    """An address; of IPv6 its network, as one computer has as many addresses there as it likes."""
+    try:
+        found = ipaddress.ip_address(address)
+    except ValueError:
+        return address
+    return address if found.version == 4 else str(ipaddress.ip_network(f"{address}/64", strict=False))

@@ -1,0 +1,151 @@
+"""How many connections there are, and how long one may say nothing.
+
+uvicorn's own `limit_concurrency` lets every connection in, counts those that have said nothing as well as those that
+wait for an answer, and answers 503 to whoever comes next: a thousand that say nothing keep everybody out.  Here a new
+connection takes the place of the one that has said nothing for longest, and only where all are being answered it is
+turned away.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import socket
+
+import h11
+import uvicorn
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from .certificates import Certificate
+from .limits import Limits
+
+FULL = (
+    b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 1\r\n"
+    b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503}'
+)
+DRAINED = 16_000_000  # bytes of a body that nobody wants, read so that its sender sees the answer; then it is cut off
+LONGEST_HEAD = 32 * 1024  # bytes
+
+
+class BoundedConfig(uvicorn.Config):
+    """uvicorn's configuration with our limits, and what TLS is made with."""
+
+    limits: Limits
+    certificate: Certificate | None
+
+
+class BoundedProtocol(H11Protocol):
+    """One connection."""
+
+    config: BoundedConfig
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Make room for it, or turn it away."""
+        super().connection_made(transport)
+        self._deadline: asyncio.TimerHandle | None = None
+        self._unread: asyncio.TimerHandle | None = None
+        self._drained = 0
+        self.quiet_since = self.loop.time()
+        if len(self.connections) > self.config.limits.connections and not self._another_leaves():
+            transport.write(FULL)
+            transport.close()
+            return
+        self._expect_head()
+
+    @property
+    def quiet(self) -> bool:
+        """Is no request being answered here?"""
+        return self.cycle is None or self.cycle.response_complete
+
+    def data_received(self, data: bytes) -> None:
+        """Watch that heads are whole in time, and that bodies which nobody reads end."""
+        if self.transport.is_closing():
+            return
+        draining = self.cycle is not None and self.quiet and self.conn.their_state is h11.SEND_BODY
+        self._drained = self._drained + len(data) if draining else 0
+        if self._drained > DRAINED:
+            self.transport.abort()
+            return
+        super().data_received(data)
+        if self.quiet:
+            self._expect_head()
+        else:
+            self._heard()
+
+    def on_response_complete(self) -> None:
+        """From here on it is quiet again."""
+        self.quiet_since = self.loop.time()
+        super().on_response_complete()
+        if self.quiet and self.conn.their_state is h11.SEND_BODY:
+            self._expect_head()
+
+    def pause_writing(self) -> None:
+        """The client does not read: it has some time to go on."""
+        super().pause_writing()
+        self._unread = self.loop.call_later(self.config.limits.stalled_s, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        """The client reads again."""
+        super().resume_writing()
+        if self._unread is not None:
+            self._unread.cancel()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """No more timers."""
+        self._heard()
+        if self._unread is not None:
+            self._unread.cancel()
+        super().connection_lost(exc)
+
+    def _expect_head(self) -> None:
+        if self._deadline is None:
+            self._deadline = self.loop.call_later(self.config.limits.headers_s, self.transport.abort)
+
+    def _heard(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _another_leaves(self) -> bool:
+        """Close one that is quiet: rather one that never asked anything, rather one that has been so for long."""
+        others = [c for c in self.connections if isinstance(c, BoundedProtocol) and c is not self and c.quiet]
+        if not others:
+            return False
+        longest = min(others, key=lambda c: (c.cycle is not None, c.quiet_since))
+        self.connections.discard(longest)  # now, as `connection_lost` comes a turn of the loop later
+        longest.transport.abort()
+        return True
+
+
+class BoundedServer(uvicorn.Server):
+    """A server whose clients must also be done with TLS in time: before that no protocol has seen them."""
+
+    config: BoundedConfig
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen."""
+        loop = asyncio.get_running_loop()
+        if self.config.certificate is not None:
+            patience = self.config.limits.headers_s
+            loop.create_server = functools.partial(loop.create_server, ssl_handshake_timeout=patience)  # type: ignore
+        await super().startup(sockets)
+
+
+def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None = None) -> BoundedConfig:
+    """uvicorn's configuration for an application; certificate: None for plain HTTP."""
+    config = BoundedConfig(
+        app,
+        http=BoundedProtocol,
+        ws="none",
+        log_config=None,
+        access_log=False,
+        timeout_graceful_shutdown=3,
+        h11_max_incomplete_event_size=LONGEST_HEAD,
+        # A header must not tell where a client is: the audit log would believe it.
+        proxy_headers=False,
+        ssl_certfile=None if certificate is None else certificate.chain,
+        ssl_keyfile=None if certificate is None else certificate.key,
+    )
+    config.limits, config.certificate = limits, certificate
+    return config
