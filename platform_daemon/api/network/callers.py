@@ -6,11 +6,15 @@ import ipaddress
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import structlog
+
+from drivers.errors import ConfigError
 from platform_daemon.schemas import Role
 from platform_daemon.store import TokenFile, has_expired
 
 from .refusals import RoleTooLow, Unauthenticated
 
+log = structlog.get_logger()
 LOCAL = "local"
 
 
@@ -52,7 +56,7 @@ class Gate:
         self._demanded = demanded
 
     def caller(self, headers: Mapping[str, str], address: str) -> Caller:
-        """Who has sent these headers.  Raises ConfigError if the tokens cannot be read: then nobody is anybody."""
+        """Who has sent these headers; nobody is anybody while the tokens cannot be read."""
         if self._tokens is not None and not self._demanded:
             self._demanded = self._tokens.exists
         if not self._demanded or self._tokens is None:
@@ -61,7 +65,11 @@ class Gate:
         if not token.strip() or kind.lower() != "bearer":
             remedy = "send the header `Authorization: Bearer TOKEN`; `platform-daemon token add` makes tokens"
             return _nobody(address, "the request holds no token", remedy)
-        record = self._tokens.holder(token.strip())
+        try:
+            record = self._tokens.holder(token.strip())
+        except ConfigError as error:
+            log.error("tokens_unreadable", error=str(error))
+            return _nobody(address, "this server cannot read its tokens", "look into its log")
         remedy = "ask an administrator for another one (`platform-daemon token add`)"
         if record is None:
             return _nobody(address, "the token is not valid: it is wrong, or was revoked", remedy)

@@ -36,7 +36,7 @@ class Front:
         await self._app(scope, receive, send)
 
     def _look_at(self, scope: Scope) -> None:
-        """Keep who asks.  Raises ForeignHost, TooManyRequests, ConfigError."""
+        """Keep who asks.  Raises ForeignHost, TooManyRequests."""
         headers = Headers(scope=scope)
         check_host(headers, self._network.names)
         address = scope["client"][0] if scope.get("client") else ""

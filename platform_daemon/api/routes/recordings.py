@@ -27,6 +27,7 @@ from platform_daemon.store import list_recordings as recordings_in
 
 from ..context import Frame, RecordingId, Shared
 from ..network.routes import GuardedRoute
+from ..pages import NEXT, Paged
 from ..problems import problems, unreadable
 
 router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=GuardedRoute)
@@ -42,10 +43,12 @@ def opened(identifier: str, context: Shared) -> Recording:
     return open_recording(resolve(context.recordings, identifier))
 
 
-@router.get("", summary="All recordings")
-def list_recordings(context: Shared) -> RecordingListing:
-    """Every recording, and every file that cannot be read with the reason."""
-    found = recordings_in(context.recordings)
+@router.get("", summary="All recordings", responses={**NEXT, **problems(422)})
+def list_recordings(context: Shared, page: Paged) -> RecordingListing:
+    """Every recording, and every file that cannot be read with the reason; by name, page by page."""
+    found = recordings_in(context.recordings, after=page.after or "", limit=page.limit)
+    if found.last is not None:
+        page.goes_on_after(found.last)
     return RecordingListing(
         recordings=tuple(
             RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
