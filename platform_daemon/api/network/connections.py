@@ -25,6 +25,10 @@ FULL = (
     b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503}'
 )
 DRAINED = 16_000_000  # bytes of a body that nobody wants, read so that its sender sees the answer; then it is cut off
+ACCEPTED_AT_ONCE = 50
+"""asyncio accepts so many before it reads from any: of a crowd that comes at once nobody is dropped unheard, as long as
+it is few against the number of connections."""
+MOST_PENDING = 1024  # that the kernel keeps until they are accepted
 LONGEST_HEAD = 32 * 1024  # bytes
 
 
@@ -130,6 +134,8 @@ class BoundedServer(uvicorn.Server):
             patience = self.config.limits.headers_s
             loop.create_server = functools.partial(loop.create_server, ssl_handshake_timeout=patience)  # type: ignore
         await super().startup(sockets)
+        for listener in sockets or ():
+            listener.listen(MOST_PENDING)  # uvicorn has told the kernel what it tells asyncio
 
 
 def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None = None) -> BoundedConfig:
@@ -140,6 +146,7 @@ def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None
         ws="none",
         log_config=None,
         access_log=False,
+        backlog=ACCEPTED_AT_ONCE,
         timeout_graceful_shutdown=3,
         h11_max_incomplete_event_size=LONGEST_HEAD,
         # A header must not tell where a client is: the audit log would believe it.

@@ -44,6 +44,7 @@ class Lanes:
     def __init__(self, limits: Limits) -> None:
         waiting, patience = limits.waiting, limits.patience_s
         self.computing = Lane(limits.computing, waiting, patience)
+        self.converting = Lane(limits.converting, waiting, patience)
         self.reading = Lane(limits.reading, waiting, patience)
         self.downloading = Lane(limits.downloading, waiting, patience)
 
@@ -59,10 +60,15 @@ class Lanes:
     @asynccontextmanager
     async def for_work(self, takes: Takes) -> AsyncIterator[None]:
         """Held while the answer is made.  Raises Busy."""
+        lanes = {
+            Takes.READING: self.reading,
+            Takes.COMPUTING: self.computing,
+            Takes.DOWNLOAD: self.converting,
+        }
         if takes is Takes.NOTHING:
             yield
             return
-        async with (self.reading if takes is Takes.READING else self.computing).taken():
+        async with lanes[takes].taken():
             yield
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 
@@ -15,8 +16,9 @@ class Limits:
         stalled_s: how long a client may leave an answer unread.
         connections: that are open at once.
         requests_per_s, burst: of one client, on average and all at once.
-        computing, reading, downloading: requests at once that compute, that read files, whose answer is held in
-            memory until it is sent.
+        computing, converting, reading: requests at once that compute for seconds, that make dm/dt, that read files;
+            half of the cores are left to the shots and to those who only look.
+        downloading: answers at once that are held in memory until they are sent.
         waiting, patience_s: how many may wait for each of them, and how long.
     """
 
@@ -27,8 +29,9 @@ class Limits:
     connections: int = 200
     requests_per_s: float = 300.0
     burst: int = 600
-    computing: int = 2
+    computing: int = max(1, (os.cpu_count() or 1) // 2)
+    converting: int = 1
     reading: int = 4
-    downloading: int = 8
+    downloading: int = 4
     waiting: int = 64
     patience_s: float = 60.0
