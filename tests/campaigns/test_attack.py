@@ -8,7 +8,7 @@ from tests.campaigns.attack.campaign import Outcome, attacked, measured, table
 from tests.campaigns.attack.load import Load
 from tests.campaigns.attack.probe import Latencies
 
-CROWD = Load(pollers=10, poll_hz=5, predictions=4, downloads=4, half_open=300, bodies_mb=(1, 5, 20))
+CROWD = Load(pollers=10, poll_hz=5, predictions=2, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
 
 
 def test_stop_is_answered_and_memory_stays_bounded_beside_a_crowd(tmp_path: Path) -> None:
