@@ -24,8 +24,9 @@ def ramp_text(found: RampOutcome) -> str:
 
 def _said(found: RampOutcome) -> list[str]:
     t = found.threshold_t
+    above = [step.verdict for step in found.steps] == ["visible"]
     said = (
-        "no threshold was reached"
+        ("side modes show at the first field already: start lower" if above else "no threshold was reached")
         if t is None
         else f"side modes pass {found.visible_am2_per_s:g} A m²/s at {1e6 * t.value:.4g} uT "
         f"(95 %: {1e6 * t.low:.4g} to {1e6 * t.high:.4g} uT)"

@@ -92,11 +92,13 @@ class RampOutcome(Schema):
     visible_am2_per_s: float
     """z residual from which side modes count as visible, A m^2/s."""
     threshold_t: RampThreshold | None
-    """Threshold; null: not reached."""
+    """Threshold; null: not reached, or passed by the first field already."""
     operating_field_t: float | None
-    """80 % of the threshold, or of the highest field where it was not reached; null: nothing rang."""
+    """80 % of the threshold, or of the highest field where it was not reached; null: nothing rang, or the first
+    field lies above."""
     max_field_t: float | None
-    """Highest field that the specimen is to see from now on, T: the threshold, or the highest field tried."""
+    """Highest field that the specimen is to see from now on, T: the threshold, or the highest field tried; null:
+    as above."""
     false_stop_rate: float
     """As asked for."""
     overdose_rate: float

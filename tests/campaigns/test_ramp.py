@@ -13,7 +13,7 @@ def test_a_ramp_of_the_study_ends_near_the_threshold_of_the_world() -> None:
     case = replace(CASES[0], span_ut=(200, 320))
     rotor = Rotor(case)
     true_ut = rotor.threshold_ut(case.span_ut)
-    assert true_ut == pytest.approx(273.0, abs=5.0)
+    assert true_ut == pytest.approx(270.0, abs=5.0)  # the paper's
     found = ramp(case, rotor, seed=3)
     assert found.threshold is not None
     assert found.threshold[0] == pytest.approx(true_ut, abs=10.0)

@@ -127,22 +127,28 @@ class Escalation:
         allowed = here + fine * math.floor((self.posterior.highest_field(self.plan.overdose_rate) - here) / fine + 1e-6)
         return min(allowed, up) if allowed >= here + 0.999 * fine else None
 
+    @property
+    def began_above(self) -> bool:
+        """Side modes are visible at the first field: where they begin below it nobody knows."""
+        return len(self.seen) == 1 and self.verdict(next(iter(self.seen))) == "visible"
+
     def why_ended(self) -> str:
         """In words, once there is no next field."""
         here = list(self.seen)[-1]
         if self.verdict(here) == "visible":
-            return f"side modes are visible at {1e6 * here:.4g} uT"
+            first = ", the first field: start lower" if self.began_above else ""
+            return f"side modes are visible at {1e6 * here:.4g} uT{first}"
         if max(self.seen) >= self.plan.max_t * (1.0 - 1e-9):
             return f"no side modes up to {1e6 * self.plan.max_t:.4g} uT"
         chance = f"{100 * self.plan.overdose_rate:.3g} %"
         return f"the next step would lie above the threshold with a chance of {chance} or more"
 
     def threshold_t(self) -> tuple[float, float, float] | None:
-        """Median of the threshold and its 95 % interval, T; None: not reached.
+        """Median of the threshold and its 95 % interval, T; None: not reached, or below the first field.
 
         Also where it is not passed: overdose control ends a ramp below it, and then it is what the growth so far tells.
         """
-        if self.posterior is None:
+        if self.posterior is None or self.began_above:
             return None
         if self.posterior.chance_below(max(self.seen) + self.plan.step_t) < self.plan.overdose_rate:
             return None

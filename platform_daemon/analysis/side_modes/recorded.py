@@ -14,20 +14,24 @@ from .z_residual import ZNoise, ZResidual, z_residual
 
 
 class RecordedSideModes:
-    """What shots show out of the plane, against the noise of the first ones that were looked at."""
+    """What shots show out of the plane, against the noise of blank ones."""
 
     def __init__(self) -> None:
         self._noise: ZNoise | None = None
 
-    def of(self, shots: Sequence[Path]) -> list[ZResidual]:
-        """Of shots that were not refused.  The first call, of shots at low amplitude, learns the noise from them.
+    def learn(self, blank: Sequence[Path]) -> None:
+        """The noise, from shots without excitation, at least one.  Raises RecordingError as `of`."""
+        windows = [_window(path) for path in blank]
+        self._noise = ZNoise.of([samples for samples, _ in windows], windows[0][1])
 
-        Raises RecordingError for a shot that cannot be read, or without a calibration.
+    def of(self, shots: Sequence[Path]) -> list[ZResidual]:
+        """Of shots that were not refused.
+
+        Raises RecordingError for a shot that cannot be read, or without a calibration; ValueError before `learn`.
         """
-        windows = [_window(path) for path in shots]
-        if self._noise is None and windows:
-            self._noise = ZNoise.of([samples for samples, _ in windows], windows[0][1])
-        return [] if self._noise is None else [z_residual(samples, self._noise) for samples, _ in windows]
+        if self._noise is None:
+            raise ValueError("the noise is not known yet")
+        return [z_residual(samples, self._noise) for samples, _ in map(_window, shots)]
 
 
 def _window(path: Path) -> tuple[Array, float]:

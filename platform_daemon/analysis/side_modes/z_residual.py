@@ -4,7 +4,7 @@ The paper reads side modes off the z channel ("Measurement Sequence"). Here the 
 is cut into short blocks, of their spectra only what stands out of the noise is kept with its surroundings, and the
 largest value in time of what that makes is what counts (denoising by a hard threshold: Donoho and Johnstone, Biometrika
 81 (1994) 425). Blocks, because side modes last as long as they like: those of a thread go on through the whole window,
-those of a jewel that slips are over within some 20 ms. The noise is that of shots at low amplitude; lines that those
+those of a jewel that slips are over within some 20 ms. The noise is that of shots without excitation; lines that those
 have already, as hum, are taken out of every shot.
 """
 
@@ -45,8 +45,8 @@ class SideLine:
 
 @dataclass(frozen=True)
 class ZNoise:
-    """Mean power of the z residual where nothing moves but the main mode, per frequency and block, (k, m); of n samples
-    at rate_hz; lines that were there, (h,) Hz."""
+    """Mean power of the z residual where nothing moves, or nothing but the main mode, per frequency and block, (k, m);
+    of n samples at rate_hz; lines that were there, (h,) Hz."""
 
     power: Array
     samples: int
@@ -55,13 +55,13 @@ class ZNoise:
 
     @classmethod
     def of(cls, shots: Sequence[Array], rate_hz: float) -> ZNoise:
-        """From dm/dt (3, n) of shots at low amplitude, all of one length.
+        """From dm/dt (3, n) of blank shots, or of shots at low amplitude, all of one length.
 
         Raises:
             ValueError: no shots.
         """
         if not shots:
-            raise ValueError("the noise of the z residual needs a shot at low amplitude")
+            raise ValueError("the noise of the z residual needs a blank shot")
         hum_hz = _hum([_beside_plane(s, rate_hz, np.empty(0)) for s in shots], rate_hz)
         blocks = _blocks(rate_hz)
         power = np.mean([np.abs(blocks.stft(_beside_plane(s, rate_hz, hum_hz))) ** 2 for s in shots], axis=0)

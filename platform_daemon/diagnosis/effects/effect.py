@@ -82,6 +82,7 @@ class Candidate:
         largest: size of the strength beyond which it is no longer a small effect of this kind, but something else.
         tones_hz: of steady tones, all that belong together.
         trials: so many independent places were searched for this one; its p-value is corrected by them.
+        f_nat_course: (time in s) -> relative change of f_nat by a unit of strength, of torques that are only this.
     """
 
     effect: Effect
@@ -101,6 +102,7 @@ class Candidate:
     largest: float = math.inf
     tones_hz: tuple[float, ...] = ()
     trials: float = 1.0
+    f_nat_course: Callable[[Array], Array] | None = None
 
     def allows(self, strength: float) -> bool:
         """True for a strength that physics allows."""

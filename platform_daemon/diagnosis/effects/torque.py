@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from platform_daemon.estimation import TERMS, RingDownModel, TorqueTerm
 
 from .effect import Candidate, Detail, Effect
@@ -59,6 +61,7 @@ CUBIC = Effect(
 _STRIBECK_SPEEDS = (5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0, 640.0)  # rad/s
 _SLOWEST, _FASTEST = 0.05, 2.0  # velocity scales of a pendulum's friction, of its peak speed
 _OFTEN = 0.3  # of it: where the search begins
+SPRINGS = frozenset({"restoring_anharmonicity", "torsion_stiffness", "cubic_restoring"})  # they go with f_nat^2
 _LARGEST = {"restoring_anharmonicity": 1.0, "torsion_stiffness": 1.0, "cubic_restoring": 0.5}
 _OFTEN_SETTLED, _SLOW_SETTLING, _FAST_SETTLING = 4.0, 1.0, 40.0  # time constants in a window
 _DRIFT = 0.2  # of f_nat over the window: beyond that it is no drift
@@ -105,6 +108,7 @@ def drift_candidate() -> Candidate:
         DRIFT,
         term=TERMS["frequency_drift"],
         public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat),
+        f_nat_course=lambda time_s: time_s,
     )
 
 
@@ -122,6 +126,7 @@ def _settling(rate: float, slowest: float, fastest: float) -> Candidate:
     return Candidate(
         DRIFT, Detail(tau_s=1.0 / rate), term=TERMS["frequency_settling"], hidden=(rate,),
         public=lambda q, sd, f_nat: (q * f_nat, sd * f_nat), scale_limits=(slowest, fastest), at_scale=at_scale,
+        f_nat_course=lambda time_s: -np.expm1(-rate * time_s) / rate,
     )  # fmt: skip
 
 

@@ -1,8 +1,6 @@
 """How one shot answers if a parameter changes along it: a column for every knot of a trace, in compressed form.
 
-A parameter's own derivative is, at every moment, what a change of the start would do: d y / d p = a(t) d y / d theta +
-b(t) d y / d A, for the angle and for the velocity. What the parameter does between t and t + dt is da and db; with a
-window in time it is a(t) = integral of window da. So neither the motion nor its answer is integrated again.
+See `regression.start_changes`: y moves by a(t) d y / d theta + b(t) d y / d A.
 
 a and b move slowly, the derivatives by the start quickly: their products are summed over blocks of about a period
 first, and columns are only ever written as slow factors of a few carriers.
@@ -20,11 +18,10 @@ from scipy.linalg import solve_triangular
 from platform_daemon.estimation import STATE, Array, DipoleObservation, FitState, RingDownModel, Trajectory, Workspace
 
 from ..regression.linearised_shot import LinearisedShot
+from ..regression.start_changes import AMPLITUDE, THETA, W, start_changes
 from ..shots.shot import PreparedShot
 
 _FEWEST_BLOCKS, _MOST_BLOCKS = 120, 600
-_SAME = 1e-12  # determinant over the sizes, below which two derivatives are one: the rotor rests
-_THETA, _W, _AMPLITUDE = 0, 1, 2  # places among the parameters of a state
 F_NAT, MOMENT, ZERO = "f_nat_hz", "m_r_am2", "zero_offset_rad"
 
 
@@ -39,7 +36,7 @@ class Moving:
 
 def moving_parameters_of(model: RingDownModel, state: FitState, quantity: str) -> list[Moving]:
     """Natural frequency, free coefficients of the torques, the moment of a dipole, the zero of an angle."""
-    found = [Moving(F_NAT, _W, 0.5 / math.pi)]
+    found = [Moving(F_NAT, W, 0.5 / math.pi)]
     for k, c in enumerate(model.coefficients, 3):
         if not c.hidden and model.parameters[c.name].fixed is None:
             found.append(Moving(c.name, k))
@@ -79,22 +76,10 @@ def slow_motion(started: PreparedShot, model: RingDownModel, state: FitState) ->
         basis = Trajectory(model, d, last * dt_s).basis(first, last, dt_s, STATE)
     else:
         basis = Workspace(model).basis(d, first, last, dt_s, STATE)
-    chain = d.chain(model)
-    size = chain.shape[0]
-    rows = np.tensordot(chain.T, basis[2 : 2 + 2 * size].reshape(size, 2, -1), 1)
-    rows[_W, 1] += basis[1] / d.w  # of phi' itself; v is in units of w
-    (phi_t, v_t), (phi_a, v_a) = rows[_THETA], rows[_AMPLITUDE]
-    det = phi_t * v_a - v_t * phi_a
-    known = np.abs(det) > _SAME * (np.abs(phi_t * v_a) + np.abs(v_t * phi_a) + 1e-300)
-    safe = np.where(known, det, 1.0)
-    turned = np.where(known, (rows[:, 0] * v_a - rows[:, 1] * phi_a) / safe, 0.0)
-    grown = np.where(known, (rows[:, 1] * phi_t - rows[:, 0] * v_t) / safe, 0.0)
-    both = known[1:] & known[:-1]
+    changes = start_changes(model, state, basis)
     amplitude = np.arccos(np.clip(np.cos(basis[0]) - 0.5 * basis[1] ** 2, -1.0, 1.0))
-    return SlowMotion(
-        np.arange(first, last) * dt_s, amplitude, 2.0 * d.w * np.sin(0.5 * amplitude),
-        np.where(both, np.diff(turned), 0.0), np.where(both, np.diff(grown), 0.0),
-    )  # fmt: skip
+    times_s, speed = np.arange(first, last) * dt_s, 2.0 * d.w * np.sin(0.5 * amplitude)
+    return SlowMotion(times_s, amplitude, speed, changes.turned, changes.grown)
 
 
 @dataclass(frozen=True)
@@ -141,7 +126,7 @@ def knot_responses(
     windows = splines(0.5 * (motion.time_s[1:] + motion.time_s[:-1]), knots)
     base, free = linear.base().T, linear.free
     beside = [m.place for m in moving if m.place >= 3 + len(model.coefficients)]
-    carriers = base[[_THETA, _AMPLITUDE, *beside]]
+    carriers = base[[THETA, AMPLITUDE, *beside]]
     factors = np.zeros((len(moving), knots.size, carriers.shape[0], windows.shape[1]))
     for k, m in enumerate(moving):
         if m.place in beside:

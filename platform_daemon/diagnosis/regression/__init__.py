@@ -12,5 +12,6 @@ parameters: Public parameters of all shots under a hypothesis, and the disagreem
 prediction: The whole record that a hypothesis predicts, at every sample: for scores, clean records and pictures.
 score_test: Score tests: how much of every candidate is visible beside what is fitted, and how much of it is in the
     residual.
+start_changes: A parameter that changes along a ring-down, as changes of the start.
 torque_response: The motion itself at a shot's instants, and how it answers to a small extra torque of any form.
 """

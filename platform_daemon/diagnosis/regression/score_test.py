@@ -17,11 +17,13 @@ from scipy.stats import chi2 as chi2_distribution
 from platform_daemon.estimation import Array
 
 from ..effects.effect import Candidate
-from ..shots.linearisation import linearise_signal
+from ..effects.torque import SPRINGS
+from ..shots.linearisation import Linearisation, linearise_signal
 from ..shots.shot import PreparedShot
 from .hypothesis import Hypothesis
 from .information import solved
 from .joint_fit import JointFit
+from .start_changes import f_nat_column
 
 _RESOLVED = 1e-11  # part of a column's power that must survive the projection
 _SINGULAR = 1e-9  # smallest eigenvalue of a scaled matrix that still tells candidates apart
@@ -150,21 +152,38 @@ def _torque_columns(
 ) -> dict[object, Array]:
     """Columns of the torque candidates by their keys, each (1, rows)."""
     torques = [c for c in candidates if c.term is not None]
-    # Each value of a hidden scale takes a look of its own, and so does what depends on time.
-    alone = [c for c in torques if c.hidden or (c.term is not None and c.term.timed)]
-    groups = [[c for c in torques if c not in alone], *([c] for c in alone)]
+    courses = [c for c in torques if c.f_nat_course is not None and _f_nat_is_free(hypothesis)]
+    # Each value of a hidden scale takes a look of its own, and so does what else depends on time.
+    alone = [c for c in torques if c not in courses and (c.hidden or (c.term is not None and c.term.timed))]
     found: dict[object, Array] = {}
-    for group in groups:
-        if not group:
-            continue
-        wide = hypothesis.plus(*group)
-        order = [*hypothesis.torques, *group]
-        values = np.zeros(len(wide.torques))
-        for place, c in enumerate(wide.torques):
-            values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
-        strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
-        seen = wide.through(linearise_signal(started, wide.augmented, wide.extended(at.states[k], values)), strengths)
-        _, rows = wide.torque_rows(at.states[k], values, seen.base)
-        for c, row in zip(wide.torques, rows, strict=True):
-            found[c.key] = row[None]
+    for group in ([c for c in torques if c not in courses and c not in alone], *([c] for c in alone)):
+        if group:
+            wide, values, seen = _look(started, hypothesis, at, k, group)
+            _, rows = wide.torque_rows(at.states[k], values, seen.base)
+            found |= {c.key: row[None] for c, row in zip(wide.torques, rows, strict=True)}
+    if courses:
+        model, (_, _, seen) = hypothesis.augmented, _look(started, hypothesis, at, k, [])
+        for c in courses:
+            assert c.f_nat_course is not None
+            found[c.key] = started.white(f_nat_column(seen, model, seen.state, c.f_nat_course))[None]
     return found
+
+
+def _f_nat_is_free(hypothesis: Hypothesis) -> bool:
+    """True where a course of f_nat is what its own derivative says, window by window: it moves no other spring."""
+    terms = hypothesis.augmented.terms
+    return not hypothesis.augmented.time_dependent and not SPRINGS & {t.name for t in terms}
+
+
+def _look(
+    started: PreparedShot, hypothesis: Hypothesis, at: JointFit, k: int, group: Sequence[Candidate]
+) -> tuple[Hypothesis, Array, Linearisation]:
+    """A hypothesis with a group of torques of no strength beside it, its torques' strengths, and shot k seen by it."""
+    wide = hypothesis.plus(*group)
+    order = [*hypothesis.torques, *group]
+    values = np.zeros(len(wide.torques))
+    for place, c in enumerate(wide.torques):
+        values[place] = at.strengths[order.index(c)] if c in hypothesis.torques else 0.0
+    strengths = np.concatenate([values, at.strengths[len(hypothesis.torques) :]])
+    seen = linearise_signal(started, wide.augmented, wide.extended(at.states[k], values))
+    return wide, values, wide.through(seen, strengths)

@@ -29,9 +29,11 @@ _MARGIN = 0.3  # periods on either side that must be seen
 _BESIDE = (-0.12, -0.06, -0.02, 0.0, 0.02, 0.06, 0.12)  # of a period
 _MOST_MOVES = 4  # of the place of a step
 _LOOKED_AT = 6  # windows of either kind
+_AT_ONCE = 64  # windows in memory
 _FOLLOWED = 1.5  # chi^2 per value of waves that follow the swing
 _OUT = 5.0  # times the misfit of a neighbour
 _ODD = 20.0  # times the usual misfit
+_UNSEEN = 1e-9  # share of a column beside the waves that rounding leaves
 _KICK = 25.0  # by which the fall of chi^2 must exceed that by a kick
 
 
@@ -112,49 +114,73 @@ def _middles(places: Sequence[int], apart: int) -> list[int]:
 def _scan(stretch: Stretch, means: Array, block: int) -> list[_Scanned]:
     """Every window with its best step."""
     found: list[_Scanned] = []
-    known: dict[tuple[int, int], tuple[Array, Array]] = {}
-    step = max(1, int(stretch.points * stretch.periods) // 6)
-    centre = 0.0
-    count = means.shape[1]
-    while centre < count:
+    for (frequency, points, place), firsts in _windows(stretch, means.shape[1], block).items():
+        time = np.arange(points, dtype=np.float64) - 0.5 * points
+        rows, slopes = waves(time, math.exp(_ALIKE * frequency), 0.5 * points)
+        q = np.linalg.qr(rows.T)[0]
+        # Derivatives of a window's fit, from its part within the waves.
+        moved = np.linalg.lstsq(rows.T, q, rcond=None)[0].T @ slopes
+        places = range(max(place, 4), min(place + _step(stretch), points - 4))
+        if places:
+            for k in range(0, len(firsts), _AT_ONCE):
+                some = firsts[k : k + _AT_ONCE]
+                y = np.stack([means[:, first : first + points] for first in some])
+                gains, best, misfits = _best_in(y, q, moved, places)
+                found += [
+                    _Scanned(float(g), (first + int(at)) * block, float(m))
+                    for first, g, at, m in zip(some, gains, best, misfits, strict=True)
+                ]
+    return sorted(found, key=lambda w: w.at)
+
+
+def _step(stretch: Stretch) -> int:
+    """From window to window, in points."""
+    return max(1, int(stretch.points * stretch.periods) // 6)
+
+
+def _windows(stretch: Stretch, count: int, block: int) -> dict[tuple[int, int, int], list[int]]:
+    """First points of the windows, by what they have in common: frequency in steps, points, first place of a step."""
+    found: dict[tuple[int, int, int], list[int]] = {}
+    for centre in range(0, count, _step(stretch)):
         frequency = stretch.frequency((centre + 0.5) * block) * block
         half = round(stretch.periods / frequency)
-        first, last = max(0, int(centre) - half), min(count, int(centre) + half)
+        first, last = max(0, centre - half), min(count, centre + half)
         if last - first > half:
-            key = round(math.log(frequency) / _ALIKE), last - first
-            if key not in known:
-                time = np.arange(last - first) - 0.5 * (last - first)
-                rows, slopes = waves(time, frequency, float(half))
-                q = np.linalg.qr(rows.T)[0]
-                # Derivatives of a window's fit, from its part within the waves.
-                known[key] = q, np.linalg.lstsq(rows.T, q, rcond=None)[0].T @ slopes
-            places = range(int(centre) - first, int(centre) - first + step)
-            gain, place, misfit = _best_in(means[:, first:last], *known[key], places)
-            found.append(_Scanned(gain, (first + place) * block, misfit))
-        centre += step
+            key = round(math.log(frequency) / _ALIKE), last - first, centre - first
+            found.setdefault(key, []).append(first)
     return found
 
 
-def _best_in(y: Array, q: Array, slopes: Array, places: range) -> tuple[float, int, float]:
-    """(fall of chi^2 by a step over what that leaves per value, its place, chi^2 per value without) in one window."""
+def _best_in(y: Array, q: Array, slopes: Array, places: range) -> tuple[Array, Array, Array]:
+    """Fall of chi^2 by a step over what that leaves per value, its place, chi^2 per value without; of windows (w,).
+
+    y: (w, channels, points).
+    """
     inside = y @ q
     left = y - inside @ q.T
     slope = inside @ slopes
-    usable = [k for k in places if 4 <= k < y.shape[1] - 4]
-    if not usable:
-        return 0.0, 0, 0.0
-    late = np.arange(y.shape[1])[None] >= np.array(usable)[:, None]
-    columns = slope[:, None] * late[None]
-    columns = columns - (columns @ q) @ q.T
-    power = np.einsum("ckn,ckn->k", columns, columns)
-    along = np.einsum("ckn,cn->k", columns, left)
-    fall = along**2 / np.maximum(power, 1e-300)
-    best = int(np.argmax(fall))
-    misfit = float(np.sum(left**2)) / max(left.size - y.shape[0] * q.shape[1], 1)
-    gain = float(fall[best])
-    if gain > -_SURE:  # less is by chance, and most windows hold no more
-        gain /= max(_variance(left - (along[best] / power[best]) * columns[:, best], q.shape[1]), 1.0)
-    return gain, usable[best], misfit
+    # What is late is a slope from some place on: sums from the last place on, and those in between, give all at once.
+    between = slope[..., places.start : places.stop]
+    late, after = slope[..., places.stop :], left[..., places.stop :]
+    along = _from((between * left[..., places.start : places.stop]).sum(axis=1), (late * after).sum(axis=(1, 2)))
+    whole = _from((between**2).sum(axis=1), (late**2).sum(axis=(1, 2)))
+    inner = np.moveaxis(between[..., None] * q[places.start : places.stop], 2, 1)
+    within = _from(inner, late @ q[places.stop :])
+    power = np.maximum(whole - np.einsum("wkcq,wkcq->wk", within, within), _UNSEEN * whole + 1e-300)
+    fall = along**2 / power
+    best = np.argmax(fall, axis=1)
+    misfit = np.sum(left**2, axis=(1, 2)) / max(left[0].size - y.shape[1] * q.shape[1], 1)
+    gain = fall[np.arange(y.shape[0]), best]
+    for w in np.flatnonzero(gain > -_SURE):  # less is by chance, and most windows hold no more
+        at = best[w]
+        column = np.where(np.arange(y.shape[2]) >= places[at], slope[w], 0.0) - within[w, at] @ q.T
+        gain[w] /= max(_variance(left[w] - (along[w, at] / power[w, at]) * column, q.shape[1]), 1.0)
+    return gain, places.start + best, misfit
+
+
+def _from(values: Array, rest: Array) -> Array:
+    """Sums of values (w, places, ...) from each place on, and of what comes after all of them, (w, ...)."""
+    return np.asarray(np.cumsum(values[:, ::-1], axis=1)[:, ::-1] + rest[:, None])
 
 
 def _variance(rest: Array, fitted: int) -> float:

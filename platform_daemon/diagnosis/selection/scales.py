@@ -27,6 +27,8 @@ _MOST_STEPS = 8
 _FURTHEST = math.log(2.5)  # of one step in the logarithm of a scale
 _SETTLED = 0.02  # of that logarithm
 _WELL_KNOWN = 0.03  # sd of that logarithm below which the valley is straight
+_CHECKED = 1.5  # sd of it at which a refit tells whether the valley is straight
+_STRAIGHT = 0.25  # by how much more or less a strength may move there than to first order
 _VARIED = (0.7, 0.9, 1.1, 1.4)  # times a scale, to see what moves with it
 
 
@@ -119,19 +121,29 @@ def _with_scale(along: _Along, step: Array, pool: Executor) -> JointFit | None:
 def strength_spread(at: JointFit, c: Candidate, pool: Executor) -> float:
     """By how much a strength moves with its scale, per standard deviation of the latter.
 
-    To first order where the scale is well known; by refits where its valley may be bent.
+    To first order where the scale is well known, or where a refit agrees; by refits where its valley is bent.
     """
     along = _along(at, c, pool)
     sd = math.sqrt(along.covariance[-1, -1] * at.noise_factor)
+    straight = abs(float(along.following(sd)[_column(at, c)]))
     if 0.0 < sd < _WELL_KNOWN:
-        return abs(float(along.following(sd)[_column(at, c)]))
-    here, spread = _strength(at, c), 0.0
-    for times in _VARIED:
-        found = _with_scale(along, along.following(math.log(times)), pool)
-        if found is not None:
-            rise = (found.chi2 - at.chi2) / at.noise_factor
-            spread = max(spread, abs(_strength(found, c) - here) / math.sqrt(max(rise, 1.0)))
-    return spread
+        return straight
+    near = min(max(_CHECKED * sd, _WELL_KNOWN), _FURTHEST)
+    spread = _spread_at(along, near, pool)
+    if spread is not None and abs(spread - straight) < _STRAIGHT * straight:
+        return max(spread, straight)
+    found = [_spread_at(along, math.log(times), pool) for times in _VARIED]
+    return max([s for s in (spread, *found) if s is not None], default=0.0)
+
+
+def _spread_at(along: _Along, moved: float, pool: Executor) -> float | None:
+    """Change of the strength with the logarithm of its scale moved so far, per root of what chi^2 rises by."""
+    at, c = along.at, along.effect
+    found = _with_scale(along, along.following(moved), pool)
+    if found is None:
+        return None
+    rise = (found.chi2 - at.chi2) / at.noise_factor
+    return abs(_strength(found, c) - _strength(at, c)) / math.sqrt(max(rise, 1.0))
 
 
 def beside_scales(at: JointFit, pool: Executor) -> list[JointFit]:

@@ -168,13 +168,17 @@ def _check(started: PreparedShot, state: FitState) -> None:
         raise LostTrajectoryError("the motion is no longer that of the shot")
 
 
-def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
-    """The kernel's basis at the instants, (b, m), read-only: many a state is asked for again."""
+def basis_at(started: PreparedShot, model: RingDownModel, state: FitState, observable: int | None = None) -> Array:
+    """The kernel's basis at the instants, (b, m), read-only: many a state is asked for again.
+
+    observable: None: what was recorded.
+    """
+    observable = state.observation.observable if observable is None else observable
     places = tuple((g.first, g.last, g.factor) for g in started.grids)
-    key = (model.terms, state.dynamics, state.observation.observable, places)
+    key = (model.terms, state.dynamics, observable, places)
     found = started.bases.get(key)
     if found is None:
-        found = _basis(started, model, state)
+        found = _basis(started, model, state, observable)
         found.flags.writeable = False
         while len(started.bases) >= _KEPT:
             started.bases.pop(next(iter(started.bases)), None)
@@ -182,8 +186,8 @@ def basis_at(started: PreparedShot, model: RingDownModel, state: FitState) -> Ar
     return found
 
 
-def _basis(started: PreparedShot, model: RingDownModel, state: FitState) -> Array:
-    d, observable, rate = state.dynamics, state.observation.observable, started.shot.rate_hz
+def _basis(started: PreparedShot, model: RingDownModel, state: FitState, observable: int) -> Array:
+    d, rate = state.dynamics, started.shot.rate_hz
     # Torques that depend on time are integrated once; the others have tables.
     places = [(g.first, g.last, g.factor / rate) for g in started.grids]
     if model.time_dependent:

@@ -15,7 +15,7 @@ from platform_daemon.estimation import Array, FitState, NoiseModel, RingDownReco
 _START_S = 0.05  # looked at sample by sample: transients of the switch live there
 _ENOUGH = 6_000  # samples per channel; shorter records are looked at sample by sample
 _HARMONICS = 6.5  # pass band, in fundamentals
-_GUARD = 9.0  # Nyquist frequency after decimation, in fundamentals
+_GUARD = 7.5  # Nyquist frequency after decimation, in fundamentals
 _RIPPLE_DB = 130.0  # an error of m_r, whose standard deviation may be 1e-6 of it with many shots
 _UNITS = {"dmdt": "A m^2/s", "voltage": "V", "angle": "rad"}
 _WHITE = 0.02  # relative differences of the noise's level in the band that do not matter

@@ -112,6 +112,9 @@ class ShotFiles(Protocol):
     def usable(self, frame: int) -> bool:
         """An excited shot that no device flagged."""
 
+    def blank(self, frame: int) -> bool:
+        """A shot without excitation that no device flagged."""
+
 
 @runtime_checkable
 class ReadsShots(Protocol):

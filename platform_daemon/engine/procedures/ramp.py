@@ -31,7 +31,7 @@ OPERATING_SHARE = 0.8
 _START_SHARE = 0.5  # of the preset's field
 _LONGEST_RX_S = 2.0  # side modes are gone by then
 _NEVER_RINGS = 3  # shots
-_LEARN = 3  # shots at the first field, which tell the noise
+_LEARN = 3  # blank shots, which tell the noise: side modes begin far below where they are seen
 _MULTIPLES: tuple[tuple[int, Literal["f", "2f", "3f"]], ...] = ((1, "f"), (2, "2f"), (3, "3f"))
 _NEAR = 0.03  # relative, of a multiple of the main mode
 _SATURATED = 0.5  # growth of the deflection over that of the field
@@ -46,8 +46,11 @@ class NeverRings(PlatformError):
 class SideModes(Protocol):
     """Who looks at the z channel: today this process, later one of its own."""
 
+    def learn(self, blank: Sequence[Path]) -> None:
+        """The noise, from shots without excitation.  Raises RecordingError."""
+
     def of(self, shots: Sequence[Path]) -> list[analysis.ZResidual]:
-        """What recorded shots show out of the plane; the first ones tell the noise.  Raises RecordingError."""
+        """What recorded shots show out of the plane.  Raises RecordingError."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,7 @@ class Ramp:
             start, request.step_t, most, request.overdose_rate, request.false_stop_rate, request.most_shots
         )
         self._state = analysis.Escalation(self._plan)
+        self._f_tx_hz = basis.sequence.f_tx_hz
         self._rx_s = min(basis.sequence.rx_s, _LONGEST_RX_S)
         # The rotor is to be at rest again: what a shot no longer listens to, it waits.
         self._pause_s = max(0.0, basis.period_s - self._rx_s)
@@ -88,6 +92,8 @@ class Ramp:
         self._keep, self._kept = keep, ""
         self._looks = looks or analysis.RecordedSideModes()
         self._files: ShotFiles | None = None
+        self._known = False  # the noise
+        self._unseen: list[Path] = []  # shots at the first field, made before it
         self._angles: dict[float, list[float]] = {}
         self._main_hz: float | None = None
 
@@ -120,25 +126,30 @@ class Ramp:
         while at < self._plan.max_t * (1.0 - 1e-9):
             fields.append(at)
             at += self._plan.step_t
-        return [self._step(f, _LEARN if k == 0 else 1) for k, f in enumerate([*fields, self._plan.max_t])]
+        first = [self._step(self._plan.start_t, 0), self._step(self._plan.start_t, _LEARN)]
+        return [*first, *(self._step(f, 0) for f in [*fields[1:], self._plan.max_t])]
 
-    def _step(self, field_t: float, shots: int) -> Step:
+    def _step(self, field_t: float, blank: int) -> Step:
         asked = self._given | {"field_t": field_t}
         asked |= {k: v for k, v in (("rx_s", self._rx_s), ("pause_s", self._pause_s)) if k not in self._given}
         tables = self.request.acquisition.model_dump(exclude_none=True) | {
-            "sequence": asked, "shots": shots,
+            "sequence": asked, "shots": 1, "blank_shots": blank,
         }  # fmt: skip
         made = AcquisitionRequest.model_validate(tables)
-        return Step((SweptValue(key="field_ut", value=round(1e6 * field_t, 6)),), made)
+        # Until something rings a shot is listened to: what moves in many ways at once is not fitted, but rings.
+        near_hz = None if self._known else asked.get("f_tx_hz", self._f_tx_hz)
+        return Step((SweptValue(key="field_ut", value=round(1e6 * field_t, 6)),), made, near_hz)
 
     def steps(self) -> StepSequence:
         """See Procedure.  Raises NeverRings, RecordingError; DeviceFault for a receiver that saturates."""
         looked = silent = 0
         while (field_t := self._state.next_field()) is not None:
-            report = yield self._step(field_t, 1 if looked else _LEARN)
+            # Blank ones once something rings: nobody waits for them where nothing does.
+            report = yield self._step(field_t, _LEARN if looked and not self._known else 0)
             self._see(field_t, report)
-            looked += report.fitted
-            silent = 0 if report.fitted else silent + len(report.frames)
+            rings = report.fitted > 0 or report.heard is not None
+            looked += rings
+            silent = 0 if rings else silent + 1
             if not looked and silent >= _NEVER_RINGS:
                 raise NeverRings(
                     f"no ring-down in {silent} shots",
@@ -161,8 +172,14 @@ class Ramp:
                 "the receiver saturates", where=f"{1e6 * field_t:.4g} uT", why=report.reason,
                 remedy="lower the gain of the amplifier (receive.lna_gain), and ramp again",
             )  # fmt: skip
-        good = [self._files.file(frame) for frame in report.frames if self._files.usable(frame)]
-        self._state.see(field_t, self._looks.of(good))
+        blank = [self._files.file(frame) for frame in report.frames if self._files.blank(frame)]
+        if blank and not self._known:
+            self._looks.learn(blank)
+            self._known = True
+        self._unseen += [self._files.file(frame) for frame in report.frames if self._files.usable(frame)]
+        if self._known:
+            self._state.see(field_t, self._looks.of(self._unseen))
+            self._unseen = []
         angle, main = report.results.get("phi_max_rad"), report.results.get("f_nat_hz")
         if angle is not None:
             self._angles.setdefault(field_t, []).append(angle.median)
@@ -177,13 +194,14 @@ class Ramp:
         found, highest = self._state.threshold_t(), fields[-1]
         threshold = None if found is None else RampThreshold(value=found[0], low=found[1], high=found[2])
         most = highest if threshold is None else min(threshold.value, self._plan.max_t)
+        known = bool(self._angles) and not self._state.began_above
         lines = tuple(self._line(line) for line in self._state.seen[highest][-1].lines)
         return RampOutcome(
             kind="ramp",
             visible_am2_per_s=self._state.level,
             threshold_t=threshold,
-            operating_field_t=OPERATING_SHARE * most if self._angles else None,
-            max_field_t=most if self._angles else None,
+            operating_field_t=OPERATING_SHARE * most if known else None,
+            max_field_t=most if known else None,
             false_stop_rate=self._plan.false_stop_rate,
             overdose_rate=self._plan.overdose_rate,
             steps=tuple(self._told(f) for f in fields),

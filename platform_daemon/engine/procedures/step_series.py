@@ -48,6 +48,11 @@ class StepSeries:
         info = open_recording(self.file(frame)).frame_info[0]
         return not info.blank and info.verdict == "good"
 
+    def blank(self, frame: int) -> bool:
+        """See ShotFiles."""
+        info = open_recording(self.file(frame)).frame_info[0]
+        return info.blank and info.verdict == "good"
+
     @contextmanager
     def open(self, header: SeriesHeader, job: str) -> Iterator[StepSink]:
         """See Destination."""

@@ -12,7 +12,7 @@ from .tabulated import write_basis
 
 @fast_kernel
 def fill_basis_from_table(  # type: ignore[no-untyped-def]
-    begin, dt, w, theta, done, count, heads, weights, symmetric, observable, nodes, to_nodes, values, out
+    begin, dt, w, theta, done, count, heads, weights, symmetric, observable, nodes, values, out
 ):
     """Basis (basis_functions.py) at samples begin, begin + 1, ... into out (b, n).
 
@@ -24,8 +24,10 @@ def fill_basis_from_table(  # type: ignore[no-untyped-def]
     b = out.shape[0]
     here = np.empty((4 + 2 * columns, m))
     basis = np.empty((b - 1, m))
-    chebyshev = np.empty(m)
     by_node = np.empty(m)
+    # Barycentric weights of Chebyshev nodes of the first kind, which stand in their order (Berrut and Trefethen 2004).
+    barycentric = np.sqrt(1.0 - nodes * nodes)
+    barycentric[1::2] *= -1.0
     for half_cycle in range(count):
         ready = False
         while done < out.shape[1]:
@@ -38,19 +40,23 @@ def fill_basis_from_table(  # type: ignore[no-untyped-def]
                 look_up_values(weights[half_cycle], values[which], here)
                 write_basis(here, heads[half_cycle], observable, nodes, w, theta, columns, 0, basis)
                 ready = True
-            chebyshev[0] = 1.0
-            chebyshev[1] = x
-            for k in range(2, m):
-                chebyshev[k] = 2.0 * x * chebyshev[k - 1] - chebyshev[k - 2]
-            by_node.fill(0.0)
-            for k in range(m):
-                for i in range(m):
-                    by_node[i] += chebyshev[k] * to_nodes[k, i]
+            whole = 0.0
+            at_node = -1
+            for i in range(m):
+                apart = x - nodes[i]
+                if apart == 0.0:
+                    at_node = i
+                    apart = 1.0
+                by_node[i] = barycentric[i] / apart
+                whole += by_node[i]
+            if at_node >= 0:
+                by_node.fill(0.0)
+                by_node[at_node] = whole = 1.0
             for f in range(b - 1):
                 total = 0.0
                 for i in range(m):
                     total += basis[f, i] * by_node[i]
-                out[f, done] = total
+                out[f, done] = total / whole
             out[b - 1, done] = 1.0
             done += 1
     return done

@@ -169,7 +169,7 @@ class Workspace:
         for walk, tables, count in self._ways(d, d.w * last * dt_s + d.theta, observable):
             done = fill_basis_from_table(
                 int(first), float(dt_s), float(d.w), float(d.theta), done, count, walk.heads, walk.weights,
-                self._symmetric, observable, tables.grid.nodes, tables.grid.to_nodes, tables.values, out,
+                self._symmetric, observable, tables.grid.nodes, tables.values, out,
             )  # fmt: skip
         if walk.status == STATUS_STUCK:
             out[:, done:] = walk.at_rest(observable)[:, None]

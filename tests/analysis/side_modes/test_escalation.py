@@ -46,6 +46,13 @@ def test_where_nothing_shows_the_ramp_goes_to_its_end():
     assert "no side modes" in state.why_ended()
 
 
+def test_a_ramp_that_begins_above_the_threshold_says_so_and_knows_none():
+    state = ramped(lambda b: SHAPES["rises evenly"](b, 120e-6))
+    assert list(state.seen) == [150e-6]
+    assert state.threshold_t() is None
+    assert "start lower" in state.why_ended()
+
+
 def test_just_below_the_level_side_modes_are_called_visible_as_rarely_as_stated():
     rng, stops = np.random.default_rng(5), 0
     for _ in range(2000):

@@ -68,10 +68,10 @@ def test_after_tune_and_a_ramp_shots_are_made_with_what_these_found(engine_with,
     assert outcome.ramp.operating_field_t == pytest.approx(0.8 * 2.5e-4)
     tuned = outcome.tune.shots
     excited = [info.excitation for info in open_recording(tmp_path / "c.h5").frame_info][tuned:]
-    assert [e.field_t for e in excited] == pytest.approx([2.4e-4] * 3 + [2.5e-4] + [2e-4] * 2)
+    assert [e.field_t for e in excited] == pytest.approx([2.4e-4] + [0.0] * 3 + [2.4e-4, 2.5e-4] + [2e-4] * 2)
     assert {e.requested_hz for e in excited} == {outcome.tune.sequence.f_tx_hz}
     assert outcome.tune.sequence.f_tx_hz == pytest.approx(outcome.tune.f_nat_hz.value, rel=0.02)
-    assert [frame.frame for frame in outcome.report.d30_fits.frames] == [tuned + 4, tuned + 5]
+    assert [frame.frame for frame in outcome.report.d30_fits.frames] == [tuned + 6, tuned + 7]
     assert outcome.report.excitation.field_t == pytest.approx(2e-4)
 
 

@@ -63,6 +63,23 @@ def test_without_side_modes_it_goes_to_the_highest_field(engine_with, tmp_path):
     assert [s.verdict for s in found.steps] == ["below"] * 4
 
 
+def test_a_first_field_above_the_threshold_is_told_and_nothing_is_kept(engine_with, tmp_path):
+    """Nothing can be fitted there, but it rings."""
+    engine = engine_with()
+    job = done(engine, work(engine, tmp_path, start_t=320e-6, max_t=400e-6))
+    assert job.state is JobState.DONE, job.error
+    found = job.result.outcome
+    assert (found.threshold_t, found.max_field_t, found.operating_field_t) == (None, None, None)
+    assert "start lower" in job.result.stopped
+    assert not (tmp_path / "r.toml").exists()
+
+
+def test_a_threshold_is_found_from_a_field_at_which_side_modes_stir_already(engine_with, tmp_path):
+    engine = engine_with()
+    job = done(engine, work(engine, tmp_path, start_t=250e-6, max_t=400e-6))
+    assert job.result.outcome.threshold_t.value == pytest.approx(270e-6, abs=20e-6)
+
+
 def test_what_never_rings_is_found_out_in_three_shots(engine_with, tmp_path):
     engine = engine_with()
     job = done(engine, work(engine, tmp_path, sequence={"axis": "z"}, start_t=100e-6))

@@ -38,7 +38,7 @@ def calibrated(bench, volts):
 
 
 @pytest.mark.parametrize(
-    ("name", "below_t", "above_t"), [("thread_imperfect", 250e-6, 280e-6), ("jewel_imperfect", 580e-6, 620e-6)]
+    ("name", "below_t", "above_t"), [("thread_imperfect", 250e-6, 300e-6), ("jewel_imperfect", 580e-6, 620e-6)]
 )
 def test_side_modes_show_in_truth_and_in_the_recorded_z_channel_above_the_papers_threshold_only(name, below_t, above_t):
     for field_t, visible in ((below_t, False), (above_t, True)):
