@@ -143,8 +143,9 @@ def install(app: FastAPI) -> None:
 
     async def http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        if error.status_code == 400:  # how FastAPI takes bytes that are no text
-            return _respond(problem(_no_json("the body is not text in UTF-8"), request.url.path))
+        if error.status_code == 400:  # how FastAPI takes what Python's reader of JSON gives up on
+            what = "the body is not text in UTF-8, is nested too deep, or holds a number that is too long"
+            return _respond(problem(_no_json(what), request.url.path))
         headers = dict(error.headers or {})
         remedy = "GET / lists what there is"
         if error.status_code == 405:  # Starlette names the methods of the first route only that has the path

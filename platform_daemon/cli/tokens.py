@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+import os
 import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -70,7 +71,7 @@ def _audit(data: Path, what: str, change: str) -> None:
 
     entry = AuditEntry(
         when=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        who=getpass.getuser(),
+        who=_user(),
         address="command line",
         what=what,
         path="",
@@ -79,6 +80,14 @@ def _audit(data: Path, what: str, change: str) -> None:
         outcome="done",
     )
     audit_log_in(data).append(entry)
+
+
+def _user() -> str:
+    """Name of the user, who may have none."""
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):
+        return f"uid {os.getuid()}"
 
 
 def _moment(text: str) -> datetime:

@@ -8,13 +8,11 @@ import json
 import re
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
-
-from pydantic import ValidationError
 
 from drivers.errors import ConfigError, InputError
 from platform_daemon.schemas import TOKEN_NAME, Role, TokenRecord, TokenRecords, to_json
@@ -31,8 +29,8 @@ class TokenFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self._seen: tuple[int, int, int] | None = None
-        self._records: tuple[TokenRecord, ...] = ()
+        # As of which state of the file; one value, as two threads may read at once.
+        self._known: tuple[tuple[int, int, int] | None, tuple[TokenRecord, ...]] = (None, ())
 
     @property
     def exists(self) -> bool:
@@ -47,11 +45,12 @@ class TokenFile:
         try:
             state = self.path.stat()
             seen = (state.st_ino, state.st_mtime_ns, state.st_size)
-            if seen == self._seen:
-                return self._records
-            text = self.path.read_text(encoding="utf-8")
+            known, records = self._known
+            if seen == known:
+                return records
+            text = self.path.read_bytes()
         except FileNotFoundError:
-            self._seen, self._records = None, ()
+            self._known = (None, ())
             return ()
         except OSError as error:
             remedy = "make it readable for the user of the daemon, with mode 0600"
@@ -66,21 +65,20 @@ class TokenFile:
             raise ConfigError(what, where=str(self.path), why="they may write the file", remedy=remedy)
         try:
             found = TokenRecords.model_validate(json.loads(text)).tokens
-        except (ValueError, ValidationError) as error:
+        except (ValueError, RecursionError) as error:
             why = str(error).splitlines()[0]
             remedy = "put back a copy, or delete it and make the tokens anew"
             raise ConfigError("is no file of tokens", where=str(self.path), why=why, remedy=remedy) from None
-        self._seen, self._records = seen, found
+        self._known = (seen, found)
         return found
 
     def holder(self, token: str) -> TokenRecord | None:
         """Whose token it is; None: nobody's.  Raises ConfigError as `records` does."""
-        digest, found = _digest(token), None
-        for record in self.records():
-            # In constant time, and to the end of the list: how long it takes tells nothing of what is in the file.
-            if hmac.compare_digest(record.sha256, digest):
-                found = record
-        return found
+        return _found(token, self.records())
+
+    def last_holder(self, token: str) -> TokenRecord | None:
+        """Whose it was when the file could last be read."""
+        return _found(token, self._known[1])
 
     def add(self, name: str, role: Role, expires: datetime | None = None) -> str:
         """A new token, which is nowhere but in the answer.
@@ -97,6 +95,7 @@ class TokenFile:
         token = f"pd_{secrets.token_urlsafe(32)}"
         made = datetime.now(UTC).isoformat(timespec="seconds")
         until = None if expires is None else expires.isoformat(timespec="seconds")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
         with self._alone():
             before = self.records()
             if any(record.name == name for record in before):
@@ -111,12 +110,13 @@ class TokenFile:
 
         Raises InputError if there is none of that name; StorageError.
         """
+        if not self.exists:
+            raise _unknown(name)
         with self._alone():
             before = self.records()
             gone = next((record for record in before if record.name == name), None)
             if gone is None:
-                remedy = "`platform-daemon token list` tells their names"
-                raise InputError(f"no token is called {name!r}", where="NAME", remedy=remedy)
+                raise _unknown(name)
             self._write(tuple(record for record in before if record.name != name))
         return gone
 
@@ -127,7 +127,6 @@ class TokenFile:
     @contextmanager
     def _alone(self) -> Iterator[None]:
         """No other command changes the file meanwhile."""
-        self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.with_name(f".{self.path.name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
@@ -141,6 +140,20 @@ def has_expired(record: TokenRecord) -> bool:
         return datetime.fromisoformat(record.expires) <= datetime.now(UTC)
     except (ValueError, TypeError):
         return True
+
+
+def _found(token: str, records: Iterable[TokenRecord]) -> TokenRecord | None:
+    digest, found = _digest(token), None
+    for record in records:
+        # In constant time, and to the end of the list: how long it takes tells nothing of what is in the file.
+        if hmac.compare_digest(record.sha256, digest):
+            found = record
+    return found
+
+
+def _unknown(name: str) -> InputError:
+    remedy = "`platform-daemon token list` tells their names; --data is the folder of the server"
+    return InputError(f"no token is called {name!r}", where="NAME", remedy=remedy)
 
 
 def _digest(token: str) -> str:

@@ -4,6 +4,7 @@ import json
 import re
 import ssl
 import subprocess
+import time
 from datetime import UTC, datetime, timedelta
 
 import httpx2
@@ -34,6 +35,15 @@ def test_a_token_is_printed_once_listed_without_itself_and_taken_back(tmp_path):
     ]
 
 
+def test_a_user_of_the_computer_without_a_name_is_a_number_in_the_audit_log(tmp_path, monkeypatch):
+    def nobody():
+        raise KeyError("uid not found")
+
+    monkeypatch.setattr("getpass.getuser", nobody)
+    assert here("token", "add", "ann", "--role", "viewer", "--data", tmp_path).returncode == 0
+    assert audit_log_in(tmp_path).entries()[0].who.startswith("uid ")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -61,7 +71,10 @@ def test_a_server_with_tls_and_tokens_is_reached_by_those_who_trust_it_and_stops
         trusting = ssl.create_default_context(cafile=str(DATA / "tls/localhost.pem"))
         headers = {"Authorization": f"Bearer {token}"}
         with httpx2.Client(verify=trusting, headers=headers) as client:
-            assert client.get(f"{main}/platform").status_code == 200
+            began = time.monotonic()
+            for _ in range(10):
+                assert client.get(f"{main}/platform").status_code == 200
+            assert time.monotonic() - began < 0.3  # 40 ms for each where the kernel holds back small answers
             assert client.post(f"{main}/acquisitions", json={"resonator": "jewel"}).status_code == 403
             for address in (f"{main}/stop", stop):
                 assert client.post(address).json()["status"].startswith("outputs are off")

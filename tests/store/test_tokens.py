@@ -66,12 +66,22 @@ def test_a_file_that_others_may_write_is_not_believed(tokens, mode):
         TokenFile(tokens.path).records()
 
 
-@pytest.mark.parametrize("text", ["", "no", "{}", '{"tokens": 1}', '{"tokens": [], "more": 1}'])
+@pytest.mark.parametrize(
+    "text",
+    ["", "no", "{}", '{"tokens": 1}', '{"tokens": [], "more": 1}', "\udcff", "[" * 100_000],
+    ids=["empty", "word", "nothing", "number", "more", "no text", "deep"],
+)
 def test_a_damaged_file_is_an_error_and_not_an_empty_one(tokens, text):
     tokens.add("ann", Role.ADMIN)
-    tokens.path.write_text(text)
+    tokens.path.write_text(text, errors="surrogateescape")
     with pytest.raises(ConfigError, match="no file of tokens"):
         TokenFile(tokens.path).records()
+
+
+def test_a_folder_that_is_mistyped_is_not_made_by_taking_a_token_back(tokens):
+    with pytest.raises(InputError, match=r"no token is called 'ann'.*--data"):
+        tokens.revoke("ann")
+    assert not tokens.path.parent.exists()
 
 
 def test_commands_at_once_lose_nothing(tokens):

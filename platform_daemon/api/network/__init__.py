@@ -12,6 +12,7 @@ auditing: Writes what a request has changed into the audit log.
 body: Reading a body no longer and no slower than is allowed.
 routes: The class of all routes: token, role, origin, content type and body are looked at before anything else.
 front: The outermost layer: names of the host, rate.
+entrance: How many may stand before TLS.
 connections: How many connections there are, and how long one may say nothing.
 certificates: Is a certificate good for the names of this server?
 listening: On which address the server may listen, and by which rules.

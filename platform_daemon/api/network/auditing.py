@@ -16,7 +16,7 @@ from platform_daemon.store import AuditLog, StorageError
 from .callers import Caller
 
 log = structlog.get_logger()
-LONGEST = 2000  # characters of a request
+LONGEST = 2000  # characters of a path, and of a request
 FAILED = 500  # what an error is called that is not the caller's; the log of the server has the answer's own status
 
 
@@ -48,7 +48,7 @@ class Auditor:
             who=self.caller.name,
             address=self.caller.address,
             what=self.operation,
-            path=f"{url.path}?{url.query}" if url.query else url.path,
+            path=(f"{url.path}?{url.query}" if url.query else url.path)[:LONGEST],
             request=self.body.decode("utf-8", "replace")[:LONGEST],
             status=status,
             outcome=outcome,

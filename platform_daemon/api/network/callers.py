@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import structlog
 
@@ -20,7 +20,7 @@ LOCAL = "local"
 
 @dataclass(frozen=True)
 class Caller:
-    """Name and role of who asks, and from which address; refused: why the role is none."""
+    """Name and role of who asks, and from which address; refused: why the role is none, or lower than it was."""
 
     name: str
     role: Role | None
@@ -36,12 +36,13 @@ class Caller:
         """Raises Unauthenticated, RoleTooLow."""
         if needed is None:
             return
-        if self.role is None:
+        if self.role is not None and self.role.covers(needed):
+            return
+        if self.refused is not None or self.role is None:
             raise self.refused or Unauthenticated("a token is needed")
-        if not self.role.covers(needed):
-            why = f"{self.name!r} is {self.role}"
-            remedy = "ask somebody who has one, or an administrator of this server"
-            raise RoleTooLow(f"the role {needed} is needed", where="Authorization", why=why, remedy=remedy)
+        why = f"{self.name!r} is {self.role}"
+        remedy = "ask somebody who has one, or an administrator of this server"
+        raise RoleTooLow(f"the role {needed} is needed", where="Authorization", why=why, remedy=remedy)
 
 
 class Gate:
@@ -52,14 +53,19 @@ class Gate:
     """
 
     def __init__(self, tokens: TokenFile | None = None, *, demanded: bool = False) -> None:
+        if demanded and tokens is None:
+            raise ValueError("tokens are demanded, and there is no file of them")
         self._tokens = tokens
-        self._demanded = demanded
+        self._demanded = demanded or (tokens is not None and tokens.exists)
 
     def caller(self, headers: Mapping[str, str], address: str) -> Caller:
-        """Who has sent these headers; nobody is anybody while the tokens cannot be read."""
+        """Who has sent these headers.
+
+        While the tokens cannot be read, those who held one before may look and stop, and nobody may do anything else.
+        """
         if self._tokens is not None and not self._demanded:
             self._demanded = self._tokens.exists
-        if not self._demanded or self._tokens is None:
+        if self._tokens is None or not self._demanded:
             return Caller(LOCAL, Role.ADMIN, address)
         kind, _, token = headers.get("authorization", "").partition(" ")
         if not token.strip() or kind.lower() != "bearer":
@@ -69,7 +75,13 @@ class Gate:
             record = self._tokens.holder(token.strip())
         except ConfigError as error:
             log.error("tokens_unreadable", error=str(error))
-            return _nobody(address, "this server cannot read its tokens", "look into its log")
+            nobody = _nobody(
+                address, "this server cannot read its tokens", "look into its log; meanwhile it can be stopped"
+            )
+            known = self._tokens.last_holder(token.strip())
+            if known is None or has_expired(known):
+                return nobody
+            return replace(nobody, name=known.name, role=Role.VIEWER)
         remedy = "ask an administrator for another one (`platform-daemon token add`)"
         if record is None:
             return _nobody(address, "the token is not valid: it is wrong, or was revoked", remedy)
@@ -88,4 +100,7 @@ def _counted(address: str) -> str:
         found = ipaddress.ip_address(address)
     except ValueError:
         return address
-    return address if found.version == 4 else str(ipaddress.ip_network(f"{address}/64", strict=False))
+    if isinstance(found, ipaddress.IPv4Address):
+        return address
+    # `::ffff:10.0.0.7` is a client of IPv4 where the server listens on `::`.
+    return str(found.ipv4_mapped or ipaddress.ip_network((found.packed, 64), strict=False))

@@ -18,11 +18,14 @@ from fastapi import FastAPI
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from .certificates import Certificate
+from .entrance import Entrance
 from .limits import Limits
 
 FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 1\r\n"
-    b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503}'
+    b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503, '
+    b'"detail": "All connections are being answered. Remedy: ask again in a second; POST /stop has its own port.", '
+    b'"remedy": "ask again in a second; POST /stop has its own port"}'
 )
 DRAINED = 16_000_000  # bytes of a body that nobody wants, read so that its sender sees the answer; then it is cut off
 ACCEPTED_AT_ONCE = 50
@@ -37,6 +40,7 @@ class BoundedConfig(uvicorn.Config):
 
     limits: Limits
     certificate: Certificate | None
+    entrance: Entrance | None = None
 
 
 class BoundedProtocol(H11Protocol):
@@ -47,6 +51,8 @@ class BoundedProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Make room for it, or turn it away."""
         super().connection_made(transport)
+        if self.config.entrance is not None:
+            self.config.entrance.let_in(transport.get_extra_info("socket"))
         self._deadline: asyncio.TimerHandle | None = None
         self._unread: asyncio.TimerHandle | None = None
         self._drained = 0
@@ -133,9 +139,14 @@ class BoundedServer(uvicorn.Server):
         if self.config.certificate is not None:
             patience = self.config.limits.headers_s
             loop.create_server = functools.partial(loop.create_server, ssl_handshake_timeout=patience)  # type: ignore
+            sockets = [self._entrance(listener) for listener in sockets or ()]
         await super().startup(sockets)
         for listener in sockets or ():
             listener.listen(MOST_PENDING)  # uvicorn has told the kernel what it tells asyncio
+
+    def _entrance(self, listener: socket.socket) -> Entrance:
+        self.config.entrance = Entrance(listener, self.config.limits)
+        return self.config.entrance
 
 
 def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None = None) -> BoundedConfig:
@@ -143,6 +154,7 @@ def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None
     config = BoundedConfig(
         app,
         http=BoundedProtocol,
+        loop="asyncio",
         ws="none",
         log_config=None,
         access_log=False,

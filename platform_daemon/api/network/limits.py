@@ -14,7 +14,7 @@ class Limits:
         body_bytes, body_s: longest body of a request, and how long it may take to come.
         headers_s: how long the head of a request may take.
         stalled_s: how long a client may leave an answer unread.
-        connections: that are open at once.
+        connections, handshakes: that are open at once, and that are not through with TLS yet.
         requests_per_s, burst: of one client, on average and all at once.
         computing, converting, reading: requests at once that compute for seconds, that make dm/dt, that read files;
             half of the cores are left to the shots and to those who only look.
@@ -27,6 +27,7 @@ class Limits:
     headers_s: float = 10.0
     stalled_s: float = 30.0
     connections: int = 200
+    handshakes: int = 100
     requests_per_s: float = 300.0
     burst: int = 600
     computing: int = max(1, (os.cpu_count() or 1) // 2)

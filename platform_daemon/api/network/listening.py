@@ -11,7 +11,7 @@ from platform_daemon.store import AuditLog, TokenFile, has_expired
 
 from .callers import Gate
 from .certificates import Certificate, check_certificate
-from .origins import LOOPBACK
+from .origins import LOOPBACK, host_of
 from .policy import Network
 
 
@@ -49,7 +49,7 @@ def rules(
     Raises InputError with the option that is missing, ConfigError for tokens or certificates that are not usable.
     """
     local, wild = is_loopback(host), _is_every_address(host)
-    called = tuple(name.lower().rstrip(".") for name in names)
+    called = tuple(_name_of(name) for name in names)
     if not local:
         _check_others_may_come(host, certificate, called, insecure=insecure, wild=wild)
     if certificate is not None:
@@ -61,6 +61,16 @@ def rules(
         raise InputError("there are no tokens", where="--host", why=why, remedy=remedy)
     own = () if wild else (host.lower(),)
     return Network(Gate(tokens, demanded=not local), frozenset((*LOOPBACK, *own, *called)), audit=audit)
+
+
+def _name_of(given: str) -> str:
+    """As requests are compared with it.  Raises InputError for what no request can call a server by."""
+    name = given.lower().removesuffix(".")
+    if host_of(f"[{name}]" if ":" in name else name) != name:
+        what, why = f"{given!r} is no name of a server", "it is compared with the host that requests name"
+        remedy = "give a name or an address alone, without scheme, port or brackets"
+        raise InputError(what, where="--allowed-host", why=why, remedy=remedy)
+    return name
 
 
 def _check_others_may_come(

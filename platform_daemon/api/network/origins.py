@@ -6,8 +6,8 @@ the browser is concerned: the request still names that host, which nobody here i
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
-from urllib.parse import urlsplit
 
 from .refusals import ForeignHost, ForeignOrigin
 
@@ -16,14 +16,14 @@ HARMLESS = ("GET", "HEAD", "OPTIONS")
 """Methods that change nothing."""
 NOT_OURS = ("cross-site", "same-site")
 """What a browser says of a page that another server has sent."""
+NETLOC = re.compile(r"(?:\[([0-9a-f:.]+)\]|([^][:/?#@,\s]+))(?::\d*)?", re.IGNORECASE)
+"""A name or an address, with or without a port, and nothing else: what would be a user or a path names no host."""
 
 
 def host_of(netloc: str) -> str:
     """`[::1]:8212` -> `::1`; empty for what is no name with a port."""
-    try:
-        return (urlsplit(f"//{netloc}").hostname or "").rstrip(".")
-    except ValueError:
-        return ""
+    found = NETLOC.fullmatch(netloc)
+    return "" if found is None else (found[1] or found[2]).lower().removesuffix(".")
 
 
 def check_host(headers: Mapping[str, str], names: Collection[str]) -> None:
@@ -43,7 +43,7 @@ def check_origin(method: str, headers: Mapping[str, str]) -> None:
     if method in HARMLESS:
         return
     origin, site = headers.get("origin"), headers.get("sec-fetch-site", "")
-    if (origin is not None and urlsplit(origin).netloc != headers.get("host")) or site in NOT_OURS:
+    if (origin is not None and origin.partition("//")[2] != headers.get("host")) or site in NOT_OURS:
         why = "a page in a browser must not move hardware behind its reader's back"
         remedy = "use a page of this server, as /docs, or a program that is no browser"
         raise ForeignOrigin(

@@ -31,6 +31,12 @@ def test_a_stop_says_who_from_where_and_that_it_was_done(secured, entries):
     assert stat.S_IMODE(secured.audit.path.stat().st_mode) == 0o600
 
 
+def test_a_path_without_end_makes_no_line_without_end(secured, entries):
+    secured.client.post("/stop?x=" + 20_000 * "y", headers=secured.headers[Role.VIEWER])
+    wait_for(entries, 5)
+    assert len(entries()[0].path) == 2000
+
+
 def test_reset_calibration_and_series_with_what_was_asked(secured, entries):
     headers = secured.headers[Role.OPERATOR]
     client = secured.client

@@ -15,6 +15,50 @@ def bearer(token):
     return {"Authorization": f"Bearer {token}"}
 
 
+def test_tokens_cannot_be_demanded_without_a_file_of_them():
+    with pytest.raises(ValueError, match="no file"):
+        Gate(None, demanded=True)
+
+
+def test_a_file_that_was_there_at_the_start_is_demanded_though_it_is_gone_before_anybody_asks(tmp_path):
+    tokens = TokenFile(tmp_path / "tokens.json")
+    tokens.add("ann", Role.ADMIN)
+    gate = Gate(tokens)
+    tokens.path.unlink()
+    assert gate.caller({}, "127.0.0.1").role is None
+
+
+@pytest.mark.parametrize("text", ["", "\udcff", "[" * 100_000], ids=["empty", "no text", "deep"])
+def test_while_the_file_is_damaged_who_held_a_token_may_look_and_stop_and_nobody_else_anything(tmp_path, text):
+    tokens = TokenFile(tmp_path / "tokens.json")
+    ann, bob = (tokens.add(name, Role.ADMIN) for name in ("ann", "bob"))
+    gate = Gate(tokens)
+    tokens.revoke("bob")
+    assert gate.caller({"authorization": f"Bearer {ann}"}, "::1").role is Role.ADMIN
+    tokens.path.write_text(text, errors="surrogateescape")
+    known = gate.caller({"authorization": f"Bearer {ann}"}, "::1")
+    assert (known.name, known.role) == ("ann", Role.VIEWER)
+    for stranger in (bob, "pd_wrong"):
+        refused = gate.caller({"authorization": f"Bearer {stranger}"}, "::1")
+        assert refused.role is None
+        assert "cannot read its tokens" in str(refused.refused)
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "together"),
+    [
+        ("10.0.0.1", "10.0.0.2", False),
+        ("::ffff:10.0.0.1", "::ffff:10.0.0.2", False),
+        ("::ffff:10.0.0.1", "10.0.0.1", True),
+        ("2001:db8::1", "2001:db8::ffff:1", True),
+        ("2001:db8::1", "2001:db8:0:1::1", False),
+    ],
+)
+def test_addresses_that_one_computer_may_have_are_one_client(one, other, together):
+    gate = Gate()
+    assert (gate.caller({}, one).client == gate.caller({}, other).client) is together
+
+
 @pytest.mark.parametrize(
     "headers",
     [{}, bearer(""), bearer("pd_wrong"), {"Authorization": "Basic YTpi"}, {"Authorization": "Bearer"}, bearer("é")],
@@ -47,12 +91,15 @@ def test_a_token_that_has_expired_is_refused_and_says_when(secured):
 
 
 @pytest.mark.parametrize("damage", ["", "{", "[]", '{"tokens": [{"name": "x"}]}'])
-def test_a_damaged_file_of_tokens_lets_nobody_in(secured, damage):
-    before = secured.tokens.path.read_bytes()
+def test_with_a_damaged_file_of_tokens_one_can_only_look_and_stop(secured, damage):
+    before, headers = secured.tokens.path.read_bytes(), secured.headers[Role.ADMIN]
+    assert secured.client.get("/platform", headers=headers).status_code == 200
     try:
         secured.tokens.path.write_text(damage)
         assert problem(secured.client.get("/platform"), 401)
-        answer = secured.client.get("/platform", headers=secured.headers[Role.ADMIN])
+        assert secured.client.get("/platform", headers=headers).status_code == 200
+        assert secured.client.post("/stop", headers=headers).status_code == 200
+        answer = secured.client.post("/devices/power_amplifier/reset", headers=headers, json={})
         assert "cannot read its tokens" in problem(answer, 401)["detail"]
         assert secured.client.get("/health").status_code == 200
     finally:

@@ -3,15 +3,19 @@
 import asyncio
 import json
 import socket
+import ssl
 import threading
 import time
 from contextlib import contextmanager, suppress
 
 import pytest
 
+from platform_daemon.api.network.certificates import Certificate
 from platform_daemon.api.network.connections import BoundedServer, bounded_config
 from platform_daemon.api.network.limits import Limits
+from tests.kit.data import DATA
 
+OURS = Certificate(DATA / "tls/localhost.pem", DATA / "tls/localhost.key")
 ASK = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"
 
 
@@ -29,9 +33,9 @@ async def answers(scope, receive, send):
 
 
 @contextmanager
-def serving(**limits):
+def serving(certificate=None, **limits):
     listener = socket.create_server(("127.0.0.1", 0))
-    server = BoundedServer(bounded_config(answers, Limits(**limits)))
+    server = BoundedServer(bounded_config(answers, Limits(**limits), certificate))
     thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
     thread.start()
     while not server.started:
@@ -106,6 +110,21 @@ def test_connections_that_say_nothing_make_room_for_those_that_ask():
         assert works(connect)
         time.sleep(0.05)
         assert sum(not is_closed(link, 0.01) for link in silent) <= 5
+        for link in silent:
+            link.close()
+
+
+def test_those_that_do_not_even_begin_with_tls_make_room_too():
+    trusting = ssl.create_default_context(cafile=OURS.chain)
+    with serving(OURS, handshakes=5) as connect:
+        with trusting.wrap_socket(connect(), server_hostname="localhost") as known:
+            silent = [connect() for _ in range(50)]
+            assert sum(not is_closed(link, 0.05) for link in silent) <= 5
+            with trusting.wrap_socket(connect(), server_hostname="localhost") as another:
+                another.sendall(ASK)
+                assert is_answered(another)
+            known.sendall(ASK)
+            assert is_answered(known)
         for link in silent:
             link.close()
 

@@ -60,6 +60,17 @@ def test_with_all_of_it_others_may_come_by_the_names_that_were_given_and_tokens_
     assert "lab.example" in asked("192.0.2.1", "lab.example", insecure=True).names
 
 
+@pytest.mark.parametrize("name", ["", "*@x", "lab.example:8212", "https://lab.example", "[::1]", "a b"])
+def test_a_further_name_that_no_request_can_give_is_refused(asked, name):
+    with pytest.raises(PlatformError, match="no name of a server") as refused:
+        asked("192.0.2.1", name, insecure=True, token=True)
+    assert refused.value.where == "--allowed-host"
+
+
+def test_a_further_name_may_be_written_as_people_do(asked):
+    assert {"lab.example", "2001:db8::1"} <= asked("127.0.0.1", "Lab.Example.", "2001:DB8::1").names
+
+
 def test_tokens_that_have_all_been_revoked_are_none(asked, tmp_path):
     asked("127.0.0.1", token=True)
     TokenFile(tmp_path / "tokens.json").revoke("ann")

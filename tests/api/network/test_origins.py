@@ -18,7 +18,19 @@ def ask(secured):
 
 
 @pytest.mark.parametrize(
-    "host", ["evil.example", "127.0.0.1.evil.example", "evil.example:8212", "", "[::1", "localhost@x"]
+    "host",
+    [
+        "evil.example",
+        "127.0.0.1.evil.example",
+        "evil.example:8212",
+        "",
+        "[::1",
+        "localhost@x",
+        "x@localhost",
+        "127.0.0.1/x",
+        "127.0.0.1?x",
+        "localhost..",
+    ],
 )
 @pytest.mark.parametrize(
     ("method", "path"), [("GET", "/health"), ("POST", "/stop"), ("GET", "/docs"), ("GET", "/nothing")]
@@ -41,6 +53,8 @@ def test_loopback_by_any_of_its_names_is_this_server(ask, host):
         {"Origin": "https://evil.example"},
         {"Origin": "null"},
         {"Origin": "http://127.0.0.1:9999"},
+        {"Origin": "http://["},
+        {"Origin": ""},
         {"Sec-Fetch-Site": "cross-site"},
         {"Sec-Fetch-Site": "same-site"},
     ],
