@@ -59,6 +59,12 @@ def test_what_cannot_be_is_one_line(arguments, words, tmp_path):
     assert_one_line_error(here("token", *arguments, "--data", tmp_path), 2, *words)
 
 
+def _seconds_of(client, address):
+    began = time.monotonic()
+    assert client.get(address).status_code == 200
+    return time.monotonic() - began
+
+
 def test_a_server_with_tls_and_tokens_is_reached_by_those_who_trust_it_and_stops_by_either_port(tmp_path):
     data = tmp_path / "data"
     token = tokens_in(data).add("ann", Role.VIEWER)
@@ -71,10 +77,8 @@ def test_a_server_with_tls_and_tokens_is_reached_by_those_who_trust_it_and_stops
         trusting = ssl.create_default_context(cafile=str(DATA / "tls/localhost.pem"))
         headers = {"Authorization": f"Bearer {token}"}
         with httpx2.Client(verify=trusting, headers=headers) as client:
-            began = time.monotonic()
-            for _ in range(10):
-                assert client.get(f"{main}/platform").status_code == 200
-            assert time.monotonic() - began < 0.3  # 40 ms for each where the kernel holds back small answers
+            # The kernel would hold back small answers for 40 ms each, as soon as a connection is no longer new.
+            assert min([_seconds_of(client, f"{main}/platform") for _ in range(30)][15:]) < 0.03
             assert client.post(f"{main}/acquisitions", json={"resonator": "jewel"}).status_code == 403
             for address in (f"{main}/stop", stop):
                 assert client.post(address).json()["status"].startswith("outputs are off")

@@ -7,6 +7,7 @@ that a recording needs.
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 from typing import Any
 
@@ -17,8 +18,8 @@ class Entrance(socket.socket):
     """A listener that hangs up on the one that has stood outside for longest where there are too many."""
 
     def __init__(self, listener: socket.socket, limits: Limits) -> None:
-        """Takes the place of a listener, which is not one any more."""
-        super().__init__(listener.family, listener.type, listener.proto, fileno=listener.detach())
+        """Accepts in the place of a listener, which its owner closes all the same."""
+        super().__init__(listener.family, listener.type, listener.proto, fileno=os.dup(listener.fileno()))
         self._most = limits.handshakes
         self._outside: dict[int, socket.socket] = {}  # by file descriptor, those who came first are first
 

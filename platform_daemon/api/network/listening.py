@@ -66,7 +66,7 @@ def rules(
 def _name_of(given: str) -> str:
     """As requests are compared with it.  Raises InputError for what no request can call a server by."""
     name = given.lower().removesuffix(".")
-    if host_of(f"[{name}]" if ":" in name else name) != name:
+    if not name or host_of(f"[{name}]" if ":" in name else name) != name:
         what, why = f"{given!r} is no name of a server", "it is compared with the host that requests name"
         remedy = "give a name or an address alone, without scheme, port or brackets"
         raise InputError(what, where="--allowed-host", why=why, remedy=remedy)
