@@ -103,7 +103,9 @@ def _listen(host: str, port: int, option: str = "--port") -> socket.socket:
         listener.listen(128)
     except (OSError, UnicodeError) as error:  # UnicodeError: a name that DNS cannot hold
         why = getattr(error, "strerror", None) or str(error)
-        raise InputError("cannot listen", where=f"{host}:{port}", why=why, remedy=f"choose another {option}") from None
+        raise InputError(
+            "cannot listen", where=f"{host}:{port}", why=why, remedy=f"choose another {option} or --host"
+        ) from None
     return listener
 
 

@@ -96,8 +96,7 @@ def _moment(text: str) -> datetime:
         amount = int(found[1])
         return datetime.now(UTC) + (timedelta(days=amount) if found[2] == "d" else timedelta(hours=amount))
     try:
-        moment = datetime.fromisoformat(text)
-    except ValueError:
+        return datetime.fromisoformat(text).astimezone(UTC)
+    except (ValueError, OverflowError):  # the latter at the ends of the calendar
         remedy = "write 90d, 12h, or a date as 2027-01-31"
         raise InputError(f"{text!r} is no moment", where="--expires", remedy=remedy) from None
-    return moment.astimezone(UTC)

@@ -52,6 +52,7 @@ def test_a_user_of_the_computer_without_a_name_is_a_number_in_the_audit_log(tmp_
         (["add", "a b", "--role", "viewer"], ["no token can be called"]),
         (["add", "ann", "--role", "viewer", "--expires", "soon"], ["no moment", "90d"]),
         (["add", "ann", "--role", "viewer", "--expires", "2020-01-01"], ["expired already"]),
+        (["add", "ann", "--role", "viewer", "--expires", "9999-12-31T23:00-10:00"], ["no moment", "90d"]),
         (["revoke", "ann"], ["no token is called", "token list"]),
     ],
 )

@@ -48,8 +48,8 @@ def rules(
 
     Raises InputError with the option that is missing, ConfigError for tokens or certificates that are not usable.
     """
+    own, called = _name_of(host, "--host"), tuple(_name_of(name, "--allowed-host") for name in names)
     local, wild = is_loopback(host), _is_every_address(host)
-    called = tuple(_name_of(name) for name in names)
     if not local:
         _check_others_may_come(host, certificate, called, insecure=insecure, wild=wild)
     if certificate is not None:
@@ -59,17 +59,17 @@ def rules(
         why = f"others can reach {host}, and nobody holds a token that is valid"
         remedy = f"`platform-daemon token add NAME --role admin --data {tokens.path.parent}`, then start again"
         raise InputError("there are no tokens", where="--host", why=why, remedy=remedy)
-    own = () if wild else (host.lower(),)
-    return Network(Gate(tokens, demanded=not local), frozenset((*LOOPBACK, *own, *called)), audit=audit)
+    names = (*LOOPBACK, *called) if wild else (*LOOPBACK, *called, own)
+    return Network(Gate(tokens, demanded=not local), frozenset(names), audit=audit)
 
 
-def _name_of(given: str) -> str:
+def _name_of(given: str, option: str) -> str:
     """As requests are compared with it.  Raises InputError for what no request can call a server by."""
     name = given.lower().removesuffix(".")
     if not name or host_of(f"[{name}]" if ":" in name else name) != name:
         what, why = f"{given!r} is no name of a server", "it is compared with the host that requests name"
         remedy = "give a name or an address alone, without scheme, port or brackets"
-        raise InputError(what, where="--allowed-host", why=why, remedy=remedy)
+        raise InputError(what, where=option, why=why, remedy=remedy)
     return name
 
 
@@ -90,4 +90,4 @@ def _is_every_address(host: str) -> bool:
     try:
         return ipaddress.ip_address(host).is_unspecified
     except ValueError:
-        return host == ""
+        return False

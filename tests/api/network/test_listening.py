@@ -65,6 +65,9 @@ def test_a_further_name_that_no_request_can_give_is_refused(asked, name):
     with pytest.raises(PlatformError, match="no name of a server") as refused:
         asked("192.0.2.1", name, insecure=True, token=True)
     assert refused.value.where == "--allowed-host"
+    with pytest.raises(PlatformError, match="no name of a server") as refused:
+        asked(name, "lab.example", insecure=True)
+    assert refused.value.where == "--host"
 
 
 def test_a_further_name_may_be_written_as_people_do(asked):
