@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import PlatformError
-from platform_daemon.estimation import SeriesNoise, saturation
+from platform_daemon.estimation import SeriesNoise, find_oscillation, saturation
 from platform_daemon.store import Recording
 
 from .calibrated import calibrated_signal
 
 _FRAMES = 12  # as many as a series learns from
+_LOOK_S = 1.0
 
 
 def recording_noise(recording: Recording) -> SeriesNoise:
@@ -49,12 +50,27 @@ class _Asked:
 @lru_cache(4)
 def _found(asked: _Asked) -> SeriesNoise:
     recording, noise = asked.recording, SeriesNoise()
-    for k in _frames_to_learn_from(recording):
+    frames = _frames_to_learn_from(recording)
+    rings_hz = _rings_hz(recording) if any(recording.frame_info[k].blank for k in frames) else None
+    for k in frames:
         rate_hz, blank = recording.sequence.rate_hz, recording.frame_info[k].blank
         # A frame that cannot be read or calibrated says so when it is fitted.
         with suppress(PlatformError):
-            learn_noise(noise, recording.rx_volts(k), rate_hz, recording.calibration, blank=blank)
+            volts = recording.rx_volts(k)
+            learn_noise(noise, volts, rate_hz, recording.calibration, blank=blank, rings_hz=rings_hz)
     return noise
+
+
+def _rings_hz(recording: Recording) -> float | None:
+    """Where the rotor swings in the last good shot, Hz; None if it cannot be seen."""
+    excited = [k for k, info in enumerate(recording.frame_info) if info.verdict == "good" and not info.blank]
+    with suppress(PlatformError):
+        if excited:
+            rate_hz = recording.sequence.rate_hz
+            volts = recording.rx_volts(excited[-1])[:, : int(_LOOK_S * rate_hz)]
+            line = find_oscillation(calibrated_signal(volts, rate_hz, recording.calibration).record)
+            return None if line is None else line.frequency_hz
+    return None
 
 
 def learn_noise(
@@ -64,10 +80,11 @@ def learn_noise(
     calibration: ReceiveCalibration | None,
     *,
     blank: bool,
+    rings_hz: float | None = None,
 ) -> None:
     """Let a series' noise learn from one RX window, (c, n) V, unless it is clipped.  Raises RecordingError."""
     if saturation(rx_volts) is None:
-        noise.learn(calibrated_signal(rx_volts, rate_hz, calibration).record, blank=blank)
+        noise.learn(calibrated_signal(rx_volts, rate_hz, calibration).record, blank=blank, rings_hz=rings_hz)
 
 
 def _frames_to_learn_from(recording: Recording) -> list[int]:

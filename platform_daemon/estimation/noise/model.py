@@ -31,6 +31,7 @@ _BROADENING = 1.25
 _SWEEP_MARGIN = 0.01
 _LOWEST_BINS = 4
 _LINE_BINS = 6.5  # half width of a tone's line
+_BY_CHANCE = 1e-6  # that noise alone is taken for a swing
 _TINY = 1e-300
 _MOST_KEPT = 256
 OWN = "the record itself"
@@ -89,11 +90,41 @@ class NoiseModel:
         grid = self.frequency_hz
         if self.degrees is None or tones_hz.size == 0:
             return self
-        lines = np.any(np.abs(grid - tones_hz[:, None]) < _LINE_BINS * grid[1], axis=0)
-        degrees = np.where(lines, 0.0, self.degrees)
+        return self._bridged(np.any(np.abs(grid - tones_hz[:, None]) < _LINE_BINS * grid[1], axis=0))
+
+    def without_ringing(self, low_hz: float, high_hz: float) -> NoiseModel:
+        """The model of a blank shot with what stands beside in place of a rotor that still swings between these
+        frequencies, and of its harmonics; itself if none does."""
+        if self.degrees is None:
+            return self
+        grid, rings = self.frequency_hz, np.zeros(self.frequency_hz.size, dtype=bool)
+        margin = _LINE_BINS * grid[1]
+        for k in range(1, _MOST_HARMONICS + 1):
+            zone = (grid > k * low_hz - margin) & (grid < k * high_hz + margin)
+            if not self._stands_out(zone):
+                break
+            rings |= zone
+        return self._bridged(rings) if rings.any() else self
+
+    def _stands_out(self, zone: np.ndarray) -> bool:
+        """More power in these bins than those beside them allow, in any channel."""
+        assert self.degrees is not None
+        seen = zone & (self.degrees > 0.0)
+        if not seen.any() or zone.all():
+            return False
+        beside = bridge(self.psd, zone | (self.degrees == 0.0), self.degrees)
+        shape = float(np.median(self.degrees[seen]))
+        # The largest of so many averages of exponentially distributed powers.
+        most = gammaincinv(shape, 1.0 - _BY_CHANCE / (self.psd.shape[0] * np.count_nonzero(seen))) / shape
+        return bool(np.any(self.psd[:, seen] > most * beside[:, seen]))
+
+    def _bridged(self, gap: np.ndarray) -> NoiseModel:
+        """The model with what stands beside in place of these bins."""
+        assert self.degrees is not None
+        degrees = np.where(gap, 0.0, self.degrees)
         # What was interpolated before may rest on a line: all gaps are bridged anew.
         psd = bridge(self.psd, degrees == 0.0, degrees)
-        return replace(self, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
+        return replace(self, sd=sd_of(self.frequency_hz, psd), psd=psd, degrees=degrees)
 
 
 def estimate_noise(record: RingDownRecord, *, blank: bool = False) -> NoiseModel:

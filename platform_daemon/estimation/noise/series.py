@@ -14,12 +14,15 @@ import numpy as np
 
 from ..numerics.arrays import Array
 from ..record import RingDownRecord
+from ..screening.spectral_lines import Zones, is_mains
 from .model import NoiseModel, bridge, estimate_noise, sd_of
 from .tones_and_drift import find_tones
 
 _ENOUGH_SHOTS = 12
 _TONE_RATE_HZ = 8000.0  # tones above half of it are far from any harmonic that matters
 _SHORTEST = 1024  # samples
+_SLOWER, _FASTER = 0.01, 0.08  # relative: a rotor that has nearly come to rest swings faster than in a shot
+_MAINS_TOLERANCE = 0.005
 _STRETCH, _STRETCHES = 4096, 4
 _DIFFERENCES = 3  # so many take a resonance far below the sampling rate down to nothing
 _UNLIKE = 6.0  # standard deviations
@@ -51,15 +54,18 @@ class SeriesNoise:
     _levels: list[Array] = field(default_factory=list)
     _pooled: NoiseModel | None = None
 
-    def learn(self, record: RingDownRecord, *, blank: bool = False) -> None:
-        """Take a shot into account. The first blank one displaces what was learned beside the signal of others."""
+    def learn(self, record: RingDownRecord, *, blank: bool = False, rings_hz: float | None = None) -> None:
+        """Take a shot into account. The first blank one displaces what was learned beside the signal of others.
+
+        rings_hz: where the rotor swings, Hz: in a blank shot it may do so still, and that is no noise.
+        """
         known = len(self._models) >= _ENOUGH_SHOTS or self._blank
         if (known and not blank) or (self._blank and len(self._models) >= _ENOUGH_SHOTS) or not _is_usable(record):
             return
         began = time.perf_counter()
         if blank and not self._blank:
             self._models, self._levels, self._blank = [], [], True
-        self._models.append(_noise_of_blank(record) if blank else estimate_noise(record))
+        self._models.append(_noise_of_blank(record, rings_hz) if blank else estimate_noise(record))
         self._levels.append(_level(record))
         self._pooled = self._pool()
         self.seconds += time.perf_counter() - began
@@ -109,13 +115,19 @@ def pooled(models: list[NoiseModel]) -> NoiseModel:
     return replace(first, sd=sd_of(grid, psd), psd=psd, degrees=degrees)
 
 
-def _noise_of_blank(record: RingDownRecord) -> NoiseModel:
-    """Noise of a shot without signal, and the steady tones in it."""
+def _noise_of_blank(record: RingDownRecord, rings_hz: float | None) -> NoiseModel:
+    """Noise of a shot without excitation, and the steady tones in it; a swing that dies out is neither."""
     block = max(1, int(record.sampling_rate_hz / _TONE_RATE_HZ))
     y = record.valid
     means = y[:, : y.shape[1] // block * block].reshape(record.channels, -1, block).mean(axis=2)
     tones = find_tones(means, record.sampling_rate_hz / block, None)
     model = estimate_noise(record, blank=True).without_tones(tones)
+    if rings_hz is not None:
+        low_hz, high_hz = (1.0 - _SLOWER) * rings_hz, (1.0 + _FASTER) * rings_hz
+        model = model.without_ringing(low_hz, high_hz)
+        # In a short window a swing that dies out slowly looks like a tone.
+        swing = Zones(low_hz, high_hz, record.sampling_rate_hz / y.shape[1])
+        tones = np.array([t for t in tones if not swing.holds(t) or is_mains(t, relative=_MAINS_TOLERANCE)])
     return replace(model, tones_hz=tuple(tones.tolist()))
 
 

@@ -159,7 +159,8 @@ def _settings() -> str:
     lines = [f"* **{r.name}**: {r.settings}" for r in routes(Boxes())]
     lines.append(
         f"* Time boxes: UDE {Boxes().network:g} s on an angle and {SHOT_BOXES.network:g} s on a shot, compilation "
-        f"included; pyoperon {Boxes().formula:g} and {SHOT_BOXES.formula:g} s of the wall clock."
+        f"included; pyoperon {Boxes().formula:g} and {SHOT_BOXES.formula:g} s, "
+        f"what is refitted {Boxes().refit:g} and {SHOT_BOXES.refit:g} s of the wall clock, then as far as it came."
     )
     lines.append(
         f"* The ten columns: {', '.join(LIBRARY)}. "

@@ -77,9 +77,10 @@ class Boxes:
 
     network: float = 120.0
     formula: float = 30.0
+    refit: float = 120.0
 
 
-SHOT_BOXES = Boxes(15.0, 10.0)
+SHOT_BOXES = Boxes(15.0, 10.0, 60.0)
 
 
 def routes(boxes: Boxes) -> tuple[Route, ...]:
@@ -103,7 +104,7 @@ def routes(boxes: Boxes) -> tuple[Route, ...]:
     def refitted(fit: Callable[[Task], Model]) -> Callable[[Task], Found]:
         def run(task: Task) -> Found:
             named = [n for n, c in fit(task).terms.items() if c != 0.0 and n not in ("sine", *task.declared)]
-            return Found(viscous.fit_declared(task, named))
+            return Found(viscous.fit_declared(task, named, boxes.refit))
 
         return run
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -27,8 +30,12 @@ def fit_true(task: Task) -> Model:
     return fit_declared(task, task.truth or ())
 
 
-def fit_declared(task: Task, further: Sequence[str] = ()) -> Model:
-    """Sine, viscous damping and what else is declared, and further torques."""
+class _OutOfTime(Exception):
+    """The time box is over."""
+
+
+def fit_declared(task: Task, further: Sequence[str] = (), box_s: float = math.inf) -> Model:
+    """Sine, viscous damping and what else is declared, and further torques; as far as it came in box_s of the clock."""
     records = task.train
     states = [states_of(r) for r in records]
     w, speed = float(np.mean([s.w for s in states])), float(max(np.abs(s.v).max() for s in states))
@@ -42,11 +49,16 @@ def fit_declared(task: Task, further: Sequence[str] = ()) -> Model:
     def model(x: Array) -> Model:
         return model_of({n: float(c) * w ** COLUMNS[n].power for n, c in zip(names, x, strict=False)}, speed)
 
+    until = time.monotonic() + box_s
+
     def cost(x: Array, share: float) -> Array:
+        if time.monotonic() > until:
+            raise _OutOfTime
         at, states = model(x), x[len(names) :].reshape(-1, 2) * [1.0, speed]
         pairs: list[tuple[Record, Array]] = list(zip(records, states, strict=True))
         return np.concatenate([residual(r, at, s, int(share * r.time_s.size)) for r, s in pairs])
 
-    for share in shares(records[0], w):
-        x = least_squares(cost, x, args=(share,), x_scale="jac", diff_step=[STEP] * x.size, max_nfev=200).x
+    with contextlib.suppress(_OutOfTime):
+        for share in shares(records[0], w):
+            x = least_squares(cost, x, args=(share,), x_scale="jac", diff_step=[STEP] * x.size, max_nfev=200).x
     return model(x)

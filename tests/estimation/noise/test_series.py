@@ -55,6 +55,37 @@ def test_blank_shots_displace_the_others_and_see_under_the_signal():
     assert np.all(noise.model.degrees[at] > 0)
 
 
+def test_a_rotor_that_swings_in_blank_shots_is_no_noise():
+    still_swinging = white_shots(0.003 * dmdt(Truth(), 1.0), 3, seed=1)  # a shot before has not died out yet
+    noise, heard = SeriesNoise(), SeriesNoise()
+    for signal in still_swinging:
+        noise.learn(record(signal), blank=True, rings_hz=212.0)
+        heard.learn(record(signal), blank=True)
+    at = np.searchsorted(noise.model.frequency_hz, Truth().f_nat_hz)
+    far = slice(at + 100, at + 400)
+    assert np.max(heard.model.psd[:, at] / np.mean(heard.model.psd[:, far], axis=1)) > 10.0
+    assert noise.model.psd[:, at] == pytest.approx(np.mean(noise.model.psd[:, far], axis=1), rel=0.3)
+    assert noise.model.degrees[at] == 0.0
+    assert noise.model.sd == pytest.approx(NOISE_SD, rel=0.01)
+
+
+def test_a_rotor_at_rest_hides_nothing_of_the_noise():
+    noise = SeriesNoise()
+    for signal in white_shots(SILENCE, 3, seed=2):
+        noise.learn(record(signal), blank=True, rings_hz=212.0)
+    assert np.all(noise.model.degrees[np.searchsorted(noise.model.frequency_hz, HARMONICS)] > 0)
+
+
+def test_in_a_short_window_a_swing_is_no_tone_but_hum_is():
+    rng = np.random.default_rng(5)
+    swings, hums = SeriesNoise(), SeriesNoise()
+    for signal in white_shots(0.003 * CLEAN, 4, seed=1):
+        swings.learn(record(signal), blank=True, rings_hz=212.0)
+        hums.learn(record(with_noise(tone(250.0, rng), rng)), blank=True, rings_hz=245.0)
+    assert swings.model.tones_hz == ()
+    assert hums.model.tones_hz == pytest.approx([250.0], abs=0.5)
+
+
 def test_pooling_twelve_shots_knows_the_colour_better_than_one():
     make, density = pink(500.0, 1.5)
     wanted = np.sqrt(density(HARMONICS))
