@@ -41,7 +41,7 @@ campaign: install
 	HYPOTHESIS_PROFILE=campaign $(BIN)/pytest -m campaign -s
 	$(BIN)/python -m tests.campaigns.estimator_statistics $(CAMPAIGN)
 
-# A crowd against one daemon; `make attack ATTACK='--seconds 5'` is a short one.
+# A crowd against one daemon, five minutes; `make attack ATTACK='--seconds 3 --rx-s 5 --shots 20'` is a short one.
 attack: install
 	$(BIN)/python -m tests.campaigns.attack.campaign --page docs/attack.md $(ATTACK)
 

@@ -25,6 +25,7 @@ class Load:
         predictions: that compute for seconds each, all at once and again.
         downloads: of a whole file and of its dm/dt, all at once and again.
         half_open: connections that say nothing; those that were dropped are opened again every second.
+        on_stop_port: all of it against the port that only stops.
         bodies_mb: sizes of bodies that are sent one after the other, again and again.
     """
 
@@ -34,6 +35,7 @@ class Load:
     downloads: int = 0
     half_open: int = 0
     bodies_mb: tuple[int, ...] = ()
+    on_stop_port: bool = False
 
 
 class Crowd:
