@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import functools
+import itertools
 import socket
 
 import h11
@@ -40,7 +41,11 @@ class BoundedConfig(uvicorn.Config):
 
     limits: Limits
     certificate: Certificate | None
-    entrance: Entrance | None = None
+    entrance: Entrance | None
+    unheard: dict[BoundedProtocol, None]
+    """Connections that have asked nothing yet, the oldest first."""
+    answered: dict[BoundedProtocol, None]
+    """Those that have had their answers and say nothing more, those first that have done so for longest."""
 
 
 class BoundedProtocol(H11Protocol):
@@ -56,11 +61,11 @@ class BoundedProtocol(H11Protocol):
         self._deadline: asyncio.TimerHandle | None = None
         self._unread: asyncio.TimerHandle | None = None
         self._drained = 0
-        self.quiet_since = self.loop.time()
         if len(self.connections) > self.config.limits.connections and not self._another_leaves():
             transport.write(FULL)
             transport.close()
             return
+        self.config.unheard[self] = None
         self._expect_head()
 
     @property
@@ -82,11 +87,13 @@ class BoundedProtocol(H11Protocol):
             self._expect_head()
         else:
             self._heard()
+            self.leave_quiet()
 
     def on_response_complete(self) -> None:
-        """From here on it is quiet again."""
-        self.quiet_since = self.loop.time()
+        """From here on it is quiet again, unless the next request is there."""
         super().on_response_complete()
+        if self.quiet:
+            self.config.answered[self] = None
         if self.quiet and self.conn.their_state is h11.SEND_BODY:
             self._expect_head()
 
@@ -104,6 +111,7 @@ class BoundedProtocol(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """No more timers."""
         self._heard()
+        self.leave_quiet()
         if self._unread is not None:
             self._unread.cancel()
         super().connection_lost(exc)
@@ -119,13 +127,18 @@ class BoundedProtocol(H11Protocol):
 
     def _another_leaves(self) -> bool:
         """Close one that is quiet: rather one that never asked anything, rather one that has been so for long."""
-        others = [c for c in self.connections if isinstance(c, BoundedProtocol) and c is not self and c.quiet]
-        if not others:
+        longest = next(itertools.chain(self.config.unheard, self.config.answered), None)
+        if longest is None:
             return False
-        longest = min(others, key=lambda c: (c.cycle is not None, c.quiet_since))
+        longest.leave_quiet()
         self.connections.discard(longest)  # now, as `connection_lost` comes a turn of the loop later
         longest.transport.abort()
         return True
+
+    def leave_quiet(self) -> None:
+        """It is not among those any more that may have to make room."""
+        self.config.unheard.pop(self, None)
+        self.config.answered.pop(self, None)
 
 
 class BoundedServer(uvicorn.Server):
@@ -166,5 +179,6 @@ def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None
         ssl_certfile=None if certificate is None else certificate.chain,
         ssl_keyfile=None if certificate is None else certificate.key,
     )
-    config.limits, config.certificate = limits, certificate
+    config.limits, config.certificate, config.entrance = limits, certificate, None
+    config.unheard, config.answered = {}, {}
     return config

@@ -24,19 +24,22 @@ from tests.campaigns.attack.series import LATE_S, REALTIME, Shots, series, serie
 from tests.kit.data import ROOT
 
 STOP_S, PLATFORM_S, MEMORY_MB = 0.2, 0.1, 2000.0
-"""What is promised: longest of /stop on its own port, whatever goes on; p99 of /platform with pollers; peak."""
-EVERY_S = 0.1
+"""What is promised: p99 of /stop on its own port, p99 of /platform with pollers, peak of memory."""
+EVERY_S = 0.05
+HOLDS = "all bounds hold"
 PAGE = Path(__file__).with_name("page.txt")
 BODIES = (1, 5, 20, 100)
 EVERYTHING = "all of that together"
 POLLED = ("nobody else", "50 pollers, 2 Hz each")
 """Where /platform is bounded too."""
+AT_STOP = "1000 of them on the port for stop"
+"""Where /stop need not be answered in time, only be answered."""
 SITUATIONS = {
     POLLED[0]: Load(),
     POLLED[1]: Load(pollers=50),
     "bodies of 1, 5, 20 and 100 MB": Load(bodies_mb=BODIES),
     "1000 half-open connections": Load(half_open=1000),
-    "1000 of them on the port for stop": Load(half_open=1000, on_stop_port=True),
+    AT_STOP: Load(half_open=1000, on_stop_port=True),
     "45 heavy predictions at once": Load(predictions=45),
     "10 downloads at once": Load(downloads=10),
     EVERYTHING: Load(pollers=50, bodies_mb=BODIES, half_open=1000, predictions=45, downloads=10),
@@ -57,8 +60,9 @@ class Outcome:
     def broken(self) -> list[str]:
         """The bounds that do not hold."""
         found = []
-        if not self.stop.at(1) < STOP_S or self.stop.refused:
-            found.append(f"{self.name}: /stop: up to {self.stop.at(1):.3f} s, {self.stop.refused} refused")
+        late = self.name != AT_STOP and not self.stop.at(0.99) < STOP_S
+        if late or self.stop.refused or not self.stop.seconds:
+            found.append(f"{self.name}: /stop: p99 {self.stop.at(0.99):.3f} s, {self.stop.refused} refused")
         if self.name in POLLED and (not self.platform.at(0.99) < PLATFORM_S or self.platform.refused):
             found.append(f"{self.name}: /platform: p99 {self.platform.at(0.99):.3f} s, {self.platform.refused} refused")
         if self.peak_mb > MEMORY_MB:
@@ -104,10 +108,15 @@ def page(outcomes: Sequence[Outcome], shots: Sequence[Shots], given: argparse.Na
     """The document; load: of the computer before."""
     words = {
         "every_s": f"{EVERY_S:g}", "seconds": f"{given.seconds:g}", "rx_s": f"{given.rx_s:g}", "cores": os.cpu_count(),
-        "stop_s": f"{STOP_S:g}", "platform_s": f"{PLATFORM_S:g}", "memory_mb": f"{MEMORY_MB:g}", "late_s": f"{LATE_S:g}",
-        "load": load, "arguments": " ".join(sys.argv[1:]),
+        "stop_s": f"{STOP_S:g}", "platform_s": f"{PLATFORM_S:g}", "memory_mb": f"{MEMORY_MB:g}",
+        "late_s": f"{LATE_S:g}", "load": load, "broken": "\n".join(broken(outcomes, shots)), "arguments": " ".join(sys.argv[1:]),
     }  # fmt: skip
     return PAGE.read_text().format(table=table(outcomes), series=series_table(shots), **words)
+
+
+def broken(outcomes: Sequence[Outcome], shots: Sequence[Shots]) -> list[str]:
+    """Lines on the bounds that do not hold, or that all do."""
+    return [line for each in (*outcomes, *shots) for line in each.broken()] or [HOLDS]
 
 
 def main() -> int:
@@ -129,9 +138,9 @@ def main() -> int:
         print(series_table(shots), flush=True)
     if given.page is not None:
         given.page.write_text(page(outcomes, shots, given, load))
-    broken = [line for each in (*outcomes, *shots) for line in each.broken()]
-    print("\n".join(broken) or "all bounds hold")
-    return 1 if broken else 0
+    said = broken(outcomes, shots)
+    print("\n".join(said))
+    return 0 if said == [HOLDS] else 1
 
 
 if __name__ == "__main__":
