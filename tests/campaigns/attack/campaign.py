@@ -109,7 +109,7 @@ def page(outcomes: Sequence[Outcome], shots: Sequence[Shots], given: argparse.Na
     words = {
         "every_s": f"{EVERY_S:g}", "seconds": f"{given.seconds:g}", "rx_s": f"{given.rx_s:g}", "cores": os.cpu_count(),
         "stop_s": f"{STOP_S:g}", "platform_s": f"{PLATFORM_S:g}", "memory_mb": f"{MEMORY_MB:g}",
-        "late_s": f"{LATE_S:g}", "load": load,
+        "late_s": f"{LATE_S:g}", "load": load, "nice": os.nice(0),
         "broken": "\n".join(broken(outcomes, shots)), "arguments": " ".join(sys.argv[1:]),
     }  # fmt: skip
     return PAGE.read_text().format(table=table(outcomes), series=series_table(shots), **words)
