@@ -57,7 +57,8 @@ class Rotor:
 
     inertia_kg_m2 is always the design value; b_0_t is the field that makes m_r B_0 / I = omega_nat^2 (eq:omega_nat)
     with the effective moment; rotation: (3, 3) float64, maps u, v, w to world x, y, z; position_m: (3,) float64;
-    body: what the rigid body has besides, None: one degree of freedom.
+    body: what the rigid body has besides, None: one degree of freedom; contact: effective radius of a jewel's contact
+    in this shot over that of eq:a.
     """
 
     variant: str
@@ -69,6 +70,7 @@ class Rotor:
     rotation: NDArray[np.float64]
     position_m: NDArray[np.float64]
     body: BodyDesign | None = None
+    contact: float = 1.0
 
     @property
     def omega_rad_per_s(self) -> float:

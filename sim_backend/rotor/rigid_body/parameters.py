@@ -62,7 +62,7 @@ def body_parameters(rotor: Rotor, conductance: NDArray[np.float64] | None = None
     p[BODY_MOMENT : BODY_MOMENT + 3] = rotor.m_r_am2 * about_v(defects.rotor_tilt_rad) @ [1.0, 0.0, 0.0]
     p[WEIGHT : WEIGHT + 3] = body.mass_kg * rotor.rotation.T @ body.gravity_m_per_s2
     p[DAMPING], p[SIDE_DAMPING] = rotor.lambda_per_s, body.side_damping_per_s
-    p[MU], p[HERTZ] = friction_coefficient(rotor), body.hertz_m_per_n13
+    p[MU], p[HERTZ] = friction_coefficient(rotor), rotor.contact * body.hertz_m_per_n13
     p[SLOWEST_SLIP], p[SLOWEST_SPIN] = REST_SLIP_M_PER_S, REST_SPIN_RAD_PER_S
     if conductance is not None:
         p[BACK : BACK + 9] = conductance.ravel()
@@ -75,7 +75,7 @@ def friction_coefficient(rotor: Rotor) -> float:
     force_n = 3 * rotor.m_r_am2 * rotor.b_0_t / body.distance_m
     if body.hertz_m_per_n13 == 0.0:
         return 0.0
-    radius_m = body.hertz_m_per_n13 * force_n ** (1 / 3)
+    radius_m = rotor.contact * body.hertz_m_per_n13 * force_n ** (1 / 3)
     return float(rotor.tf_over_i_rad_per_s2 * rotor.inertia_kg_m2 / (3 / 16 * np.pi * radius_m * force_n))
 
 

@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from sim_backend.options import EffectsOptions
+from sim_backend.rotor.rigid_body.acceleration import HERTZ, MU
+from sim_backend.rotor.rigid_body.parameters import body_parameters
 from sim_backend.rotor.rotor import effective
 from sim_backend.world.variation import Temperature, friction_factor, rotor_now
 from tests.kit.simulated_bench import Bench, options, specimen
@@ -18,6 +20,15 @@ def test_temperature_moves_f_nat_and_m_r_by_their_coefficients():
     assert warm.m_r_am2 / rotor.m_r_am2 == pytest.approx(1 - 0.0022)
     assert warm.inertia_kg_m2 == rotor.inertia_kg_m2
     assert warm.tf_over_i_rad_per_s2 == rotor.tf_over_i_rad_per_s2
+
+
+def test_friction_varies_with_the_contact_and_not_with_its_coefficient():
+    rotor = effective(specimen("jewel_imperfect"))
+    rough = rotor_now(rotor, effects(), 0.0, 1.7)
+    assert rough.tf_over_i_rad_per_s2 == pytest.approx(1.7 * rotor.tf_over_i_rad_per_s2)
+    before, now = body_parameters(rotor), body_parameters(rough)
+    assert now[MU] == pytest.approx(before[MU], rel=1e-12)
+    assert now[HERTZ] == pytest.approx(1.7 * before[HERTZ], rel=1e-12)
 
 
 def test_f_nat_scatters_by_the_papers_eight_hundredths_of_a_hertz():
