@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install kernels demo demo-emulated test check bench peers campaign attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -40,6 +40,10 @@ check: install
 campaign: install
 	HYPOTHESIS_PROFILE=campaign $(BIN)/pytest -m campaign -s
 	$(BIN)/python -m tests.campaigns.estimator_statistics $(CAMPAIGN)
+
+# A crowd against one daemon, five minutes; `make attack ATTACK='--seconds 3 --rx-s 5 --shots 20'` is a short one.
+attack: install
+	$(BIN)/python -m tests.campaigns.attack.campaign --page docs/attack.md $(ATTACK)
 
 # `make attack-api CASES=10` is a short one.
 CASES ?= 100

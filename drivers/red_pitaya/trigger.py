@@ -13,6 +13,7 @@ from drivers.errors import DeviceError, DeviceTimeout
 from drivers.red_pitaya.board import Board
 
 FOLLOW_S = 0.1
+LOOKS = 5  # at least, on a host so busy that one takes that long
 
 
 def start(boards: Sequence[Board]) -> None:
@@ -20,8 +21,10 @@ def start(boards: Sequence[Board]) -> None:
     boards[0].ask("RP:TRIGGER ON")
     deadline = time.monotonic() + FOLLOW_S
     for board in boards:
+        looks = 0
         while board.ask("RP:TRIGGER?")[0] != "ON":
-            if time.monotonic() < deadline:
+            looks += 1
+            if time.monotonic() < deadline or looks < LOOKS:
                 continue
             raise DeviceTimeout(
                 "the trigger did not reach the board",

@@ -8,7 +8,14 @@ from contextlib import contextmanager
 from dataclasses import asdict
 
 from drivers.errors import InputError
-from platform_daemon.estimation import LambdaMode, ReferenceRefusedError, SlidingFit, WindowFit, fit_sliding
+from platform_daemon.estimation import (
+    LambdaMode,
+    ReferenceRefusedError,
+    SlidingBounds,
+    SlidingFit,
+    WindowFit,
+    fit_sliding,
+)
 from platform_daemon.schemas import FlatnessReport, ParameterEstimate, SlidingReport, WindowFitReport
 
 from .fit_request import FitRefused
@@ -26,8 +33,9 @@ def slide_frame(
     *,
     terms: Sequence[str] = (),
     options: tuple[str, str] = ("window_s", "step_s"),
+    bounds: SlidingBounds | None = None,
 ) -> SlidingFit:
-    """Fit a frame window by window; options: what the caller calls the two lengths.
+    """Fit a frame window by window; options: what the caller calls the two lengths; bounds: how much it may be.
 
     Raises InputError for lengths that do not fit, FitRefused if they cannot be chosen, and what reading it raises.
     """
@@ -35,7 +43,9 @@ def slide_frame(
     record = measurement.signal(frame).record
     noise = measurement.noise().for_shot(record).model
     with _said_of(f"frame {frame}", options):
-        return fit_sliding(record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise)
+        return fit_sliding(
+            record, model_of(chosen), window_s, step_s, lambda_mode=lambda_mode, noise=noise, bounds=bounds
+        )
 
 
 @contextmanager

@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 import anyio
-from fastapi import Depends, Request
+from fastapi import Body, Depends, Request
 from fastapi import Path as InPath
 
 from platform_daemon.analysis import Library
 from platform_daemon.engine import Engine
+from platform_daemon.schemas import Confirmation
 
 ResultT = TypeVar("ResultT")
 EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
@@ -46,6 +47,10 @@ RecordingId = Annotated[
 ]
 Frame = Annotated[int, InPath(description="number of the frame, from 0", examples=[0])]
 ModelLabel = Annotated[str, InPath(description="NAME or NAME@VERSION of an adopted model", examples=["quiet@1"])]
+
+
+Confirmed = Annotated[Confirmation, Body(description="no values: `{}`, or nothing")]
+CONFIRMED = Confirmation()
 
 
 async def at_once(work: Callable[[], ResultT]) -> ResultT:

@@ -13,12 +13,13 @@ from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
 from platform_daemon.engine import AnyJob, UnknownId
-from platform_daemon.schemas import NoResult, Root
+from platform_daemon.schemas import NoResult, Root, Schema
 
 from .context import JobId, Shared, at_once
+from .pages import NEXT, Paged
 from .problems import problem, problems
 
-JobT = TypeVar("JobT")
+JobT = TypeVar("JobT", bound=Schema)
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,9 @@ class JobKind(Generic[JobT]):
     def add_routes(self, router: APIRouter) -> None:
         """GET all, GET one, DELETE one."""
 
-        def list_jobs(context: Shared) -> Any:
-            return self.listing(tuple(self.shown(job) for job in context.engine.jobs(self.name)))
+        def list_jobs(context: Shared, page: Paged) -> Any:
+            jobs = {job.identifier: job for job in context.engine.jobs(self.name)}
+            return page.as_json((key, self.shown(jobs[key])) for key in page.of(tuple(jobs)))
 
         def get_job(identifier: JobId, context: Shared) -> Any:
             return self.shown(context.engine.job(self.name, identifier))
@@ -87,8 +89,9 @@ class JobKind(Generic[JobT]):
             list_jobs,
             name=f"list_{self.plural}",
             summary=f"All {self.plural}",
-            description=f"All {self.plural} since the daemon's data folder began, oldest first.",
+            description=f"All {self.plural} since the daemon's data folder began, oldest first, page by page.",
             response_model=self.listing,
+            responses={**NEXT, **problems(422)},
         )
         router.add_api_route(
             "/{identifier}",

@@ -6,12 +6,18 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from .network.access import ACCESS, Takes
 from .problems import MEDIA_TYPE, WHEN
 
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
 INVALID = {"$ref": "#/components/schemas/HTTPValidationError"}
 _ID, _LABEL = {"identifier": "$response.body#/id"}, {"name": "$response.body#/label"}
 _FRAME = {**_ID, "frame": "$response.body#/shots/0/frame"}
+TOKEN = {
+    "type": "http",
+    "scheme": "bearer",
+    "description": "A token of `platform-daemon token add`; on loopback only needed once there are tokens.",
+}
 LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that take something from its answer
     "start_acquisition": {"get_acquisition": _ID, "cancel_acquisition": _ID},
     "get_acquisition": {"get_recording": {"identifier": "$response.body#/result/recording"}},
@@ -47,6 +53,7 @@ def complete_schema(app: FastAPI) -> None:
                     _complete(operation)
             for unused in ("HTTPValidationError", "ValidationError"):
                 schema["components"]["schemas"].pop(unused, None)
+            schema["components"]["securitySchemes"] = {"token": TOKEN}
             app.openapi_schema = schema
         return app.openapi_schema
 
@@ -54,6 +61,7 @@ def complete_schema(app: FastAPI) -> None:
 
 
 def _complete(operation: dict[str, Any]) -> None:
+    _secure(operation)
     for status, response in operation["responses"].items():
         schemas = [content.get("schema") for content in response.get("content", {}).values()]
         if PROBLEM in schemas or INVALID in schemas:
@@ -62,3 +70,22 @@ def _complete(operation: dict[str, Any]) -> None:
         elif int(status) < 300 and (links := LINKS.get(operation["operationId"])):
             response["links"] = {n: {"operationId": n, "parameters": p} for n, p in links.items()}
     operation["responses"] = dict(sorted(operation["responses"].items()))
+
+
+def _secure(operation: dict[str, Any]) -> None:
+    """Say which role it needs, and what the guard answers in its place."""
+    access, answers = ACCESS[operation["operationId"]], operation["responses"]
+    statuses = [413, 421, 429] + ([503] if access.takes is not Takes.NOTHING else [])
+    if access.role is not None:
+        # Both: whether a token is demanded is for the server to say.
+        operation["security"] = [{"token": []}, {}]
+        operation["description"] += f"\n\nRole: {access.role}."
+        statuses += [401, 403]
+    for status in statuses:
+        answers.setdefault(str(status), _declared(status))
+    if access.confirmed:  # optional for FastAPI, as the body may be empty; what must be is that it is said to be JSON
+        operation["requestBody"]["required"] = True
+
+
+def _declared(status: int) -> dict[str, Any]:
+    return {"description": WHEN[status], "content": {MEDIA_TYPE: {"schema": PROBLEM}}}

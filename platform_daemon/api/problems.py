@@ -20,14 +20,20 @@ from platform_daemon.engine import ShuttingDown, UnknownId
 from platform_daemon.schemas import Problem, UnreadableFile, to_json
 from platform_daemon.store import Broken, StorageError, UnknownRecording
 
+from .network.refusals import (
+    BodyTooLarge,
+    BodyTooSlow,
+    Busy,
+    ForeignHost,
+    ForeignOrigin,
+    RoleTooLow,
+    TooManyRequests,
+    Unauthenticated,
+    UnsupportedMediaType,
+)
+
 log = structlog.get_logger()
 MEDIA_TYPE = "application/problem+json"
-
-
-class UnsupportedMediaType(errors.InputError):
-    """The body of a request is not said to be JSON."""
-
-    title = "Unsupported media type"
 
 
 STATUS: dict[type[errors.PlatformError], int] = {
@@ -35,6 +41,14 @@ STATUS: dict[type[errors.PlatformError], int] = {
     UnknownModel: 404,
     UnknownRecording: 404,
     UnsupportedMediaType: 415,
+    BodyTooSlow: 408,
+    BodyTooLarge: 413,
+    ForeignHost: 421,
+    ForeignOrigin: 403,
+    RoleTooLow: 403,
+    Unauthenticated: 401,
+    TooManyRequests: 429,
+    Busy: 503,
     StorageError: 507,
     errors.InputError: 422,
     errors.DeviceTimeout: 504,
@@ -47,13 +61,19 @@ STATUS: dict[type[errors.PlatformError], int] = {
 
 
 WHEN = {
+    401: "No token, or one that is not valid",
+    403: "The token has another role, or a page of another server has asked",
     404: "There is nothing of that id or name",
     409: "It does not fit the state that the platform is in",
+    408: "The body did not come in time",
+    413: "The body is too large",
     415: "The body is not said to be JSON",
+    421: "The request names a host that this server is not",
     422: "The request is wrong, or cannot be carried out; nothing has moved",
+    429: "This client asks too often; Retry-After says how long to wait",
     500: "An error that nobody foresaw; the log has it",
     502: "A device failed",
-    503: "The daemon is shutting down and takes no work",
+    503: "The daemon is shutting down and takes no work, or has too much of it",
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }
@@ -115,7 +135,7 @@ def install(app: FastAPI) -> None:
     """Make the application answer every error in this form."""
 
     async def ours(request: Request, error: Exception) -> Response:
-        return _respond(problem(error, request.url.path))
+        return respond(error, request.url.path)
 
     async def validation(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
@@ -123,8 +143,9 @@ def install(app: FastAPI) -> None:
 
     async def http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
-        if error.status_code == 400:  # how FastAPI takes bytes that are no text
-            return _respond(problem(_no_json("the body is not text in UTF-8"), request.url.path))
+        if error.status_code == 400:  # how FastAPI takes what Python's reader of JSON gives up on
+            what = "the body is not text in UTF-8, is nested too deep, or holds a number that is too long"
+            return _respond(problem(_no_json(what), request.url.path))
         headers = dict(error.headers or {})
         remedy = "GET / lists what there is"
         if error.status_code == 405:  # Starlette names the methods of the first route only that has the path
@@ -144,6 +165,11 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(HTTPException, http)
     app.add_exception_handler(Exception, ours)
     app.add_exception_handler(errors.PlatformError, ours)
+
+
+def respond(error: Exception, path: str) -> Response:
+    """The answer of an error to a request for a path, with the headers that its kind has."""
+    return _respond(problem(error, path), getattr(error, "headers", None))
 
 
 def _allowed(request: Request, by_first: str) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from types import FrameType
 
-import uvicorn
-from fastapi import FastAPI
+from fastapi import APIRouter, FastAPI
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
@@ -13,6 +12,13 @@ from platform_daemon.engine import Engine
 
 from . import problems
 from .context import Context
+from .network.certificates import Certificate
+from .network.connections import BoundedServer, bounded_config
+from .network.front import Front
+from .network.lanes import Lanes
+from .network.limits import Limits
+from .network.policy import Network
+from .network.routes import refuse_unguarded
 from .openapi import complete_schema
 from .routes import (
     acquisitions,
@@ -49,8 +55,11 @@ TAGS = {
 }
 
 
-def create_api(context: Context) -> FastAPI:
-    """The application over an engine and its folders."""
+def create_api(context: Context, network: Network | None = None) -> FastAPI:
+    """The application over an engine and its folders; network: its rules, None: those of loopback without tokens.
+
+    Raises RuntimeError for a route that the table of access does not know.
+    """
     # Labs without internet must see the documentation page too: its scripts come from here, not from a CDN.
     app = FastAPIOffline(
         title="platform-daemon",
@@ -61,8 +70,7 @@ def create_api(context: Context) -> FastAPI:
         separate_input_output_schemas=False,
         responses=problems.problems(500),
     )
-    app.state.context = context
-    problems.install(app)
+    _guard(app, context, network or Network())
     for routes in (
         platform,
         catalogue,
@@ -77,18 +85,37 @@ def create_api(context: Context) -> FastAPI:
         characterisations,
         models,
     ):
-        app.include_router(routes.router)
+        _include(app, routes.router)
     complete_schema(app)
     return app
 
 
-class Server(uvicorn.Server):
+def create_stop_api(context: Context, network: Network) -> FastAPI:
+    """An application that can do nothing but stop, by the same rules, and say that it is there."""
+    app = FastAPI(title="platform-daemon", openapi_url=None, docs_url=None, redoc_url=None)
+    _guard(app, context, network)
+    only = APIRouter(routes=[r for r in platform.router.routes if getattr(r, "name", "") in ("stop", "get_health")])
+    _include(app, only)
+    return app
+
+
+def _guard(app: FastAPI, context: Context, network: Network) -> None:
+    """Give an application what its routes need, problems as answers, and the layer in front."""
+    app.state.context, app.state.network, app.state.lanes = context, network, Lanes(network.limits)
+    problems.install(app)
+    app.add_middleware(Front, network=network, respond=problems.respond)
+
+
+def _include(app: FastAPI, router: APIRouter) -> None:
+    refuse_unguarded(router.routes)
+    app.include_router(router)
+
+
+class Server(BoundedServer):
     """Outputs off comes first in the signal path: uvicorn's own shutdown can wait for clients that never leave."""
 
-    def __init__(self, app: FastAPI, engine: Engine, host: str, port: int) -> None:
-        super().__init__(
-            uvicorn.Config(app, host=host, port=port, log_config=None, timeout_graceful_shutdown=3, access_log=False)
-        )
+    def __init__(self, app: FastAPI, engine: Engine, limits: Limits, certificate: Certificate | None = None) -> None:
+        super().__init__(bounded_config(app, limits, certificate))
         self._engine = engine
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:

@@ -35,6 +35,7 @@ from .recordings import info, plot
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
+from .tokens import token_app
 from .tune import tune
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
@@ -42,6 +43,7 @@ app.add_typer(config_app, name="config")
 app.add_typer(bench_app, name="bench")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(models_app, name="models")
+app.add_typer(token_app, name="token")
 app.command()(adopt)
 app.command()(devices)
 app.command()(reset_amplifier)

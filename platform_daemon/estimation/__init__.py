@@ -89,6 +89,7 @@ periodogram: Power of windowed samples (channels, n), (channels, bins).
 CalibrationError: A calibration that cannot be applied.
 LambdaMode: How sliding windows treat the viscous loss: free, held, or held where it cannot be told.
 ReferenceRefusedError: The D30 fit, from which the length of the windows was to be taken, was refused.
+SlidingBounds: So many windows at most, and so many samples in all of them together.
 SlidingFit: Windows along one ring-down, and the D30 fit of the same record that they are compared with.
 WindowFit: The fit of one window.
 fit_sliding: Fit a ring-down window by window.

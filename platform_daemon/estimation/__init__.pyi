@@ -81,6 +81,7 @@ from .screening.spectral_lines import periodogram as periodogram
 from .sensitivity import CalibrationError as CalibrationError
 from .sliding_window import LambdaMode as LambdaMode
 from .sliding_window import ReferenceRefusedError as ReferenceRefusedError
+from .sliding_window import SlidingBounds as SlidingBounds
 from .sliding_window import SlidingFit as SlidingFit
 from .sliding_window import WindowFit as WindowFit
 from .sliding_window import fit_sliding as fit_sliding

@@ -30,6 +30,7 @@ from .screening.screening import refuse_few_periods, refuse_few_samples, refuse_
 
 _PER_PERIOD = 64.0  # enough for every harmonic that matters; more samples only add up
 _N50_S = 0.24
+_MOST_SAMPLES = 4_000_000  # three arrays of 32 MB; 100 s of 600 Hz
 _LARGEST_CONDITION = 1e12  # of the scaled Fisher matrix: beyond it nothing is determined
 
 
@@ -104,6 +105,10 @@ def _expected_normal_equations(
     """Normal equations of a record that has this very state; its matrix is the Fisher matrix."""
     rate = min(plan.sampling_rate_hz, _PER_PERIOD * plan.parameters["f_nat_hz"])
     samples = max(2, round(window_s * rate))
+    if samples > _MOST_SAMPLES:
+        raise ValueError(
+            f"the window holds {samples} samples, of which at most {_MOST_SAMPLES} are computed: shorten it"
+        )
     nothing, observable = np.zeros((3, samples)), state.observation.observable
     moments = Workspace(model).moments(state.dynamics, nothing, 0, samples, window_s / samples, observable)
     represented = plan.sampling_rate_hz * window_s / samples

@@ -33,6 +33,14 @@ class ReferenceRefusedError(ValueError):
 
 
 @dataclass(frozen=True)
+class SlidingBounds:
+    """So many windows at most, and so many samples in all of them together, which is what time goes by."""
+
+    windows: int
+    samples: int
+
+
+@dataclass(frozen=True)
 class WindowFit:
     """The fit of one window.
 
@@ -124,6 +132,7 @@ def fit_sliding(
     lambda_mode: LambdaMode = "auto",
     noise: NoiseModel | None = None,
     fixed: Mapping[str, float] | None = None,
+    bounds: SlidingBounds | None = None,
 ) -> SlidingFit:
     """Fit a ring-down window by window.
 
@@ -136,9 +145,11 @@ def fit_sliding(
             windows that cannot tell it from the friction; "free", "fixed": in none, in all.
         noise: measured elsewhere; None: from the record itself.
         fixed: parameters held in all windows, by name.
+        bounds: how much it may be; None: as much as is asked for.
 
     Raises:
-        ValueError: lengths that are not positive or longer than the record, an unknown variant or mode.
+        ValueError: lengths that are not positive or longer than the record, more windows than the bounds allow, an
+            unknown variant or mode.
         ReferenceRefusedError: no length was given while the D30 fit was refused.
     """
     if lambda_mode not in ("auto", "free", "fixed"):
@@ -149,7 +160,7 @@ def fit_sliding(
     length = _length(reference) if window_s is None else window_s
     step = length if step_s is None else step_s
     held = _held(reference, lambda_mode)
-    spans = _spans(record, length, step)
+    spans = _spans(record, length, step, bounds)
     windows = tuple(_fit_window(record, variant, *span, noise, held, always, lambda_mode) for span in spans)
     return SlidingFit(length, step, reference, windows)
 
@@ -166,13 +177,19 @@ def _length(reference: FitResult) -> float:
     return max(reference.window_s / _WINDOWS_PER_DECAY, shortest)
 
 
-def _spans(record: RingDownRecord, length_s: float, step_s: float) -> list[tuple[int, int]]:
+def _spans(
+    record: RingDownRecord, length_s: float, step_s: float, bounds: SlidingBounds | None
+) -> list[tuple[int, int]]:
     """First and last + 1 sample of every window that lies in the record whole."""
     rate, available = record.sampling_rate_hz, record.end - record.valid_from
     if not (1.0 <= length_s * rate <= available and 1.0 <= step_s * rate <= available):
         raise ValueError(f"windows and steps must be positive and within the {available / rate:.4g} s of the record")
     count = int(length_s * rate)
-    starts = (int(k * step_s * rate) for k in range(int((available - count) / (step_s * rate)) + 1))
+    windows = int((available - count) / (step_s * rate)) + 1
+    if bounds is not None and (windows > bounds.windows or windows * count > bounds.samples):
+        allowed = f"{bounds.windows} windows and {bounds.samples} samples in all"
+        raise ValueError(f"these are {windows} windows of {count} samples; at most {allowed} are fitted at once")
+    starts = (int(k * step_s * rate) for k in range(windows))
     return [(record.valid_from + first, record.valid_from + first + count) for first in starts]
 
 

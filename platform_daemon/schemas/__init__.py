@@ -1,5 +1,11 @@
 """What crosses a boundary: requests, results, jobs, problems, and the table of parameters with symbol and unit.
 
+TOKEN_NAME: What a token can be called, as a regular expression.
+AuditEntry: One line of the audit log.
+Confirmation: What a request holds that needs no values.
+Role: What the holder of a token may do.
+TokenRecord: A token as its file keeps it.
+TokenRecords: The file of the tokens.
 AcquisitionResult: What a series has brought so far.
 AcquisitionSummary: A series as it would be.
 SeriesReport: What `measure --json` writes.

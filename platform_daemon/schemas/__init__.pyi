@@ -1,3 +1,9 @@
+from .access import TOKEN_NAME as TOKEN_NAME
+from .access import AuditEntry as AuditEntry
+from .access import Confirmation as Confirmation
+from .access import Role as Role
+from .access import TokenRecord as TokenRecord
+from .access import TokenRecords as TokenRecords
 from .acquisitions import AcquisitionResult as AcquisitionResult
 from .acquisitions import AcquisitionSummary as AcquisitionSummary
 from .acquisitions import SeriesReport as SeriesReport

@@ -5,6 +5,11 @@ AngleSeries: A series of angles with an even clock.
 is_time_series: Does the file hold /time and /signal instead of a recording? Raises RecordingError if it cannot be
     opened.
 read_angles: Raises RecordingError naming file, HDF5 path, what was expected and a remedy.
+AuditLog: The audit log.
+TokenFile: Tokens by name.
+has_expired: Is a token past its last moment?
+audit_log_in: The audit log of a data folder, which a daemon may have open.
+tokens_in: The tokens of a data folder, which a daemon may have open.
 add_receive_calibration: A new version of a receive calibration, with what was measured.
 add_transmit_calibration: A new version of a transmit calibration.
 check_calibration_name: Raises InputError unless a file can be called so.
@@ -38,13 +43,14 @@ VersionedFolder: The versions in a folder, which need not exist before the first
 """
 
 from .angle_series import AngleSeries, is_time_series, read_angles
+from .audit import AuditLog
 from .calibrations import (
     add_receive_calibration,
     add_transmit_calibration,
     check_calibration_name,
     read_transmit_calibration,
 )
-from .data_folder import DataFolder, open_data_folder
+from .data_folder import DataFolder, audit_log_in, open_data_folder, tokens_in
 from .describe import describe
 from .dmdt_file import dmdt_file
 from .durable import write_file, write_new_file
@@ -55,11 +61,13 @@ from .joined_fits import joined_fits
 from .reader import open_recording, read_calibration
 from .recording import RESONATOR, Excitation, Recording, SequenceInfo, StepLabel
 from .series_writer import SeriesWriter
+from .tokens import TokenFile, has_expired
 from .versioned import Version, VersionedFolder
 
 __all__ = [
     "RESONATOR",
     "AngleSeries",
+    "AuditLog",
     "Broken",
     "DataFolder",
     "Excitation",
@@ -72,14 +80,17 @@ __all__ = [
     "ShotRecord",
     "StepLabel",
     "StorageError",
+    "TokenFile",
     "UnknownRecording",
     "Version",
     "VersionedFolder",
     "add_receive_calibration",
     "add_transmit_calibration",
+    "audit_log_in",
     "check_calibration_name",
     "describe",
     "dmdt_file",
+    "has_expired",
     "is_time_series",
     "joined_fits",
     "list_recordings",
@@ -89,6 +100,7 @@ __all__ = [
     "read_calibration",
     "read_transmit_calibration",
     "resolve",
+    "tokens_in",
     "write_file",
     "write_new_file",
 ]

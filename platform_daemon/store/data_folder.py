@@ -9,12 +9,17 @@ from typing import TextIO
 
 from drivers.errors import InputError
 
+from .audit import AuditLog
 from .recovery import recover
+from .tokens import TokenFile
+
+TOKENS, AUDIT = "tokens.json", "audit.jsonl"
 
 
 @dataclass(frozen=True)
 class DataFolder:
-    """Where a daemon keeps what it makes; `lock` is held as long as the process lives."""
+    """Where a daemon keeps what it makes: folders, the files `tokens` and `audit`, which need not exist; `lock` is held
+    as long as the process lives."""
 
     recordings: Path
     fits: Path
@@ -27,7 +32,19 @@ class DataFolder:
     resonators: Path
     sequences: Path
     presets: Path
+    tokens: Path
+    audit: Path
     lock: TextIO
+
+
+def tokens_in(folder: Path) -> TokenFile:
+    """The tokens of a data folder, which a daemon may have open."""
+    return TokenFile(folder / TOKENS)
+
+
+def audit_log_in(folder: Path) -> AuditLog:
+    """The audit log of a data folder, which a daemon may have open."""
+    return AuditLog(folder / AUDIT)
 
 
 def open_data_folder(folder: Path) -> DataFolder:
@@ -48,6 +65,7 @@ def open_data_folder(folder: Path) -> DataFolder:
         lock.close()
         remedy = "stop it, or give this one another --data folder"
         raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
-    made = DataFolder(**{name: folder / name for name in names}, lock=lock)
+    files = {"tokens": folder / TOKENS, "audit": folder / AUDIT}
+    made = DataFolder(**{name: folder / name for name in names}, **files, lock=lock)
     recover(made.recordings)
     return made

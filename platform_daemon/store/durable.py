@@ -13,14 +13,15 @@ PART = ".part"
 """Suffix of a file that is still being written; whoever finds one after a crash may delete it."""
 
 
-def write_file(target: Path, content: bytes) -> None:
-    """`target` with `content`, whole or not at all, in the place of what was there.
+def write_file(target: Path, content: bytes, mode: int = 0o666) -> None:
+    """`target` with `content`, whole or not at all, in the place of what was there; mode: of the file, less the umask.
 
     Raises StorageError; no part file stays behind then, nor what another thread or process writes at the same time.
     """
     part = _part_of(target)
     try:
-        part.write_bytes(content)
+        with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
+            file.write(content)
         publish(part, target)
     except OSError as error:
         raise storage_error(target, error) from error

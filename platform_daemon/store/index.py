@@ -39,27 +39,39 @@ class Broken:
 
 @dataclass(frozen=True)
 class Listing:
-    """Everything in the folder, sorted by name; broken files are reported, never hidden."""
+    """Everything in the folder, sorted by name; broken files are reported, never hidden.
+
+    last: name of the last file that was looked at, if others come after it.
+    """
 
     recordings: tuple[Entry, ...]
     broken: tuple[Broken, ...]
+    last: str | None = None
 
 
-def list_recordings(folder: Path | str) -> Listing:
-    """The recordings in `folder` (not below it); reads no volts.  A folder that does not exist is empty."""
-    entries, broken, seen = [], [], set()
-    for path in _files(Path(folder)):
+def list_recordings(folder: Path | str, *, after: str = "", limit: int | None = None) -> Listing:
+    """The recordings in `folder` (not below it); reads no volts.  A folder that does not exist is empty.
+
+    after, limit: only so many files whose names come after this one; no other file is opened.
+    """
+    entries, broken = [], []
+    files = list(_files(Path(folder)))
+    ids: dict[str, Path] = {}
+    for path in files:
+        ids.setdefault(path.stem, path)
+    wanted = [path for path in files if path.name > after]
+    for path in wanted[:limit]:
         try:
-            if path.stem in seen:
+            if ids[path.stem] != path:
                 what, remedy = "another file has the same id", "rename one of them"
                 raise RecordingError(what, where=str(path), remedy=remedy)
-            seen.add(path.stem)
             entries.append(_entry(path))
         except RecordingError as error:
             broken.append(Broken(path.stem, path, error))
         except FileNotFoundError:
             continue  # deleted while we were looking
-    return Listing(tuple(entries), tuple(broken))
+    more = limit is not None and len(wanted) > limit
+    return Listing(tuple(entries), tuple(broken), wanted[limit - 1].name if limit is not None and more else None)
 
 
 def resolve(folder: Path | str, identifier: str) -> Path:

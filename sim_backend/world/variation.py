@@ -69,9 +69,9 @@ def scattered(rotor: Rotor, sd_rad: float, rng: np.random.Generator) -> Rotor:
 def rotor_now(rotor: Rotor, effects: EffectsOptions, deviation_k: float, friction: float) -> Rotor:
     """The rotor in one shot.  The inertia does not depend on temperature; the drive coefficient m_r/I does.
 
-    T_f varies with the patch that the jewel happens to stand on, of a rigid body too: by eq:tf it grows with mu and with
-    the radius of the contact, and only one of them may do it. A varying mu would let the sphere slip at another field
-    each time, so that side modes came anywhere between 460 and 700 uT.
+    T_f varies with the patch that the jewel happens to stand on, of a rigid body too: by eq:tf it grows with mu and
+    with the radius of the contact, and only one of them may do it. A varying mu would let the sphere slip at another
+    field each time, so that side modes came anywhere between 460 and 700 uT.
     """
     warm = effects.temperature
     return replace(

@@ -19,7 +19,7 @@ def client(tmp_path_factory):
     catalogue = open_catalogue(folder.resonators, folder.sequences)
     engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs), catalogue=catalogue)
     api = create_api(create_context(engine, folder))
-    with TestClient(api, raise_server_exceptions=False) as test_client:
+    with TestClient(api, raise_server_exceptions=False, base_url="http://127.0.0.1") as test_client:
         test_client.folder = folder
         # Made first, at rest: what still swings after a cancelled series can make a shot too weak for a fit.
         answer = test_client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 2, "operator": "me"})

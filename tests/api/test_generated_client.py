@@ -148,7 +148,7 @@ def test_a_sweep_is_watched_step_by_step_and_its_frames_know_their_steps(api: An
     assert [step.values[0].value for step in job.result.steps] == [200, 300]
     assert job.result.steps[1].results["phi_max_rad"].median > 0.4
     assert [frame.step for frame in asked(api, "get_recording", job.result.recording).shots] == [1, 2]
-    assert asked(api, "pause_procedure", job.id).status == 409
+    assert asked(api, "pause_procedure", job.id, body=m.Confirmation()).status == 409
 
 
 def test_design_and_defects_are_typed_down_to_the_vectors_of_a_step(api: Any) -> None:

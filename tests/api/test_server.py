@@ -81,7 +81,7 @@ def test_a_latched_trip_is_cleared_by_its_own_command(client):
     failed = finished(client, client.post("/acquisitions", json=SHORT_JEWEL).headers["location"])
     assert failed["error"]["type"] == "/problems/device-fault"
     assert "reset" in failed["error"]["remedy"]
-    answer = client.post("/devices/power_amplifier/reset")
+    answer = client.post("/devices/power_amplifier/reset", json={})
     assert answer.status_code == 200
     assert answer.json()["fault"] == "over-current"
     assert answer.json()["power_amplifier"]["fault"] is None
@@ -93,7 +93,7 @@ def test_a_fault_is_not_cleared_under_a_running_series(client):
     location = client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 1000}).headers["location"]
     while client.get(location).json()["state"] == "queued":
         time.sleep(0.01)
-    answer = client.post("/devices/power_amplifier/reset")
+    answer = client.post("/devices/power_amplifier/reset", json={})
     assert answer.status_code == 409
     assert answer.json()["where"] == "power_amplifier"
     client.delete(location)
@@ -316,7 +316,9 @@ def test_a_daemon_that_shuts_down_takes_no_work_and_says_so(tmp_path):
     folder = open_data_folder(tmp_path)
     shutil.copyfile(DATA / "example_jewel.mmr.h5", folder.recordings / "ours.h5")
     engine = start_engine(load_platform("simulated"))
-    with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as stopping:
+    with TestClient(
+        create_api(create_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
+    ) as stopping:
         engine.close()
         asked = {
             "/acquisitions": SHORT_JEWEL,

@@ -21,7 +21,7 @@ from platform_daemon.api.context import EXAMPLE_RECORDING
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.daemon_process import daemon
 from tests.kit.data import DATA
-from tests.kit.rest import finished
+from tests.kit.rest import finished, pages
 
 CONFIG = Path(__file__).parents[1] / "api/schemathesis.toml"
 PROGRAM = Path(sys.executable).with_name("schemathesis")
@@ -59,8 +59,7 @@ def _prepare(client: httpx2.Client, recordings: Path) -> None:
 def _cancel_all(client: httpx2.Client, ended: threading.Event) -> None:
     while not ended.wait(PATIENCE_S):
         for kind in ("procedures", "acquisitions", "calibrations", "fits", "diagnoses"):
-            jobs = client.get(f"/{kind}").json()
-            for job in jobs:
+            for job in (job for page in pages(client, f"/{kind}", 1000) for job in page):
                 if job["state"] in ("queued", "running"):
                     client.delete(job["links"]["self"])
 

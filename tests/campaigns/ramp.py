@@ -4,8 +4,9 @@ python -m tests.campaigns.ramp --page docs/ramp-study.md --journal ramps.jsonl
 python -m tests.campaigns.ramp --only "thread, as shipped" --ramps 10
 
 Every shot is what the world's rotor does from rest at that field, found once every 2 uT, and noise that the world makes
-anew for each shot: that of the paper's receivers, or a multiple.  Detector, sequential test and escalation are those of
-the program; engine and calibration are left out, and so is friction that scatters from shot to shot.
+anew for each shot: that of the paper's receivers, or a multiple.  With scatter every shot is one of its own: friction,
+contact, orientation, temperature vary as the world has them, and the threshold beside is that without.  Detector,
+sequential test and escalation are those of the program; engine and calibration are left out.
 """
 
 from __future__ import annotations
@@ -45,6 +46,7 @@ class Case:
     tilt_deg: float | None = None
     friction: float | None = None
     ramps: int = 100
+    scatter: bool = False
 
     @property
     def rx_s(self) -> float:
@@ -59,6 +61,8 @@ CASES = (
     Case("thread, tilt 1.5 deg", "thread_imperfect", (80, 300), tilt_deg=1.5, ramps=20),
     Case("jewel, as shipped", "jewel_imperfect", SHIPPED["jewel"]),
     Case("jewel, 3 times the noise", "jewel_imperfect", SHIPPED["jewel"], 3.0),
+    Case("jewel, scatter from shot to shot", "jewel_imperfect", SHIPPED["jewel"], scatter=True),
+    Case("thread, scatter from shot to shot", "thread_imperfect", SHIPPED["thread"], ramps=20, scatter=True),
     Case("jewel, half the friction", "jewel_imperfect", (300, 700), friction=600.0, ramps=20),
     Case("thread without side modes", "thread", (100, 300), ramps=500),
     Case("thread without side modes, 3 times the noise", "thread", (100, 300), 3.0, ramps=500),
@@ -123,8 +127,12 @@ def dipole(bench: Bench, field_t: float, rx_s: float) -> NDArray[np.float64]:
 def ramp(case: Case, rotor: Rotor, seed: int) -> Outcome:
     """One ramp to its end."""
     receivers = Bench(None, noise__scale=case.noise, seed=seed + 1)
+    varied = Bench(case.specimen, noise__scale=case.noise, seed=seed + 1) if case.scatter else None
 
     def shot(field_t: float) -> NDArray[np.float64]:
+        if varied is not None:
+            varied.backend.world.hold_still()
+            return dipole(varied, field_t, case.rx_s)
         return rotor.at(field_t)[0] + dipole(receivers, 0.0, case.rx_s)
 
     asked = RampRequest(kind="ramp", acquisition={"resonator": case.specimen})  # type: ignore[arg-type]

@@ -16,6 +16,16 @@ def finished(client, location):
     raise AssertionError(f"{location} did not end")
 
 
+def pages(client, path, limit=None):
+    """Every page of a list from the first one on."""
+    link = path if limit is None else f"{path}?limit={limit}"
+    while link is not None:
+        answer = client.get(link)
+        assert answer.status_code == 200, answer.text
+        yield answer.json()
+        link = answer.links.get("next", {}).get("url")
+
+
 def problem(answer, status):
     """The body of an answer, which must be a problem (RFC 9457) with that status."""
     assert answer.status_code == status

@@ -40,7 +40,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespa
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
     engine = start_engine(load_platform("simulated"))
     try:
-        with TestClient(create_api(create_context(engine, folder))) as client:
+        with TestClient(create_api(create_context(engine, folder)), base_url="http://127.0.0.1") as client:
             for kind in ("receive", "transmit"):
                 body = {"kind": kind, "name": kind, "frequencies_hz": [212.0, 424.0], "repetitions": 1}
                 made = result_of(client, client.post("/calibrations", json=body))["calibration"]

@@ -32,7 +32,7 @@ def test_every_command_has_a_case(tmp_path):
     assert asked <= met
 
 
-GROUPS = (("config",), ("bench",), ("calibrate",), ("models",))
+GROUPS = (("config",), ("bench",), ("calibrate",), ("models",), ("token",))
 
 
 def _commands(place, *group):

@@ -36,6 +36,7 @@ PAGES = (
                 "tasks",
                 "design",
                 "rest",
+                "network",
                 "procedures",
                 "characterise",
                 "excitation",

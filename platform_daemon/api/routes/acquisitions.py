@@ -9,9 +9,10 @@ from platform_daemon.schemas import AcquisitionJob, AcquisitionJobs, Acquisition
 
 from ..context import Shared
 from ..job_routes import JobKind
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(prefix="/acquisitions", tags=["acquisitions"])
+router = APIRouter(prefix="/acquisitions", tags=["acquisitions"], route_class=GuardedRoute)
 
 
 def _links(job: AnyJob) -> dict[str, str]:

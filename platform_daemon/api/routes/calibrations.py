@@ -14,11 +14,12 @@ from platform_daemon.schemas import (
     CalibrationsInUse,
 )
 
-from ..context import JobId, Shared
+from ..context import CONFIRMED, Confirmed, JobId, Shared
 from ..job_routes import JobKind
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(prefix="/calibrations", tags=["calibrations"])
+router = APIRouter(prefix="/calibrations", tags=["calibrations"], route_class=GuardedRoute)
 
 
 def _links(job: AnyJob) -> dict[str, str]:
@@ -64,8 +65,10 @@ def adopt_calibration(body: ActivationRequest, context: Shared) -> CalibrationsI
 CALIBRATIONS.add_routes(router)
 
 
-@router.post("/{identifier}/continue", summary="What was asked of the operator is done", responses=problems(404, 409))
-def continue_calibration(identifier: JobId, context: Shared) -> CalibrationJob:
+@router.post(
+    "/{identifier}/continue", summary="What was asked of the operator is done", responses=problems(404, 409, 415, 422)
+)
+def continue_calibration(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> CalibrationJob:
     """The reference dipole is turned, or the probe is in its place: go on."""
     job = context.engine.job("calibration", identifier)
     if job.question is None:

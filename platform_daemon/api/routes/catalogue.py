@@ -25,9 +25,11 @@ from platform_daemon.settings import load_sequence, load_specimen
 from platform_daemon.store import Broken
 
 from ..context import Shared
+from ..network.routes import GuardedRoute
+from ..pages import NEXT, Paged
 from ..problems import problems, unreadable
 
-router = APIRouter(tags=["catalogue"])
+router = APIRouter(tags=["catalogue"], route_class=GuardedRoute)
 ContentT = TypeVar("ContentT", bound=BaseModel)
 NewName = Annotated[
     str,
@@ -49,8 +51,8 @@ def _example(content: dict[str, Any]) -> dict[int | str, dict[str, Any]]:
     return {200: {"content": {"application/json": {"example": content}}}}
 
 
-@router.get("/resonators", summary="Resonators that can be measured")
-def list_resonators(context: Shared) -> ResonatorListing:
+@router.get("/resonators", summary="Resonators that can be measured", responses={**NEXT, **problems(422)})
+def list_resonators(context: Shared, page: Paged) -> ResonatorListing:
     """Resonators by the name to use in an acquisition, with variant and preset, a tuned one where there is one.
 
     What was added is there by NAME, its newest version, and by NAME@VERSION; what cannot be read with the reason.
@@ -67,7 +69,8 @@ def list_resonators(context: Shared) -> ResonatorListing:
         sequence = presets[found.variant].model_copy(update=tuned.changes())
         return ResonatorInfo(name=found.name, variant=found.variant, sequence=sequence)
 
-    return ResonatorListing({n: shown(n, each) for n, each in context.engine.catalogue.resonators.all().items()})
+    found = page.part_of(context.engine.catalogue.resonators.all())
+    return ResonatorListing({name: shown(name, each) for name, each in found.items()})
 
 
 @router.post("/resonators", summary="Add a resonator", status_code=201, responses=problems(415, 422, 507))
@@ -86,11 +89,11 @@ def get_resonator(name: Name, context: Shared) -> Specimen:
     return _found(context.engine.catalogue.resonators, name)
 
 
-@router.get("/sequences", summary="Sequences that have a name")
-def list_sequences(context: Shared) -> SequenceListing:
+@router.get("/sequences", summary="Sequences that have a name", responses={**NEXT, **problems(422)})
+def list_sequences(context: Shared, page: Paged) -> SequenceListing:
     """Sequences by the name to use as `preset` of an acquisition, with the keys that they set; what cannot be read
     with the reason."""
-    found = context.engine.catalogue.sequences.all()
+    found = page.part_of(context.engine.catalogue.sequences.all())
     return SequenceListing({n: unreadable(each) if isinstance(each, Broken) else each for n, each in found.items()})
 
 

@@ -13,9 +13,10 @@ from platform_daemon.store import resolve as path_of
 
 from ..context import JobId, Shared
 from ..job_routes import JobKind, page_of
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(prefix="/characterisations", tags=["characterisations"])
+router = APIRouter(prefix="/characterisations", tags=["characterisations"], route_class=GuardedRoute)
 
 
 def _links(job: AnyJob) -> dict[str, str]:

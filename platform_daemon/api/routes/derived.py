@@ -24,7 +24,7 @@ from platform_daemon.analysis import (
     why_refused,
 )
 from platform_daemon.engine import UnknownId
-from platform_daemon.estimation import RingDownModel
+from platform_daemon.estimation import RingDownModel, SlidingBounds
 from platform_daemon.schemas import (
     PAPER_DEFLECTION_DEG,
     DerivedReport,
@@ -38,10 +38,12 @@ from platform_daemon.schemas import (
 from platform_daemon.store import resolve as path_of
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
+from ..costs import MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES, check_file, check_frame
 from ..job_routes import result_of
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(tags=["derived"])
+router = APIRouter(tags=["derived"], route_class=GuardedRoute)
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 
@@ -111,8 +113,11 @@ def get_sliding(
     Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
     (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
     """
-    measurement = open_measurement(path_of(context.recordings, identifier))
-    found = slide_frame(measurement, frame, variant, window_s, step_s, damping, terms=term or ())
+    path = path_of(context.recordings, identifier)
+    check_file(path)
+    bounds = SlidingBounds(MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES)
+    measurement, terms = open_measurement(path), term or ()
+    found = slide_frame(measurement, frame, variant, window_s, step_s, damping, terms=terms, bounds=bounds)
     return sliding_report(found).model_copy(update={"recording": identifier, "frame": frame})
 
 
@@ -121,7 +126,9 @@ def get_sliding(
 )
 def get_harmonics(identifier: RecordingId, frame: Frame, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    found = frame_harmonics(open_voltages(path_of(context.recordings, identifier)), frame)
+    measurement = open_voltages(path_of(context.recordings, identifier))
+    check_frame(measurement.recording)
+    found = frame_harmonics(measurement, frame)
     return ShotHarmonics(found.model_copy(update={"recording": identifier}))
 
 

@@ -13,9 +13,10 @@ from platform_daemon.engine import UnknownId
 from platform_daemon.schemas import DefectsReport, DefectsRequest, DesignReport
 
 from ..context import Context, Shared
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(tags=["design"])
+router = APIRouter(tags=["design"], route_class=GuardedRoute)
 Name = Annotated[str, Path(description="NAME, or NAME@VERSION of what was added", examples=["jewel"])]
 PNG: dict[int | str, dict[str, Any]] = {
     200: {"content": {"image/png": {"schema": {"type": "string", "format": "binary"}}}}

@@ -20,9 +20,10 @@ from platform_daemon.store import resolve as path_of
 
 from ..context import JobId, Shared
 from ..job_routes import JobKind, page_of, result_of
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(prefix="/diagnoses", tags=["diagnoses"])
+router = APIRouter(prefix="/diagnoses", tags=["diagnoses"], route_class=GuardedRoute)
 AGAIN = "diagnose anew"
 
 

@@ -11,9 +11,10 @@ from platform_daemon.store import resolve as path_of
 
 from ..context import Shared
 from ..job_routes import JobKind
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(prefix="/fits", tags=["fits"])
+router = APIRouter(prefix="/fits", tags=["fits"], route_class=GuardedRoute)
 FITS = JobKind(
     "fit",
     "fits",

@@ -8,21 +8,25 @@ from platform_daemon.estimation import MODELS, TERMS
 from platform_daemon.schemas import AdoptedModelReport, AdoptedModelSummary, ModelListing, RetirementRequest
 
 from ..context import ModelLabel, Shared
+from ..network.routes import GuardedRoute
+from ..pages import NEXT, Paged
 from ..problems import problems, unreadable
 
-router = APIRouter(prefix="/models", tags=["models"])
+router = APIRouter(prefix="/models", tags=["models"], route_class=GuardedRoute)
 
 
-@router.get("", summary="Models that a fit can use")
-def list_models(context: Shared) -> ModelListing:
+@router.get("", summary="Models that a fit can use", responses={**NEXT, **problems(422)})
+def list_models(context: Shared, page: Paged) -> ModelListing:
     """Declared models and further torque terms by name; every version of every adopted model, and every file that
     holds none with the reason."""
-    adopted, broken = context.models.all()
+    models, files = context.models.all()
+    adopted, broken = {m.label: m for m in models}, {each.identifier: each for each in files}
+    here = set(page.of((*adopted, *(name for name in broken if name not in adopted))))
     return ModelListing(
         declared=tuple(MODELS),
         terms=tuple(TERMS),
-        adopted=tuple(m.summary() for m in adopted),
-        broken=tuple(map(unreadable, broken)) or None,
+        adopted=tuple(m.summary() for label, m in adopted.items() if label in here),
+        broken=tuple(unreadable(each) for name, each in broken.items() if name in here) or None,
     )
 
 

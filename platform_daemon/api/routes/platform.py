@@ -19,10 +19,11 @@ from platform_daemon.schemas import (
     StopReport,
 )
 
-from ..context import Shared, at_once
+from ..context import CONFIRMED, Confirmed, Shared, at_once
+from ..network.routes import GuardedRoute
 from ..problems import problem_kinds, problems
 
-router = APIRouter(tags=["platform"])
+router = APIRouter(tags=["platform"], route_class=GuardedRoute)
 PATHS = (
     *("platform", "devices", "acquisitions", "procedures", "calibrations", "recordings", "fits", "diagnoses"),
     *("characterisations", "models", "resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
@@ -75,9 +76,9 @@ async def stop(context: Shared) -> StopReport:
 @router.post(
     "/devices/power_amplifier/reset",
     summary="Clear the amplifier's latched fault after a trip",
-    responses=problems(409, 502, 504),
+    responses=problems(409, 415, 422, 502, 504),
 )
-def reset_amplifier(context: Shared) -> FaultReset:
+def reset_amplifier(context: Shared, body: Confirmed = CONFIRMED) -> FaultReset:
     """Find the cause of the trip first.
 
     Puts no power out: the amplifier is disabled and muted afterwards, and the next series begins with its self-test.

@@ -16,11 +16,12 @@ from platform_daemon.schemas import (
     ProcedureSummary,
 )
 
-from ..context import Context, JobId, Shared
+from ..context import CONFIRMED, Confirmed, Context, JobId, Shared
 from ..job_routes import JobKind, page_of
+from ..network.routes import GuardedRoute
 from ..problems import problems
 
-router = APIRouter(prefix="/procedures", tags=["procedures"])
+router = APIRouter(prefix="/procedures", tags=["procedures"], route_class=GuardedRoute)
 
 
 def _links(job: AnyJob) -> dict[str, str]:
@@ -72,9 +73,12 @@ PROCEDURES.add_routes(router)
 
 
 @router.post(
-    "/{identifier}/pause", summary="Rest at the next safe point", status_code=202, responses=problems(404, 409)
+    "/{identifier}/pause",
+    summary="Rest at the next safe point",
+    status_code=202,
+    responses=problems(404, 409, 415, 422),
 )
-def pause_procedure(identifier: JobId, context: Shared) -> ProcedureJob:
+def pause_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> ProcedureJob:
     """Rest after the shot under way, with outputs off, until it is resumed; other jobs run meanwhile.
 
     A pause longer than `longest_pause_s` of the request ends the procedure.
@@ -84,8 +88,10 @@ def pause_procedure(identifier: JobId, context: Shared) -> ProcedureJob:
     return PROCEDURES.shown(job)
 
 
-@router.post("/{identifier}/resume", summary="Go on after a pause", status_code=202, responses=problems(404, 409))
-def resume_procedure(identifier: JobId, context: Shared) -> ProcedureJob:
+@router.post(
+    "/{identifier}/resume", summary="Go on after a pause", status_code=202, responses=problems(404, 409, 415, 422)
+)
+def resume_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> ProcedureJob:
     """Go on with the shots that are missing; nothing happens if it is not paused."""
     job = _alive(identifier, context)
     job.pause_requested.clear()

@@ -26,12 +26,15 @@ from platform_daemon.store import Recording, describe, dmdt_file, open_recording
 from platform_daemon.store import list_recordings as recordings_in
 
 from ..context import Frame, RecordingId, Shared
+from ..costs import check_frame, check_sent
+from ..network.routes import GuardedRoute
+from ..pages import NEXT, Paged
 from ..problems import problems, unreadable
 
-router = APIRouter(prefix="/recordings", tags=["recordings"])
+router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=GuardedRoute)
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
 BINARY = {"schema": {"type": "string", "format": "binary"}}
-Points = Annotated[int, Query(ge=2, le=100_000, description="at most so many points per channel")]
+Points = Annotated[int, Query(ge=2, le=20_000, description="at most so many points per channel")]
 Start = Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")]
 Stop = Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")]
 
@@ -41,10 +44,12 @@ def opened(identifier: str, context: Shared) -> Recording:
     return open_recording(resolve(context.recordings, identifier))
 
 
-@router.get("", summary="All recordings")
-def list_recordings(context: Shared) -> RecordingListing:
-    """Every recording, and every file that cannot be read with the reason."""
-    found = recordings_in(context.recordings)
+@router.get("", summary="All recordings", responses={**NEXT, **problems(422)})
+def list_recordings(context: Shared, page: Paged) -> RecordingListing:
+    """Every recording, and every file that cannot be read with the reason; by name, page by page."""
+    found = recordings_in(context.recordings, after=page.after or "", limit=page.limit)
+    if found.last is not None:
+        page.goes_on_after(found.last)
     return RecordingListing(
         recordings=tuple(
             RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
@@ -160,8 +165,9 @@ def get_dmdt_h5(
 
 
 def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: float | None) -> _Cut:
-    """Raises UnknownRecording, RecordingError, InputError for a range that is empty or leaves the RX window."""
+    """Raises UnknownRecording, RecordingError, TooCostly, InputError for a range without samples."""
     recording = opened(identifier, context)
+    check_frame(recording)
     rate = recording.sequence.rate_hz
     signal = calibrated_signal(recording.rx_volts(frame), rate, recording.calibration)
     record, assumed = signal.record, signal.notes
@@ -203,12 +209,14 @@ def _download(cut: _Cut, suffix: str, body: bytes) -> Response:
 
 
 def _npy(cut: _Cut) -> bytes:
+    check_sent(cut.samples.size)
     buffer = io.BytesIO()
     np.save(buffer, np.ascontiguousarray(cut.samples))
     return buffer.getvalue()
 
 
 def _h5(cut: _Cut) -> bytes:
+    check_sent(cut.samples.size)
     said = cut.recording.provenance if cut.record.quantity != "dmdt" else None
     names = () if said is None else said.channel_names
     return dmdt_file(

@@ -19,7 +19,9 @@ def client(tmp_path_factory):
 
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
     engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs))
-    with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as test_client:
+    with TestClient(
+        create_api(create_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
+    ) as test_client:
         test_client.folder, test_client.engine = folder, engine
         yield test_client
     engine.close()
@@ -58,10 +60,10 @@ def test_waits_for_the_operator_and_goes_on_when_told(client, monkeypatch):
     location = client.post("/calibrations", json=SHORT).headers["location"]
     for axis in "xyz":
         job = until(client, location, lambda j, a=axis: j["question"] and f"along {a}" in j["question"])
-        assert client.post(job["links"]["continue"]).status_code == 200
+        assert client.post(job["links"]["continue"], json={}).status_code == 200
     job = until(client, location, ended)
     assert (job["state"], job["question"]) == ("done", None)
-    assert client.post(f"{location}/continue").status_code == 409
+    assert client.post(f"{location}/continue", json={}).status_code == 409
 
 
 def test_a_waiting_calibration_can_be_cancelled_and_leaves_no_file(client, monkeypatch):

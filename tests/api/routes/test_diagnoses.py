@@ -25,7 +25,9 @@ def client(tmp_path_factory):
     hidden = f'backends.simulated.undeclared=[{{id="coulomb_friction", strength={FRICTION}}}]'
     calm = [f"backends.simulated.effects.{e}.enabled=false" for e in ("temperature", "wear")]
     engine = start_engine(load_platform("simulated", [hidden, *calm]), JobRecords(folder.jobs), Library(folder.models))
-    with TestClient(create_api(create_context(engine, folder)), raise_server_exceptions=False) as test_client:
+    with TestClient(
+        create_api(create_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
+    ) as test_client:
         test_client.folder = folder
         yield test_client
     engine.close()

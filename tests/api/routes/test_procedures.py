@@ -62,13 +62,13 @@ def test_a_sweep_is_planned_accepted_and_ends_with_typed_steps_and_one_recording
 def test_it_is_paused_resumed_and_cancelled(client):
     location = client.post("/procedures", json=sweep_request(shots=50)).headers["location"]
     until(client, location, lambda job: job["progress"]["done"] > 1)
-    paused = client.post(f"{location}/pause")
+    paused = client.post(f"{location}/pause", json={})
     assert (paused.status_code, paused.json()["paused"]) == (202, True)
     job = until(client, location, lambda job: job["progress"]["phase"] == "paused")
     assert job["progress"]["time_left_s"] is None
     assert "resume" in job["links"]
     assert client.get("/platform").json()["running"] is None
-    resumed = client.post(f"{location}/resume")
+    resumed = client.post(f"{location}/resume", json={})
     assert (resumed.status_code, resumed.json()["paused"]) == (202, False)
     further = until(client, location, lambda now: now["progress"]["done"] > job["progress"]["done"])
     assert "pause" in further["links"]
@@ -78,7 +78,7 @@ def test_it_is_paused_resumed_and_cancelled(client):
     assert job["result"]["stopped"] == "cancelled"
     assert client.get(f"/recordings/{job['id']}").json()["incomplete"] == "stopped after 0 of 3 steps: cancelled"
     for what in ("pause", "resume"):
-        body = problem(client.post(f"{location}/{what}"), 409)
+        body = problem(client.post(f"{location}/{what}", json={}), 409)
         assert body["detail"].startswith(f"{job['id']}: the procedure has ended")
 
 

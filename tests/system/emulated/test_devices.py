@@ -77,7 +77,9 @@ def test_over_rest_a_device_that_was_lost_says_so_and_keeps_its_last_error(lab_o
     lab = lab_of_its_own()
     engine = start_engine(lab.file())
     try:
-        with TestClient(create_api(create_context(engine, open_data_folder(tmp_path)))) as client:
+        with TestClient(
+            create_api(create_context(engine, open_data_folder(tmp_path))), base_url="http://127.0.0.1"
+        ) as client:
             rows = rows_once(client, lambda rows: "io_card" in rows)
             assert all(row["error"] is None for row in rows.values())
             other = intruder(lab)

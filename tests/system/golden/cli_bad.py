@@ -73,6 +73,10 @@ BAD: dict[str, tuple[str, ...]] = {
     "calibrate-name": ("calibrate", "transmit", "--out", ".", "--name", "../x"),
     "emulate-config": ("emulate", "--config", "nowhere.toml"),
     "serve-port": ("serve", "--port", "99999"),
+    "serve-network": ("serve", "--host", "0.0.0.0"),
+    "token-name": ("token", "add", "local", "--role", "viewer"),
+    "token-unknown": ("token", "revoke", "ann"),
+    "token-none": ("token", "list"),
 }
 
 

@@ -50,7 +50,7 @@ def _platform(daemon: Daemon) -> None:
     for name in ("acquisitions", "calibrations", "fits", "diagnoses", "characterisations"):
         daemon.ask(f"platform/no-{name}", "GET", f"/{name}")
     daemon.ask("platform/no-live", "GET", "/live/harmonics")
-    daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset")
+    daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset", json={})
 
 
 def _catalogue(daemon: Daemon) -> None:
@@ -166,7 +166,7 @@ def _calibrations(daemon: Daemon) -> None:
     made = daemon.job("calibrations/receive", "/calibrations", {"kind": "receive", "name": "lab", **short})
     daemon.job("calibrations/transmit", "/calibrations", {"kind": "transmit", **short})
     here = made["links"]["self"]
-    daemon.ask("calibrations/continue", "POST", f"{here}/continue")
+    daemon.ask("calibrations/continue", "POST", f"{here}/continue", json={})
     daemon.ask("calibrations/cancel-ended", "DELETE", here)
     daemon.ask("calibrations/all", "GET", "/calibrations")
     asked = {"kind": "receive", "calibration": made["result"]["calibration"]}
@@ -209,7 +209,7 @@ def _procedures(daemon: Daemon) -> None:
     daemon.ask("procedures/dry-run", "POST", "/procedures/dry-run", json=sweep)
     made = daemon.job("procedures/sweep", "/procedures", sweep)["links"]["self"]
     for what in ("pause", "resume"):
-        daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}")
+        daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}", json={})
     daemon.ask("procedures/cancel-ended", "DELETE", made)
     daemon.ask("procedures/all", "GET", "/procedures")
     tables = {"kind": "characterise", "acquisition": {**shot, "shots": 2}}
@@ -267,7 +267,7 @@ def _cancelled(daemon: Daemon) -> None:
     waiting = daemon.ask("cancelled/waiting", "POST", "/acquisitions", json=SHOT)["links"]["self"]
     behind = {"kind": "receive", "frequencies_hz": [212.0, 424.0]}
     calibration = daemon.ask("cancelled/calibration-waiting", "POST", "/calibrations", json=behind)["links"]["self"]
-    daemon.ask("cancelled/reset-meanwhile", "POST", "/devices/power_amplifier/reset")
+    daemon.ask("cancelled/reset-meanwhile", "POST", "/devices/power_amplifier/reset", json={})
     daemon.ask("cancelled/adopt-meanwhile", "POST", "/calibrations/adopt", json={"kind": "receive"})
     daemon.ask("cancelled/waiting-taken-out", "DELETE", waiting)
     daemon.ask("cancelled/calibration-taken-out", "DELETE", calibration)

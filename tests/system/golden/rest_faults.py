@@ -21,7 +21,7 @@ def faults(place: Workplace) -> None:
         daemon.settle()
         daemon.ask("trip-platform", "GET", "/platform")
         daemon.ask("trip-devices", "GET", "/devices")
-        daemon.ask("trip-reset", "POST", "/devices/power_amplifier/reset")
+        daemon.ask("trip-reset", "POST", "/devices/power_amplifier/reset", json={})
         daemon.job("lost", "/acquisitions", {**SHOT, "shots": 3})
     for path in sorted((place.folder / "data" / "jobs").glob("*.json"), key=lambda p: p.stat().st_mtime_ns):
         place.keep(f"jobs/{path.name}", path.read_text())

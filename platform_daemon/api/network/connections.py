@@ -1,0 +1,184 @@
+"""How many connections there are, and how long one may say nothing.
+
+uvicorn's own `limit_concurrency` lets every connection in, counts those that have said nothing as well as those that
+wait for an answer, and answers 503 to whoever comes next: a thousand that say nothing keep everybody out.  Here a new
+connection takes the place of the one that has said nothing for longest, and only where all are being answered it is
+turned away.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import itertools
+import socket
+
+import h11
+import uvicorn
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from .certificates import Certificate
+from .entrance import Entrance
+from .limits import Limits
+
+FULL = (
+    b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 1\r\n"
+    b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503, '
+    b'"detail": "All connections are being answered. Remedy: ask again in a second; POST /stop has its own port.", '
+    b'"remedy": "ask again in a second; POST /stop has its own port"}'
+)
+DRAINED = 16_000_000  # bytes of a body that nobody wants, read so that its sender sees the answer; then it is cut off
+ACCEPTED_AT_ONCE = 50
+"""asyncio accepts so many before it reads from any: of a crowd that comes at once nobody is dropped unheard, as long as
+it is few against the number of connections."""
+MOST_PENDING = 1024  # that the kernel keeps until they are accepted
+LONGEST_HEAD = 32 * 1024  # bytes
+
+
+class BoundedConfig(uvicorn.Config):
+    """uvicorn's configuration with our limits, and what TLS is made with."""
+
+    limits: Limits
+    certificate: Certificate | None
+    entrance: Entrance | None
+    unheard: dict[BoundedProtocol, None]
+    """Connections that have asked nothing yet, the oldest first."""
+    answered: dict[BoundedProtocol, None]
+    """Those that have had their answers and say nothing more, those first that have done so for longest."""
+
+
+class BoundedProtocol(H11Protocol):
+    """One connection."""
+
+    config: BoundedConfig
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Make room for it, or turn it away."""
+        super().connection_made(transport)
+        if self.config.entrance is not None:
+            self.config.entrance.let_in(transport.get_extra_info("socket"))
+        self._deadline: asyncio.TimerHandle | None = None
+        self._unread: asyncio.TimerHandle | None = None
+        self._drained = 0
+        if len(self.connections) > self.config.limits.connections and not self._another_leaves():
+            transport.write(FULL)
+            transport.close()
+            return
+        self.config.unheard[self] = None
+        self._expect_head()
+
+    @property
+    def quiet(self) -> bool:
+        """Is no request being answered here?"""
+        return self.cycle is None or self.cycle.response_complete
+
+    def data_received(self, data: bytes) -> None:
+        """Watch that heads are whole in time, and that bodies which nobody reads end."""
+        if self.transport.is_closing():
+            return
+        draining = self.cycle is not None and self.quiet and self.conn.their_state is h11.SEND_BODY
+        self._drained = self._drained + len(data) if draining else 0
+        if self._drained > DRAINED:
+            self.transport.abort()
+            return
+        super().data_received(data)
+        if self.quiet:
+            self._expect_head()
+        else:
+            self._heard()
+            self.leave_quiet()
+
+    def on_response_complete(self) -> None:
+        """From here on it is quiet again, unless the next request is there."""
+        super().on_response_complete()
+        if self.quiet:
+            self.config.answered[self] = None
+        if self.quiet and self.conn.their_state is h11.SEND_BODY:
+            self._expect_head()
+
+    def pause_writing(self) -> None:
+        """The client does not read: it has some time to go on."""
+        super().pause_writing()
+        self._unread = self.loop.call_later(self.config.limits.stalled_s, self.transport.abort)
+
+    def resume_writing(self) -> None:
+        """The client reads again."""
+        super().resume_writing()
+        if self._unread is not None:
+            self._unread.cancel()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """No more timers."""
+        self._heard()
+        self.leave_quiet()
+        if self._unread is not None:
+            self._unread.cancel()
+        super().connection_lost(exc)
+
+    def _expect_head(self) -> None:
+        if self._deadline is None:
+            self._deadline = self.loop.call_later(self.config.limits.headers_s, self.transport.abort)
+
+    def _heard(self) -> None:
+        if self._deadline is not None:
+            self._deadline.cancel()
+            self._deadline = None
+
+    def _another_leaves(self) -> bool:
+        """Close one that is quiet: rather one that never asked anything, rather one that has been so for long."""
+        longest = next(itertools.chain(self.config.unheard, self.config.answered), None)
+        if longest is None:
+            return False
+        longest.leave_quiet()
+        self.connections.discard(longest)  # now, as `connection_lost` comes a turn of the loop later
+        longest.transport.abort()
+        return True
+
+    def leave_quiet(self) -> None:
+        """It is not among those any more that may have to make room."""
+        self.config.unheard.pop(self, None)
+        self.config.answered.pop(self, None)
+
+
+class BoundedServer(uvicorn.Server):
+    """A server whose clients must also be done with TLS in time: before that no protocol has seen them."""
+
+    config: BoundedConfig
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Listen."""
+        loop = asyncio.get_running_loop()
+        if self.config.certificate is not None:
+            patience = self.config.limits.headers_s
+            loop.create_server = functools.partial(loop.create_server, ssl_handshake_timeout=patience)  # type: ignore
+            sockets = [self._entrance(listener) for listener in sockets or ()]
+        await super().startup(sockets)
+        for listener in sockets or ():
+            listener.listen(MOST_PENDING)  # uvicorn has told the kernel what it tells asyncio
+
+    def _entrance(self, listener: socket.socket) -> Entrance:
+        self.config.entrance = Entrance(listener, self.config.limits)
+        return self.config.entrance
+
+
+def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None = None) -> BoundedConfig:
+    """uvicorn's configuration for an application; certificate: None for plain HTTP."""
+    config = BoundedConfig(
+        app,
+        http=BoundedProtocol,
+        loop="asyncio",
+        ws="none",
+        log_config=None,
+        access_log=False,
+        backlog=ACCEPTED_AT_ONCE,
+        timeout_graceful_shutdown=3,
+        h11_max_incomplete_event_size=LONGEST_HEAD,
+        # A header must not tell where a client is: the audit log would believe it.
+        proxy_headers=False,
+        ssl_certfile=None if certificate is None else certificate.chain,
+        ssl_keyfile=None if certificate is None else certificate.key,
+    )
+    config.limits, config.certificate, config.entrance = limits, certificate, None
+    config.unheard, config.answered = {}, {}
+    return config

@@ -1,0 +1,160 @@
+"""The tokens of a data folder: one file, readable by its owner only, that holds hashes and never a token."""
+
+from __future__ import annotations
+
+import fcntl
+import hmac
+import json
+import re
+import secrets
+import stat
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from hashlib import sha256
+from pathlib import Path
+
+from drivers.errors import ConfigError, InputError
+from platform_daemon.schemas import TOKEN_NAME, Role, TokenRecord, TokenRecords, to_json
+
+from .durable import write_file
+
+RESERVED = ("local",)
+"""Names that the audit log gives to those without a token."""
+
+
+class TokenFile:
+    """Tokens by name, read anew whenever the file has changed: what is revoked is so at once, also for a server that
+    runs."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        # As of which state of the file; one value, as two threads may read at once.
+        self._known: tuple[tuple[int, int, int] | None, tuple[TokenRecord, ...]] = (None, ())
+
+    @property
+    def exists(self) -> bool:
+        """Has anybody ever made a token here?"""
+        return self.path.exists()
+
+    def records(self) -> tuple[TokenRecord, ...]:
+        """All tokens, oldest first; none if there is no file.
+
+        Raises ConfigError if the file cannot be read, is damaged, or can be written by other users.
+        """
+        try:
+            state = self.path.stat()
+            seen = (state.st_ino, state.st_mtime_ns, state.st_size)
+            known, records = self._known
+            if seen == known:
+                return records
+            text = self.path.read_bytes()
+        except FileNotFoundError:
+            self._known = (None, ())
+            return ()
+        except OSError as error:
+            remedy = "make it readable for the user of the daemon, with mode 0600"
+            raise ConfigError(
+                "the tokens cannot be read", where=str(self.path), why=str(error), remedy=remedy
+            ) from None
+        if state.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            what, remedy = (
+                "other users could give themselves a token",
+                f"chmod 600 {self.path}, and look at who is in it",
+            )
+            raise ConfigError(what, where=str(self.path), why="they may write the file", remedy=remedy)
+        try:
+            found = TokenRecords.model_validate(json.loads(text)).tokens
+        except (ValueError, RecursionError) as error:
+            why = str(error).splitlines()[0]
+            remedy = "put back a copy, or delete it and make the tokens anew"
+            raise ConfigError("is no file of tokens", where=str(self.path), why=why, remedy=remedy) from None
+        self._known = (seen, found)
+        return found
+
+    def holder(self, token: str) -> TokenRecord | None:
+        """Whose token it is; None: nobody's.  Raises ConfigError as `records` does."""
+        return _found(token, self.records())
+
+    def last_holder(self, token: str) -> TokenRecord | None:
+        """Whose it was when the file could last be read."""
+        return _found(token, self._known[1])
+
+    def add(self, name: str, role: Role, expires: datetime | None = None) -> str:
+        """A new token, which is nowhere but in the answer.
+
+        Raises InputError for a name that is taken or cannot be one, or a moment that is past; StorageError.
+        """
+        if not re.fullmatch(TOKEN_NAME, name) or name in RESERVED:
+            remedy = "letters, digits, _ . and -, at most 60, not 'local'"
+            raise InputError(f"no token can be called {name!r}", where="NAME", remedy=remedy)
+        if expires is not None and expires <= datetime.now(UTC):
+            raise InputError("it would have expired already", where="--expires", remedy="give a moment to come")
+        # 256 random bits.  They cannot be guessed from their SHA-256, however fast that is: a slow hash with salt is
+        # for what people choose themselves, and would cost every request of a poller tens of milliseconds.
+        token = f"pd_{secrets.token_urlsafe(32)}"
+        made = datetime.now(UTC).isoformat(timespec="seconds")
+        until = None if expires is None else expires.isoformat(timespec="seconds")
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self._alone():
+            before = self.records()
+            if any(record.name == name for record in before):
+                remedy = f"choose another name, or `platform-daemon token revoke {name}` first"
+                raise InputError(f"there is a token called {name!r}", where="NAME", remedy=remedy)
+            record = TokenRecord(name=name, role=role, sha256=_digest(token), created=made, expires=until)
+            self._write((*before, record))
+        return token
+
+    def revoke(self, name: str) -> TokenRecord:
+        """Take a token back; what it was.  The file stays, even empty: a token is demanded as before.
+
+        Raises InputError if there is none of that name; StorageError.
+        """
+        if not self.exists:
+            raise _unknown(name)
+        with self._alone():
+            before = self.records()
+            gone = next((record for record in before if record.name == name), None)
+            if gone is None:
+                raise _unknown(name)
+            self._write(tuple(record for record in before if record.name != name))
+        return gone
+
+    def _write(self, records: tuple[TokenRecord, ...]) -> None:
+        text = to_json(TokenRecords(tokens=records), indent=2) + "\n"
+        write_file(self.path, text.encode(), mode=0o600)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """No other command changes the file meanwhile."""
+        with self.path.with_name(f".{self.path.name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            yield
+
+
+def has_expired(record: TokenRecord) -> bool:
+    """Is it past its last moment?  A moment that cannot be read is past."""
+    if record.expires is None:
+        return False
+    try:
+        return datetime.fromisoformat(record.expires) <= datetime.now(UTC)
+    except (ValueError, TypeError):
+        return True
+
+
+def _found(token: str, records: Iterable[TokenRecord]) -> TokenRecord | None:
+    digest, found = _digest(token), None
+    for record in records:
+        # In constant time, and to the end of the list: how long it takes tells nothing of what is in the file.
+        if hmac.compare_digest(record.sha256, digest):
+            found = record
+    return found
+
+
+def _unknown(name: str) -> InputError:
+    remedy = "`platform-daemon token list` tells their names; --data is the folder of the server"
+    return InputError(f"no token is called {name!r}", where="NAME", remedy=remedy)
+
+
+def _digest(token: str) -> str:
+    return sha256(token.encode("utf-8", "surrogateescape")).hexdigest()

@@ -1,0 +1,89 @@
+"""A series in real time beside a crowd: is a shot refused, and does one come late?"""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import httpx2
+
+from platform_daemon.store import open_recording
+from tests.campaigns.attack.daemon import Daemon
+from tests.campaigns.attack.load import Load, arguments
+from tests.kit.data import ROOT
+
+REALTIME = ("--set", 'backends.simulated.clock.mode="realtime"')
+LATE_S = 0.5  # longer between two shots than usual
+PATIENCE_S = 600.0
+
+
+@dataclass(frozen=True)
+class Shots:
+    """Of one series: how many were asked for, came and were refused; seconds from shot to shot, ascending; peak."""
+
+    name: str
+    asked: int
+    good: int
+    refused: int
+    apart_s: tuple[float, ...]
+    peak_mb: float
+
+    def usual_s(self) -> float:
+        """From one shot to the next, the median."""
+        return self.apart_s[len(self.apart_s) // 2]
+
+    def broken(self) -> list[str]:
+        """The bounds that do not hold."""
+        found = []
+        if self.refused or self.good != self.asked:
+            found.append(f"series, {self.name}: {self.good} of {self.asked} shots are good, {self.refused} refused")
+        if self.apart_s[-1] > self.usual_s() + LATE_S:
+            found.append(f"series, {self.name}: a shot came after {self.apart_s[-1]:.2f} s")
+        return found
+
+
+def series(daemon: Daemon, name: str, load: Load, shots: int) -> Shots:
+    """A series of short shots on a daemon in real time; the crowd is there as long as it takes."""
+    daemon.forget_peak()
+    asked = {"resonator": "jewel", "shots": shots, "window": None, "sequence": {"rx_s": 0.3, "pause_s": 0.05}}
+    command = arguments(daemon.port, daemon.recording, PATIENCE_S, load)
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=ROOT) as crowd:
+        try:
+            time.sleep(1.0)  # the crowd gathers
+            with httpx2.Client(base_url=f"http://127.0.0.1:{daemon.port}", timeout=60) as client:
+                job = _patiently(client, "POST", "/acquisitions", json=asked)
+                while job["state"] in ("queued", "running"):
+                    time.sleep(1.0)
+                    job = _patiently(client, "GET", job["links"]["self"])
+        finally:
+            crowd.terminate()
+    frames = open_recording(daemon.data / "recordings" / job["result"]["file"]).frame_info
+    begun = [frame.monotonic_s for frame in frames if frame.monotonic_s is not None]
+    good = sum(frame.verdict == "good" for frame in frames)
+    apart = tuple(sorted(later - earlier for earlier, later in pairwise(begun)))
+    return Shots(name, shots, good, len(frames) - good, apart, daemon.peak_mb())
+
+
+def _patiently(client: httpx2.Client, method: str, path: str, **body: Any) -> Any:
+    """The JSON of an answer; who is turned away in the crowd comes again."""
+    for _ in range(50):
+        with contextlib.suppress(httpx2.TransportError):
+            answer = client.request(method, path, **body)
+            if answer.status_code != 503:
+                return answer.raise_for_status().json()
+        time.sleep(0.2)
+    raise AssertionError(f"{method} {path}: no answer")
+
+
+def series_table(measured: Sequence[Shots]) -> str:
+    """Markdown; times in ms."""
+    lines = ["| beside it | shots good, refused | from shot to shot p50, max | peak MB |", "|---|---|---|---|"]
+    for each in measured:
+        apart = f"{1e3 * each.usual_s():.0f}, {1e3 * each.apart_s[-1]:.0f}"
+        lines.append(f"| {each.name} | {each.good} of {each.asked}, {each.refused} | {apart} | {each.peak_mb:.0f} |")
+    return "\n".join(lines)

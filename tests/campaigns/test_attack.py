@@ -1,0 +1,39 @@
+"""A short look at a small crowd; `make attack` is the long one, whose numbers stand in docs/attack.md."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.campaigns.attack.campaign import POLLED, Outcome, measured, table
+from tests.campaigns.attack.daemon import attacked
+from tests.campaigns.attack.load import Load
+from tests.campaigns.attack.probe import Latencies
+from tests.campaigns.attack.series import Shots
+
+CROWD = Load(pollers=10, poll_hz=5, predictions=2, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
+
+
+def test_stop_is_answered_and_memory_stays_bounded_beside_a_crowd(tmp_path: Path) -> None:
+    with attacked(tmp_path, rx_s=2.0) as daemon:
+        outcome = measured(daemon, "a small crowd", CROWD, 2.0)
+    assert outcome.stop.refused == outcome.stop_main.refused == outcome.platform.refused == 0
+    # Other tests run beside this one: the bounds of the campaign, a few times over.
+    assert outcome.stop.at(0.9) < 0.6
+    assert outcome.stop_main.at(0.5) < 0.6
+    assert outcome.peak_mb < 1500
+    assert outcome.told["poll 200"] > 20
+    assert outcome.told["prediction 200"] >= 1
+    assert outcome.told["body 413"] >= 2
+    assert outcome.told["half-open connections"] >= 300
+    assert "a small crowd" in table([outcome])
+
+
+def test_a_bound_that_does_not_hold_is_told() -> None:
+    fast, slow = Latencies((0.01,) * 100, 0), Latencies((0.01,) * 97 + (0.3,) * 3, 0)
+    assert Outcome("x", fast, fast, fast, 500).broken() == []
+    assert len(Outcome(POLLED[1], slow, slow, slow, 5000).broken()) == 3
+    assert len(Outcome("x", slow, fast, slow, 500).broken()) == 0
+    assert len(Outcome("x", fast, Latencies((0.01,), 1), fast, 500).broken()) == 1
+    assert Shots("x", 3, 3, 0, (0.4, 0.4), 500).broken() == []
+    assert len(Shots("x", 3, 2, 1, (0.4, 0.4, 1.0), 500).broken()) == 2
+    assert len(Outcome("x", fast, Latencies((), 0), fast, 500).broken()) == 1
