@@ -138,10 +138,9 @@ class Board:
         """
         scales = [self.scale.output[s.output] for s in program.sines]
         waves, amplitudes, self._sounding = arming(program.sines, scales)
-        checks, set_up = self._sounding, [] if program.silent else ["RP:DAC:SEQ:SET"]
-        emergency, *answers = self.ask(
-            "RP:INSTANTRESET:STATUS?", *waves, *set_up, *amplitudes, *checks, "RP:MODE ACQUISITION"
-        )
+        checks, sequence = self._sounding, [] if program.silent else ["RP:DAC:SEQ:SET"]
+        commands = [*waves, *sequence, *amplitudes, *checks, "RP:MODE ACQUISITION"]
+        emergency, *answers = self.ask("RP:INSTANTRESET:STATUS?", *commands)
         if emergency and self.table.instant_reset:
             raise emergency_stop(self.where, "the emergency input keeps the outputs off")
         found = answers[len(answers) - 1 - len(checks) : -1]
@@ -188,8 +187,7 @@ class Board:
         have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
         """
         status, emergency, *volts = self.ask("RP:STATUS?", EMERGENCY, *self._sounding)
-        plays = bool(int(status) & 16) or any(float(v) != 0 for v in volts)
-        return plays, bool(emergency) and self.table.instant_reset
+        return bool(int(status) & 16) or any(map(float, volts)), bool(emergency) and self.table.instant_reset
 
     def watch(self) -> None:
         """Ask for the emergency input without waiting, and look at the answer to the question before.

@@ -211,6 +211,7 @@ class RedPitayaCard:
             failed = _failures(self.boards, Board.replace)
         for board in self.boards:
             failed += [] if failed else _failures([board], Board.settle)
+        failed += [] if failed else _failures(self.boards, trigger.gone)
         if failed:
             raise DeviceError(
                 "outputs could not be confirmed off",

@@ -21,16 +21,25 @@ def start(boards: Sequence[Board]) -> None:
     boards[0].ask("RP:TRIGGER ON")
     deadline = time.monotonic() + FOLLOW_S
     for board in boards:
-        looks = 0
-        while board.ask("RP:TRIGGER?")[0] != "ON":
-            looks += 1
-            if time.monotonic() < deadline or looks < LOOKS:
-                continue
+        _wait_for(board, "ON", "the trigger did not reach the board", deadline)
+
+
+def _wait_for(board: Board, level: str, otherwise: str, deadline_s: float) -> None:
+    """Until the board's trigger has that level.  Raises DeviceTimeout if it has not by then."""
+    looks = 0
+    while board.ask("RP:TRIGGER?")[0] != level:
+        looks += 1
+        if time.monotonic() > deadline_s and looks >= LOOKS:
             raise DeviceTimeout(
-                "the trigger did not reach the board",
+                otherwise,
                 where=board.where,
                 remedy="check the cable between the boards, and that this one is wired as a slave",
             )
+
+
+def gone(board: Board) -> None:
+    """Wait until the board's trigger is off.  Raises DeviceTimeout if it does not go."""
+    _wait_for(board, "OFF", "the trigger does not go from the board", time.monotonic() + FOLLOW_S)
 
 
 def prove(boards: Sequence[Board]) -> None:
@@ -77,13 +86,13 @@ def end(boards: Sequence[Board]) -> None:
     """Trigger off and mode CONFIGURATION.
 
     The slaves' recordings are kept alive until the master's trigger is off, or theirs would be cut off in the middle.
+    A sequence that is set while a board still has its trigger would begin and end at once, so that is waited for.
+    Raises DeviceTimeout if the trigger does not go from a board.
     """
     master, *slaves = boards
-    if not slaves:
-        master.ask("RP:TRIGGER OFF", "RP:MODE CONFIGURATION")
-        return
     for board in slaves:
         board.ask("RP:TRIGGER:ALIVE ON")
-    master.ask("RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF", "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")
-    for board in slaves:
-        board.ask("RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION")
+    master.ask(*(["RP:TRIGGER:ALIVE ON"] if slaves else []), "RP:TRIGGER OFF")
+    for board in boards:
+        gone(board)
+        board.ask(*(["RP:TRIGGER:ALIVE OFF"] if slaves else []), "RP:MODE CONFIGURATION")

@@ -24,7 +24,7 @@ from tests.campaigns.faults import page
 from tests.campaigns.faults.bench import Bench
 from tests.campaigns.faults.catalogue import cells
 from tests.campaigns.faults.trial import Seen, as_record, draw, run
-from tests.campaigns.faults.watch import Watch
+from tests.kit.watch import Watch
 
 STILL_S, TOO_LATE = 0.25, "the host was too late"
 REPEATS = 5

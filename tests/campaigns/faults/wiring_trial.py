@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from sim_backend.world.incidents import PowerSpan
-from tests.campaigns.faults.watch import Watch
-from tests.campaigns.faults.wiring_host import GOOD, OFF, Host
 from tests.campaigns.faults.wirings import WIRINGS, Wiring
 from tests.kit.emulated_lab import Lab
+from tests.kit.host_process import GOOD, OFF, Host
+from tests.kit.watch import Watch
 
 CARDS, OTHERS = ("io_card_0", "io_card_1"), ("amplifier", "switch")
 LEAST_S, MOST_S = 0.05, 2.0

@@ -35,7 +35,7 @@ class Server:
         return volts if command.endswith("AMPLITUDE?") else 0
 
 
-def armed(server: Server, *sines: Sine) -> Board:
+def armed(server: object, *sines: Sine) -> Board:
     """A board on such a server, with these sines."""
     table = card_table({"boards": [{"host": "127.0.0.1"}]})
     board = Board(table.boards[0], table, [], is_last=True)
@@ -60,3 +60,27 @@ def test_a_board_that_plays_nothing_is_over_at_once() -> None:
     server = Server(10**6, 10**6)
     assert trigger.wait_for_sequences([armed(server)], 5.0) == []
     assert server.asked == 1
+
+
+class Slow:
+    """A board whose trigger goes only at question `gone`; notes what it is told."""
+
+    def __init__(self, gone: int) -> None:
+        self._gone, self.told, self._on, self._looks = gone, list[str](), True, 0
+
+    def ask_all(self, commands: Sequence[str], timeout_s: float | None = None) -> list[str | int | float]:
+        self.told += commands
+        if "RP:TRIGGER?" not in commands:
+            return [1] * len(commands)
+        self._looks += 1
+        return ["ON" if self._looks < self._gone else "OFF"]
+
+
+def test_a_board_leaves_its_mode_only_when_its_trigger_has_gone() -> None:
+    """Else the next sequence would begin at once, without a shot."""
+    master, slave = Slow(1), Slow(4)
+    trigger.end([armed(master), armed(slave)])
+    assert slave.told == ["RP:TRIGGER:ALIVE ON", *4 * ["RP:TRIGGER?"], "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION"]
+    assert master.told[:2] == ["RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF"]
+    with pytest.raises(DeviceTimeout, match="does not go from the board"):
+        trigger.end([armed(Slow(1)), armed(Slow(10**9))])

@@ -12,7 +12,7 @@ from drivers.errors import DeviceError
 from drivers.io_card import CardState
 from drivers.red_pitaya import board as module
 from drivers.red_pitaya.pairing import take_over
-from tests.campaigns.faults.wiring_host import Host
+from tests.kit.host_process import Host
 
 
 def whole_shot(card):

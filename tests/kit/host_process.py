@@ -21,7 +21,7 @@ from drivers.timeline import DigitalLine
 from platform_daemon.engine.shot import run_shot
 from platform_daemon.settings import load_platform, load_sequence
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot
-from tests.campaigns.faults.watch import Watch
+from tests.kit.watch import Watch
 
 TX_PERIODS, RX_S = 20, 0.12
 ANSWER_S = 90.0  # the longest that giving up on all devices may take
