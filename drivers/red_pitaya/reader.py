@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,7 @@ class Reader:
     ) -> None:
         self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
         self._accounts = [Continuity(b.where, p.samples, start_samples) for b, p in zip(boards, programs, strict=False)]
+        self._silent = [program.silent for program in programs]
         self._received = self._given = 0
         self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None
 
@@ -55,10 +57,12 @@ class Reader:
     def _receive(self) -> tuple[NDArray[np.float32], ChunkFlags]:
         count = min(self._chunk, self._total - self._received)
         rows, flags = [], ChunkFlags()
-        for board, account in zip(self._boards, self._accounts, strict=True):
+        for board, account, silent in zip(self._boards, self._accounts, self._silent, strict=True):
             volts, verdict = board.next_chunk(self._start + self._received, count, account)
             board.watch()
             rows.append(volts)
+            if silent:  # the flag stays until a sequence is set, and this board has none to lose steps of
+                verdict = replace(verdict, lost_steps=False)
             flags = flags | verdict
         self._received += count
         return np.concatenate(rows), flags

@@ -13,6 +13,7 @@ from drivers.errors import DeviceError, DeviceTimeout
 from drivers.red_pitaya.board import Board
 
 FOLLOW_S = 0.1
+GONE_S = 1.0
 LOOKS = 5  # at least, on a host so busy that one takes that long
 
 
@@ -39,7 +40,7 @@ def _wait_for(board: Board, level: str, otherwise: str, deadline_s: float) -> No
 
 def gone(board: Board) -> None:
     """Wait until the board's trigger is off.  Raises DeviceTimeout if it does not go."""
-    _wait_for(board, "OFF", "the trigger does not go from the board", time.monotonic() + FOLLOW_S)
+    _wait_for(board, "OFF", "the trigger does not go from the board", time.monotonic() + GONE_S)
 
 
 def prove(boards: Sequence[Board]) -> None:
