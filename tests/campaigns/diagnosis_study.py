@@ -12,10 +12,11 @@ import json
 import math
 import multiprocessing
 import os
+import re
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +55,9 @@ _ABSORBED = {
 }
 
 
+_LITTLE = re.compile(r"(\w+) gains \d+ of chi2, little beside")
+
+
 @dataclass(frozen=True)
 class Case:
     """One diagnosis: effect tables of the platform. nameless: they are in no list of candidates."""
@@ -80,7 +84,8 @@ class Case:
 class Outcome:
     """What came out of it.
 
-    false: effects named although neither they nor any that they cannot be told from are there.
+    false: effects named although neither they nor any that they cannot be told from are there; told: effects that notes
+    say are surely there, too small beside the others to be named.
     worst: parameter that lies farthest from the truth, and by how many of its standard deviations; of what the data
     determine beside the effect.
     """
@@ -93,6 +98,7 @@ class Outcome:
     chi2_after: float
     worst: tuple[str, float]
     seconds: float
+    told: tuple[str, ...] = ()
 
     @property
     def right(self) -> bool:
@@ -102,6 +108,11 @@ class Outcome:
         if not self.case.effects:
             return self.verdict == "nothing_missing"
         return all(e["id"] in {*self.names, *self.alike} for e in self.case.effects)
+
+    @property
+    def noted(self) -> bool:
+        """What is not named, nor in the set of a name, is told in a note."""
+        return all(e["id"] in {*self.names, *self.alike, *self.told} for e in self.case.effects)
 
     @property
     def wrong(self) -> bool:
@@ -248,6 +259,7 @@ def run(task: tuple[Case, int, float | None]) -> Outcome:
         report["held_out"]["chi2_per_dof_after"],
         farthest(report["parameters_after"], truths, _said(report)),
         report["seconds"],
+        tuple(m[1] for note in report["notes"] if (m := _LITTLE.match(note))),
     )
 
 
@@ -289,39 +301,40 @@ def main() -> int:
     asked = parser.parse_args()
     todo = cases(asked)
     outcomes = _finished(asked.journal, todo)
+    missing = [case for case in todo if case not in [o.case for o in outcomes]]
     began, before = time.monotonic(), len(outcomes)
     cores = sorted(os.sched_getaffinity(0))
     context = multiprocessing.get_context("spawn")
     try:
         with context.Pool(len(cores)) as pool:
-            for outcome in pool.imap(run, [(case, asked.shots, asked.rx_s) for case in todo[before:]]):
+            for outcome in pool.imap(run, [(case, asked.shots, asked.rx_s) for case in missing]):
                 outcomes.append(outcome)
                 _keep(asked.journal, outcome)
                 left = (time.monotonic() - began) / (len(outcomes) - before) * (len(todo) - len(outcomes))
                 print(f"{len(outcomes)}/{len(todo)}, {left / 60.0:.0f} min left: {row(outcome)}", flush=True)
     except KeyboardInterrupt:
         print("stopped; the page has what is finished")
+    outcomes.sort(key=lambda o: todo.index(o.case))
     text = document(outcomes, asked.shots, len(todo)) + limits(visible)
     asked.out.write_text(text, encoding="utf-8")
     return 0
 
 
 def _finished(journal: Path | None, todo: Sequence[Case]) -> list[Outcome]:
-    """What the journal holds of this very study, in its order."""
+    """What the journal holds of this very study, the latest of each."""
     if journal is None or not journal.exists():
         return []
-    found = [Outcome(**json.loads(line)) for line in journal.read_text(encoding="utf-8").splitlines()]
+    found: dict[str, dict[str, Any]] = {}
+    for line in journal.read_text(encoding="utf-8").splitlines():
+        held = json.loads(line)
+        found[json.dumps(held["case"], sort_keys=True)] = held
+
+    def of(case: Case, held: Mapping[str, Any]) -> Outcome:
+        values: dict[str, Any] = {n: tuple(v) if isinstance(v, list) else v for n, v in held.items()}
+        return Outcome(**values | {"case": case})
+
     return [
-        replace(
-            o,
-            case=case,
-            names=tuple(o.names),
-            alike=tuple(o.alike),
-            false=tuple(o.false),
-            worst=(o.worst[0], o.worst[1]),
-        )
-        for o, case in zip(found, todo, strict=False)
-        if o.case == json.loads(json.dumps(asdict(case)))
+        of(case, held) for case in todo if (held := found.get(json.dumps(asdict(case), sort_keys=True))) is not None
     ]
 
 

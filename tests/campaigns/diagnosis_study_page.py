@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -93,7 +94,7 @@ def row(outcome: Outcome) -> str:
     )
     said = ", ".join(outcome.names) or "-"
     alike = ", ".join(outcome.alike) or "-"
-    mark = "yes" if outcome.right else ("**wrong**" if outcome.wrong else "**no**")
+    mark = "yes" if outcome.right else "**wrong**" if outcome.wrong else "told" if outcome.noted else "**no**"
     parameter, sigma = outcome.worst
     return (
         f"| {case.variant} | {case.pose} | {name} | {case.sigma:g} | {mark} | {outcome.verdict} | {said} | {alike} "
@@ -116,8 +117,11 @@ Parameters: share of the recordings whose effects are named exactly in which eve
 standard deviations of the truth, without those that the effects absorb whatever their size (m_r beside a gain, R beside
 crosstalk, psi and phi_max beside a delay, f_nat beside a torsion); in the rows, the parameter farthest off.
 
-| undeclared | strength | cases | named or in its set | a wrong name | worst chi2/dof after | parameters |
-|---|---|---|---|---|---|---|
+Told: an effect that gains little beside what the named ones gain is not named, because it may only mend their shape; a
+note says that it is there, by how much, and the errors of the parameters span it.
+
+| undeclared | strength | cases | named or in its set | or told | a wrong name | worst chi2/dof after | parameters |
+|---|---|---|---|---|---|---|---|
 """
 _TABLE = """
 | variant | pose | effect | sigma | right | verdict | says | cannot tell it from | chi2/dof after | farthest, sd |
@@ -132,6 +136,17 @@ _KINDS = {
 }
 
 
+def _options(given: Sequence[str]) -> str:
+    """Of the command, without the files it wrote."""
+    kept, words = [], iter(given)
+    for word in words:
+        if word in ("--journal", "--out"):
+            next(words, None)
+        else:
+            kept.append(shlex.quote(word))
+    return " ".join(kept)
+
+
 def document(outcomes: Sequence[Outcome], shots: int, asked: int) -> str:
     """The study as a page."""
     lines = []
@@ -142,9 +157,10 @@ def document(outcomes: Sequence[Outcome], shots: int, asked: int) -> str:
         near = f"{sum(o.worst[1] <= 3.0 for o in exact)} of {len(exact)}" if exact else "-"
         size = f"{sigma:g} sigma" if sigma else "-"
         right, wrong = sum(o.right for o in of), sum(o.wrong for o in of)
-        lines.append(f"| {_KINDS[kind]} | {size} | {len(of)} | {right} | {wrong} | {worst:.4f} | {near} |")
+        told = sum(o.right or o.noted for o in of)
+        lines.append(f"| {_KINDS[kind]} | {size} | {len(of)} | {right} | {told} | {wrong} | {worst:.4f} | {near} |")
     rows = [row(o) for o in outcomes]
-    head = _HEAD.format(shots=shots, options=" ".join(sys.argv[1:]))
+    head = _HEAD.format(shots=shots, options=_options(sys.argv[1:]))
     if len(outcomes) < asked:
         head = head.replace("\n\n", f"\n\n**Stopped after {len(outcomes)} of {asked} recordings.**\n\n", 1)
     return head + "\n".join(lines) + "\n" + _TABLE + "\n".join(rows) + "\n"
