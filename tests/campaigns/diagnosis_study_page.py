@@ -118,7 +118,8 @@ standard deviations of the truth, without those that the effects absorb whatever
 crosstalk, psi and phi_max beside a delay, f_nat beside a torsion); in the rows, the parameter farthest off.
 
 Told: an effect that gains little beside what the named ones gain is not named, because it may only mend their shape; a
-note says that it is there, by how much, and the errors of the parameters span it.
+note says that it is there, by how much, and the errors of the parameters span it. The strength of a weak effect is what
+it has alone: where a strong one moves f_nat away from the drive the swing is small, and the weak one may show nothing.
 
 | undeclared | strength | cases | named or in its set | or told | a wrong name | worst chi2/dof after | parameters |
 |---|---|---|---|---|---|---|---|
