@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: crash install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -66,6 +66,11 @@ peers: install .venv/.peers
 # `make diagnose-study STUDY='--sigma 15 --poses "as mounted"'` is a short one.
 diagnose-study: install
 	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
+
+# Deaths of the program that owns the devices; `make crash DEATHS=3` is a short one.
+DEATHS ?= 12
+crash: install
+	$(BIN)/python -m tests.campaigns.crash --deaths $(DEATHS) --page docs/crash.md
 
 # Angle records made by scipy; `make angle-study ANGLES='--records 32'` is a short one.
 angle-study: install

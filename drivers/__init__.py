@@ -8,6 +8,7 @@ power_amplifier.py  enabled, muted, faulty: whether it can put out power, and ho
 lna.py              a low-noise amplifier with a gain and an overload
 thermometer.py      a temperature near the resonator
 reference.py        what calibrates the platform: a reference dipole, a field probe
+power_guard.py      whoever switches outputs off for an owner that died or hangs
 clock.py            monotonic time, time of day and sleep, which a simulation may speed up
 
 What crosses the contracts:
@@ -26,6 +27,7 @@ registry.py      finds back ends by entry point and builds a platform from its t
 wiring_proof.py  a line that some cards cannot drive does move the switch
 entry_points.py  what other packages publish for us, by group and name
 validation.py    an option table checked by its pydantic model, as one ConfigError
+outputs_off.py   switches the outputs of a platform off from its tables alone
 inventory.py     identity and state of each device of a platform, whatever fails
 
 Back ends: `declared.py` (numbers in the platform file), `red_pitaya/`, `serial_line/`, `scpi/`; `card_lines/` holds

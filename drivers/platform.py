@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration, TransmitChannel
@@ -13,6 +13,7 @@ from drivers.errors import DeviceError, OutputsUnconfirmed
 from drivers.io_card import IoCard
 from drivers.lna import Lna
 from drivers.power_amplifier import PowerAmplifier
+from drivers.power_guard import NoGuard, PowerGuard
 from drivers.reference import FieldProbe, ReferenceDipole
 from drivers.specimen import Specimen
 from drivers.thermometer import Thermometer
@@ -87,6 +88,7 @@ class Platform:
     probe: FieldProbe | None = None
     transmit_calibration: TransmitCalibration | None = None
     amplifier_off_s: float = 0.0
+    guard: PowerGuard = field(default_factory=NoGuard)
 
     def mount(self, specimen: Specimen) -> None:
         """Tell every back end which resonator is in the clamping unit."""
@@ -109,11 +111,12 @@ class Platform:
 
         A switch or amplifier on the card's lines, and a switch that a timeline still moves, comes after the card.
         """
-        card = _Step(self.card.stop)
-        amplifier = _Step(self.amplifier.disable, after=card if _on_card(self.amplifier) else None)
-        switch = _Step(self.switch.to_transmit, after=card)
-        failures = [each.failure() for each in (card, amplifier, switch)]
-        _raise_all("outputs could not be confirmed off", failures, OutputsUnconfirmed)
+        self.guard.switching_off()
+        card = Step(self.card.stop)
+        amplifier = Step(self.amplifier.disable, after=card if _on_card(self.amplifier) else None)
+        switch = Step(self.switch.to_transmit, after=card)
+        refuse_failures([each.failure() for each in (card, amplifier, switch)])
+        self.guard.power_is_off()
 
     def close(self) -> None:
         """Outputs off and every device let go, the card last: others may hang on its lines; one DeviceError lists
@@ -121,12 +124,18 @@ class Platform:
         devices = (self.amplifier, self.switch, self.lna, self.thermometer, self.card)
         steps = [self.outputs_off, *(d.close for d in devices if d is not None)]
         _raise_all("the platform did not close cleanly", [_failure(step) for step in steps], DeviceError)
+        self.guard.close()  # one that did not close stays guarded until this process has ended
 
 
-class _Step:
+def refuse_failures(failures: list[str]) -> None:
+    """Raises OutputsUnconfirmed for those that are not empty."""
+    _raise_all("outputs could not be confirmed off", failures, OutputsUnconfirmed)
+
+
+class Step:
     """Something done in a thread of its own, when another step is over or has had its time."""
 
-    def __init__(self, step: Callable[[], None], after: _Step | None = None) -> None:
+    def __init__(self, step: Callable[[], None], after: Step | None = None) -> None:
         self._step, self._after, self._failed = step, after, ""
         self.over = threading.Event()
         threading.Thread(target=self._run, name="outputs-off", daemon=True).start()

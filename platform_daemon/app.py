@@ -14,6 +14,7 @@ from platform_daemon.engine import CalibrationFiles, Catalogue, Engine, JobRecor
 from platform_daemon.estimation import warm_up
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
+from platform_daemon.supervisor import guard_for
 
 log = structlog.get_logger()
 
@@ -33,6 +34,7 @@ def start_engine(
     except ConfigError as error:
         where = f"{file.path}: {error.where}" if error.where else str(file.path)
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
+    platform.guard = guard_for(file.section)
     try:
         return Engine(platform, file.limits, file.text, journal, models, file.self_test, named, catalogue)
     except BaseException:  # Ctrl-C too

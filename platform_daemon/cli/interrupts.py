@@ -16,21 +16,25 @@ from typing import NoReturn
 INTERRUPTED = 130
 """Exit code of a command that was interrupted."""
 
+_ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 _AGAIN_S = 0.02
 """How much later an interrupt that was lost comes again: callbacks of weak references end in microseconds."""
 
 
 def heed_one_interrupt() -> None:
-    """The next Ctrl-C or SIGTERM raises KeyboardInterrupt; those after it are ignored, also if a key is held down.
+    """The next Ctrl-C, SIGTERM, SIGQUIT or closed terminal raises KeyboardInterrupt; those after it are ignored, also
+    if a key is held down.
 
     The first one makes the command switch outputs off and close its files: a second one would cut that short.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):  # also where a shell has told background jobs to ignore SIGINT
-        signal.signal(number, _first)
+    for number in _ENDING:  # also where a shell has told background jobs to ignore SIGINT
+        # `nohup` has said that a closed terminal is nothing to it.
+        if number != signal.SIGHUP or signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _first)
 
 
 def _first(number: int, frame: FrameType | None) -> None:
-    for each in (signal.SIGINT, signal.SIGTERM):
+    for each in _ENDING:
         signal.signal(each, signal.SIG_IGN)
     raise KeyboardInterrupt
 

@@ -113,6 +113,7 @@ def _prepare(platform: Platform, plan: Playable) -> None:
     platform.card.program(plan.timeline)
     platform.card.arm()
     if not plan.blank:
+        platform.guard.power_may_come()
         platform.amplifier.enable()
         platform.amplifier.unmute()
 
@@ -137,6 +138,7 @@ def _collect(
     while done < timeline.total_samples:
         if cancelled():
             raise Cancelled
+        platform.guard.alive()
         try:
             piece = platform.card.read(_wanted(done, step, timeline))
             _check_contiguous(piece.first_sample, piece.volts.shape, volts.shape, done)

@@ -1,0 +1,100 @@
+"""A program on the emulated wires dies in a shot: its outputs go off, and power never meets the receiver."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from drivers.errors import InterlockError
+from drivers.power_guard import NoGuard
+from platform_daemon.settings import load_platform
+from platform_daemon.supervisor import guard_for
+from platform_daemon.supervisor.owner import GuardProcess
+from platform_daemon.supervisor.watch import LEASE_S
+from tests.kit.dying_host import DyingHost
+from tests.kit.emulated_lab import Lab
+
+DEATHS = [
+    (signal.SIGKILL, "tx", 5.0),
+    (signal.SIGKILL, "rx", 5.0),
+    (signal.SIGSEGV, "tx", 5.0),
+    (signal.SIGHUP, "rx", 5.0),
+    (signal.SIGSTOP, "tx", LEASE_S + 5.0),
+]
+
+
+@pytest.fixture(scope="module")
+def lab(tmp_path_factory):
+    made = Lab(tmp_path_factory.mktemp("lab"))
+    yield made
+    made.emulator.close()
+
+
+@pytest.mark.parametrize(("number", "moment", "within_s"), DEATHS)
+def test_outputs_go_off_however_the_owner_dies(lab, tmp_path, number, moment, within_s):
+    host = DyingHost(lab, tmp_path)
+    try:
+        host.wait_for(moment)
+        host.send(number)
+        _, all_s = host.off_after(within_s)
+    finally:
+        host.end()
+    if number == signal.SIGSTOP:
+        assert all_s > LEASE_S - 1.0
+        assert "owner_hangs" in host.log.read_text()
+    assert lab.violations() == ()
+
+
+@pytest.fixture
+def guard(lab):
+    made = guard_for(lab.file().section)
+    assert isinstance(made, GuardProcess)
+    yield made
+    made.close()
+
+
+def test_a_guard_that_died_is_replaced_before_the_next_power_and_told_in_the_shot(guard):
+    guard.power_may_come()
+    first = guard.pid
+    os.kill(first, signal.SIGKILL)
+    time.sleep(0.2)
+    with pytest.raises(InterlockError, match="guard process has died"):
+        guard.alive()
+    guard.power_may_come()
+    assert guard.pid != first
+    guard.alive()
+    guard.power_is_off()
+
+
+def test_a_guard_ends_with_its_owner_and_ignores_what_a_terminal_sends(lab, tmp_path):
+    program = (
+        "import os, signal, sys; from platform_daemon.supervisor.owner import GuardProcess\n"
+        "from platform_daemon.settings import load_platform; from pathlib import Path\n"
+        "guard = GuardProcess(load_platform('emulated', (), Path(sys.argv[1])).section)\n"
+        "guard.power_may_come(); guard.power_is_off()\n"
+        "for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP): os.kill(guard.pid, number)\n"
+        "guard.power_may_come(); guard.power_is_off(); print(guard.pid)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(lab.endpoints)], capture_output=True, text=True, check=True, timeout=60
+    )
+    until = time.monotonic() + 5.0
+    while os.path.exists(f"/proc/{int(done.stdout)}") and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not os.path.exists(f"/proc/{int(done.stdout)}")
+
+
+def test_simulated_devices_need_no_guard():
+    assert isinstance(guard_for(load_platform("simulated").section), NoGuard)
+
+
+def test_the_guard_needs_no_web_no_kernels_and_no_pictures():
+    heavy = "{'numba', 'matplotlib', 'fastapi', 'scipy.optimize', 'h5py'}"
+    program = f"import sys, platform_daemon.supervisor, drivers.outputs_off; print(sorted({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
