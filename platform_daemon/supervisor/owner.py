@@ -16,6 +16,7 @@ from drivers.registry import PlatformSection
 from .watch import ALIVE, ENDED, MAY_COME, OFF, READY, SWITCHING_OFF
 
 _START_S = 20.0
+_END_S = 2.0
 _IN_PROCESS = {"simulated"}  # devices that die with it
 
 
@@ -43,6 +44,7 @@ class GuardProcess:
         """See PowerGuard."""
         with self._lock:
             if self._process.poll() is not None:
+                self._let_go(self._process)
                 self._process = self._started()
             self._power = self._is_ready() and self._said(MAY_COME)
             if not self._power:
@@ -80,9 +82,7 @@ class GuardProcess:
                 return
             self._closed = True
             self._said(ENDED)
-            with contextlib.suppress(OSError):
-                assert self._process.stdin is not None
-                self._process.stdin.close()
+            self._let_go(self._process)
 
     def _started(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "platform_daemon.supervisor", str(os.getpid())]
@@ -94,6 +94,16 @@ class GuardProcess:
             os.write(process.stdin.fileno(), self._tables)
         self._ready = False
         return process
+
+    @staticmethod
+    def _let_go(process: subprocess.Popen[bytes]) -> None:
+        """Its pipes are closed and its end is waited for, but not for ever."""
+        for pipe in (process.stdin, process.stdout):
+            assert pipe is not None
+            with contextlib.suppress(OSError):
+                pipe.close()
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            process.wait(_END_S)
 
     def _is_ready(self) -> bool:
         assert self._process.stdout is not None

@@ -7,6 +7,7 @@ children of the owner may hold open.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import select
@@ -61,7 +62,8 @@ def main() -> int:
 
     section = PlatformSection.model_validate_json(_line(sys.stdin.fileno()))
     output_backends(section)  # imported now, not when every millisecond counts
-    os.write(sys.stdout.fileno(), READY)
+    with contextlib.suppress(BrokenPipeError):  # the devices have been let go already
+        os.write(sys.stdout.fileno(), READY)
     lease = Lease()
     _watch(owner, sys.stdin.fileno(), lease)
     if not lease.power:
@@ -84,7 +86,7 @@ def main() -> int:
 
 
 def _watch(owner: int, pipe: int, lease: Lease) -> None:
-    """Until the owner has ended; one that hangs while power may come is killed."""
+    """Until the owner has ended or let its devices go; one that hangs while power may come is killed."""
     poll = select.poll()
     poll.register(owner, select.POLLIN)
     poll.register(pipe, select.POLLIN)
@@ -94,6 +96,8 @@ def _watch(owner: int, pipe: int, lease: Lease) -> None:
         if pipe in ready:
             said = os.read(pipe, 4096)
             lease.heard(said, time.monotonic())
+            if lease.ended:
+                return
             if not said:
                 poll.unregister(pipe)
         elif owner in ready:  # all it has said has been read

@@ -71,6 +71,15 @@ def test_a_guard_that_died_is_replaced_before_the_next_power_and_told_in_the_sho
     guard.power_is_off()
 
 
+def test_a_guard_ends_when_the_devices_have_been_let_go(lab):
+    guard = guard_for(lab.file().section)
+    guard.power_may_come()
+    guard.power_is_off()
+    pid = guard.pid
+    guard.close()
+    assert not os.path.exists(f"/proc/{pid}")
+
+
 def test_a_guard_ends_with_its_owner_and_ignores_what_a_terminal_sends(lab, tmp_path):
     program = (
         "import os, signal, sys; from platform_daemon.supervisor.owner import GuardProcess\n"
