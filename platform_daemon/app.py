@@ -10,8 +10,9 @@ from drivers.errors import ConfigError
 from drivers.registry import build_platform
 from platform_daemon.analysis import Library
 from platform_daemon.api import Context
-from platform_daemon.engine import CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
+from platform_daemon.engine import AnalysisJobs, CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
 from platform_daemon.estimation import warm_up
+from platform_daemon.link import Hardware
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
 from platform_daemon.supervisor import guard_for
@@ -42,11 +43,12 @@ def start_engine(
         raise
 
 
-def create_context(engine: Engine, data: DataFolder) -> Context:
+def create_context(hardware: Hardware, data: DataFolder, catalogue: Catalogue) -> Context:
     """What the API serves; compiles the fit in the background and says so under /ready."""
     models, warm = Library(data.models), {"estimator": False}
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
-    context = Context(engine, *folders, models, data.calibrations, warm)
+    analyses = AnalysisJobs(JobRecords(data.jobs))
+    context = Context(hardware, catalogue, analyses, *folders, models, data.calibrations, warm)
     threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
     return context
 

@@ -1,4 +1,4 @@
-"""What every route needs: the engine and the folders; handed in once by `app.py`."""
+"""What every route needs: the owner of the hardware, the analyses and the folders; handed in once by `app.py`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from fastapi import Body, Depends, Request
 from fastapi import Path as InPath
 
 from platform_daemon.analysis import Library
-from platform_daemon.engine import Engine
+from platform_daemon.engine import ANALYSES, AnalysisJobs, Catalogue
+from platform_daemon.link import Hardware, JobHolder, LocalJobs
 from platform_daemon.schemas import Confirmation
 
 ResultT = TypeVar("ResultT")
@@ -21,10 +22,12 @@ EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
 
 @dataclass(frozen=True)
 class Context:
-    """Engine, folders of recordings, fit results, diagnoses, characterisations and logs of procedures, adopted models,
-    folder of calibrations, and what has warmed up."""
+    """The owner of the hardware, what can be measured, analyses asked for, folders of recordings, fit results,
+    diagnoses, characterisations and logs of procedures, adopted models, folder of calibrations, what has warmed up."""
 
-    engine: Engine
+    hardware: Hardware
+    catalogue: Catalogue
+    analyses: AnalysisJobs
     recordings: Path
     fits: Path
     diagnoses: Path
@@ -33,6 +36,10 @@ class Context:
     models: Library
     calibrations: Path
     warm: dict[str, bool]
+
+    def holder(self, kind: str) -> JobHolder:
+        """Who holds the jobs of a kind."""
+        return LocalJobs(self.analyses) if kind in ANALYSES else self.hardware
 
 
 async def _context(request: Request) -> Context:

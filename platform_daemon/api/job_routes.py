@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -12,7 +11,8 @@ from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
-from platform_daemon.engine import AnyJob, UnknownId
+from platform_daemon.engine import UnknownId
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import NoResult, Root, Schema
 
 from .context import JobId, Shared, at_once
@@ -37,34 +37,34 @@ class JobKind(Generic[JobT]):
     plural: str
     body: type[JobT]
     listing: type[Root[Any]]
-    links: Callable[[AnyJob], dict[str, str]]
+    links: Callable[[ShownJob], dict[str, str]]
     got: str
     cancelled: str
 
-    def shown(self, job: AnyJob) -> JobT:
+    def shown(self, job: ShownJob) -> JobT:
         """The job as it is now."""
         links = {"self": f"/{self.plural}/{job.identifier}", **self.links(job)}
         parts = {
             "id": job.identifier,
             "kind": job.kind,
             "state": job.state,
-            "progress": job.progress(),
-            "created": _iso(job.created),
-            "started": _iso(job.started),
-            "finished": _iso(job.finished),
+            "progress": job.progress,
+            "created": job.record.times.created,
+            "started": job.record.times.started,
+            "finished": job.record.times.finished,
             "request": job.request,
             "result": job.result,
-            "warnings": tuple(job.warnings),
+            "warnings": job.record.warnings,
             "error": None if job.error is None else problem(job.error, links["self"]),
             "links": links,
         }
         if self.name == "calibration":
             parts["question"] = job.question
         if self.name == "procedure":
-            parts["paused"] = job.pause_requested.is_set() and not job.state.final
+            parts["paused"] = job.paused
         return self.body(**parts)
 
-    def accepted(self, job: AnyJob, response: Response) -> JobT:
+    def accepted(self, job: ShownJob, response: Response) -> JobT:
         """The answer to what began it."""
         response.headers["Location"] = f"/{self.plural}/{job.identifier}"
         return self.shown(job)
@@ -73,16 +73,17 @@ class JobKind(Generic[JobT]):
         """GET all, GET one, DELETE one."""
 
         def list_jobs(context: Shared, page: Paged) -> Any:
-            jobs = {job.identifier: job for job in context.engine.jobs(self.name)}
-            return page.as_json((key, self.shown(jobs[key])) for key in page.of(tuple(jobs)))
+            holder = context.holder(self.name)
+            here = tuple(page.of(holder.job_ids(self.name)))
+            return page.as_json((job.identifier, self.shown(job)) for job in holder.jobs(self.name, here))
 
         def get_job(identifier: JobId, context: Shared) -> Any:
-            return self.shown(context.engine.job(self.name, identifier))
+            return self.shown(context.holder(self.name).job(self.name, identifier))
 
         async def cancel_job(identifier: JobId, context: Shared) -> Any:
-            job = context.engine.job(self.name, identifier)
-            await at_once(job.request_cancel)  # writes its record, and waits for the disk
-            return self.shown(job)
+            holder = context.holder(self.name)
+            # It writes the job's record, and waits for the disk.
+            return self.shown(await at_once(lambda: holder.cancel(self.name, identifier)))
 
         router.add_api_route(
             "",
@@ -115,7 +116,7 @@ class JobKind(Generic[JobT]):
         )
 
 
-def result_of(job: AnyJob, again: str) -> Any:
+def result_of(job: ShownJob, again: str) -> Any:
     """What came out.  Raises InputError if nothing has; again: what to do where nothing will, as "fit anew"."""
     if not isinstance(job.result, NoResult):
         return job.result
@@ -124,14 +125,10 @@ def result_of(job: AnyJob, again: str) -> Any:
     raise InputError(f"the {job.kind} has no result", where=job.identifier, why=why, remedy=remedy)
 
 
-def page_of(job: AnyJob, folder: Path, again: str) -> FileResponse:
+def page_of(job: ShownJob, folder: Path, again: str) -> FileResponse:
     """The page that a job has made.  Raises InputError if it has no result, UnknownId if the page is gone."""
     result_of(job, again)
     page = folder / f"{job.identifier}.html"
     if not page.is_file():
         raise UnknownId("the page is not there any more", where=job.identifier, remedy=again)
     return FileResponse(page, media_type="text/html")
-
-
-def _iso(when: datetime | None) -> str | None:
-    return None if when is None else when.isoformat()

@@ -17,6 +17,7 @@ from drivers import errors
 from drivers.validation import complaints, listed
 from platform_daemon.analysis import UnknownModel
 from platform_daemon.engine import ShuttingDown, UnknownId
+from platform_daemon.link import HardwareAway
 from platform_daemon.schemas import Problem, UnreadableFile, to_json
 from platform_daemon.store import Broken, StorageError, UnknownRecording
 
@@ -53,6 +54,7 @@ STATUS: dict[type[errors.PlatformError], int] = {
     errors.InputError: 422,
     errors.DeviceTimeout: 504,
     ShuttingDown: 503,
+    HardwareAway: 503,
     errors.DeviceStateError: 409,
     errors.DeviceError: 502,
     errors.InterlockError: 409,
@@ -73,7 +75,7 @@ WHEN = {
     429: "This client asks too often; Retry-After says how long to wait",
     500: "An error that nobody foresaw; the log has it",
     502: "A device failed",
-    503: "The daemon is shutting down and takes no work, or has too much of it",
+    503: "The daemon is shutting down and takes no work, or has too much of it, or its hardware process is away",
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }

@@ -1,22 +1,16 @@
-"""The FastAPI application, and a uvicorn server whose first act on a signal is to switch outputs off."""
+"""The FastAPI application, and the one that can do nothing but stop."""
 
 from __future__ import annotations
-
-from types import FrameType
 
 from fastapi import APIRouter, FastAPI
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
-from platform_daemon.engine import Engine
 
 from . import problems
 from .context import Context
-from .network.certificates import Certificate
-from .network.connections import BoundedServer, bounded_config
 from .network.front import Front
 from .network.lanes import Lanes
-from .network.limits import Limits
 from .network.policy import Network
 from .network.routes import refuse_unguarded
 from .openapi import complete_schema
@@ -56,7 +50,7 @@ TAGS = {
 
 
 def create_api(context: Context, network: Network | None = None) -> FastAPI:
-    """The application over an engine and its folders; network: its rules, None: those of loopback without tokens.
+    """The application over a context; network: its rules, None: those of loopback without tokens.
 
     Raises RuntimeError for a route that the table of access does not know.
     """
@@ -109,18 +103,3 @@ def _guard(app: FastAPI, context: Context, network: Network) -> None:
 def _include(app: FastAPI, router: APIRouter) -> None:
     refuse_unguarded(router.routes)
     app.include_router(router)
-
-
-class Server(BoundedServer):
-    """Outputs off comes first in the signal path: uvicorn's own shutdown can wait for clients that never leave."""
-
-    def __init__(self, app: FastAPI, engine: Engine, limits: Limits, certificate: Certificate | None = None) -> None:
-        super().__init__(bounded_config(app, limits, certificate))
-        self._engine = engine
-
-    def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        """Outputs off, then uvicorn's orderly end."""
-        try:
-            self._engine.outputs_off()
-        finally:
-            super().handle_exit(sig, frame)

@@ -14,6 +14,7 @@ import typer
 
 from drivers.errors import PlatformError
 from platform_daemon import __version__
+from platform_daemon.serving import log_from
 
 from .bench import bench_app
 from .calibrate import calibrate_app
@@ -26,7 +27,6 @@ from .emulate import emulate
 from .fit import fit
 from .harmonics import harmonics
 from .interrupts import INTERRUPTED, no_interrupt_lost
-from .logs import log_from
 from .measure import measure
 from .models import adopt, models_app
 from .precision import predict

@@ -5,15 +5,17 @@ from __future__ import annotations
 import logging
 import socket
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from drivers.errors import InputError
+from platform_daemon.serving import log_from
 
 from .interrupts import heed_one_interrupt
-from .logs import log_from
-from .options import EndpointsOption, PlatformOption, SetOption, library
+from .options import EndpointsOption, PlatformOption, SetOption
+
+if TYPE_CHECKING:
+    from platform_daemon.serving import Daemon, ServeOptions
 
 HostOption = Annotated[
     str, typer.Option(help="Address to listen on; one that others reach needs tokens, and TLS or --insecure-network.")
@@ -51,62 +53,43 @@ def serve(
     allowed_host: NameOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
-    from platform_daemon.api import Server, certificate_of, create_api, create_stop_api, rules, stop_server
-    from platform_daemon.app import create_context, start_engine
-    from platform_daemon.engine import JobRecords, open_catalogue
-    from platform_daemon.settings import load_platform
-    from platform_daemon.store import audit_log_in, open_data_folder, tokens_in
+    from platform_daemon.serving import Daemon, ServeOptions, listen, listen_for_stop
 
     log_from(logging.INFO)
-    file = load_platform(platform, overrides or (), endpoints)
-    certificate = certificate_of(tls_cert, tls_key)
-    tokens, audit = tokens_in(data), audit_log_in(data)
-    network = rules(host, allowed_host or (), certificate, insecure=insecure_network, tokens=tokens, audit=audit)
-    listener = _listen(host, port)
-    stop_listener = _listen_for_stop(host, stop_port, listener.getsockname()[1])
-    folder = open_data_folder(data)
-    # uvicorn raises the signal again when it has ended; it must then not kill us before the series is put together.
-    heed_one_interrupt()
-    catalogue = open_catalogue(folder.resonators, folder.sequences, resonators, folder.presets)
-    engine = start_engine(file, JobRecords(folder.jobs), library(folder.models), catalogue)
+    options = ServeOptions(
+        platform=platform,
+        overrides=tuple(overrides or ()),
+        endpoints=endpoints,
+        data=data,
+        resonators=resonators,
+        host=host,
+        allowed_hosts=tuple(allowed_host or ()),
+        tls_cert=tls_cert,
+        tls_key=tls_key,
+        insecure_network=insecure_network,
+    )
+    with listen(host, port) as listener, listen_for_stop(host, stop_port, listener.getsockname()[1]) as stop_listener:
+        # A second signal must not cut short what the first one began: a series is put together.
+        heed_one_interrupt()
+        _run(Daemon(options, (listener, stop_listener)), options, listener, stop_listener)
+
+
+def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_listener: socket.socket) -> None:
+    """Until an interrupt.  Raises typer.Exit with the code of a process that could not start."""
+    from platform_daemon.serving import StartFailed
+
     try:
-        context, limits = create_context(engine, folder), network.limits
-        server = Server(create_api(context, network), engine, limits, certificate)
-        scheme = "http" if certificate is None else "https"
-        with stop_server(create_stop_api(context, network), stop_listener, limits, certificate):
-            print(f"listening on {scheme}://{_address(host, listener)}", flush=True)
-            print(f"stop on {scheme}://{_address(host, stop_listener)}/stop", flush=True)
-            server.run(sockets=[listener])
+        daemon.start()
+        scheme = "http" if options.tls_cert is None else "https"
+        print(f"listening on {scheme}://{_address(options.host, listener)}", flush=True)
+        print(f"stop on {scheme}://{_address(options.host, stop_listener)}/stop", flush=True)
+        daemon.run()
+    except StartFailed as failure:  # the process has said why
+        raise typer.Exit(failure.code or 1) from None
     except KeyboardInterrupt:
         pass
     finally:
-        engine.close()
-
-
-def _listen_for_stop(host: str, asked: int | None, main: int) -> socket.socket:
-    """On the port that was asked for, else on the one after the main one, else on any that is free."""
-    if asked is not None:
-        return _listen(host, asked, "--stop-port")
-    try:
-        return _listen(host, main + 1 if main < 65535 else 0)
-    except InputError:
-        return _listen(host, 0)
-
-
-def _listen(host: str, port: int, option: str = "--port") -> socket.socket:
-    try:
-        family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        # With the protocol named asyncio sends answers without delay (TCP_NODELAY); else many wait for 40 ms.
-        listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listener.bind((host, port))
-        listener.listen(128)
-    except (OSError, UnicodeError) as error:  # UnicodeError: a name that DNS cannot hold
-        why = getattr(error, "strerror", None) or str(error)
-        raise InputError(
-            "cannot listen", where=f"{host}:{port}", why=why, remedy=f"choose another {option} or --host"
-        ) from None
-    return listener
+        daemon.end()
 
 
 def _address(host: str, listener: socket.socket) -> str:

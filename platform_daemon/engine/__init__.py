@@ -1,5 +1,7 @@
 """Who owns the hardware: jobs, interlock, one shot, calibrations, self-test, procedures of several jobs.
 
+ANALYSES: Kinds of jobs that leave the hardware alone.
+AnalysisJobs: Fits, diagnoses and characterisations of what is stored, as jobs.
 CalibrationFiles: The files that the platform file names.
 read_receive: The receive calibration in a calibration file or a recording.
 Catalogue: What can be measured, and how.
@@ -10,6 +12,7 @@ Engine: Runs acquisitions one after the other on one platform, and fits beside t
 ShuttingDown: The daemon takes no work any more.
 UnknownId: No job or recording has that id.
 JobRecords: One JSON file per job in `folder`.
+record_of: What is kept of a job, as it is now.
 AnyJob: A job of whatever kind.
 Job: One piece of work.
 reduce_latency: Search for garbage once more, now, and from here on only in what is made later.
@@ -27,11 +30,12 @@ FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
 """
 
+from .analysis_jobs import AnalysisJobs
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
 from .engine import Engine, ShuttingDown
-from .job_records import JobRecords
-from .job_registry import UnknownId
+from .job_records import JobRecords, record_of
+from .job_registry import ANALYSES, UnknownId
 from .jobs import AnyJob, Job
 from .latency import reduce_latency
 from .procedures.conductor import ProcedureFiles, ProcedureWork
@@ -45,7 +49,9 @@ from .work.fit import FitWork
 from .work.series import AcquisitionJob
 
 __all__ = [
+    "ANALYSES",
     "AcquisitionJob",
+    "AnalysisJobs",
     "AnyJob",
     "Budget",
     "CalibrationFiles",
@@ -69,5 +75,6 @@ __all__ = [
     "open_catalogue",
     "plan_procedure",
     "read_receive",
+    "record_of",
     "reduce_latency",
 ]

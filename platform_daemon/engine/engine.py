@@ -31,7 +31,7 @@ from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .interlock import Interlock
 from .job_records import JobRecords
-from .job_registry import JobRegistry
+from .job_registry import ON_HARDWARE, JobRegistry
 from .jobs import AnyJob, Job, RequestT, ResultT, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
@@ -61,7 +61,7 @@ class Engine:
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
     before each series and each transmit calibration; files: of calibrations, as the platform file names them;
-    catalogue: what can be measured by name.  On-line fits, analysis jobs and procedures have a thread each, so that
+    catalogue: what can be measured by name.  On-line fits and procedures have a thread each, so that
     none holds up a shot nor the others.  Raises SequenceRejected if the self-test leaves the limits.
     """
 
@@ -82,9 +82,8 @@ class Engine:
         self.catalogue = catalogue
         self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
-        self._registry = JobRegistry(journal or JobRecords(None))
+        self._registry = JobRegistry(journal or JobRecords(None), ON_HARDWARE)
         self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
-        self._fits = ThreadPoolExecutor(max_workers=1, thread_name_prefix="fits")
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._procedures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="procedures")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
@@ -157,17 +156,6 @@ class Engine:
             self._calibration_in_use.activate(request, folder)
             return self._calibration_in_use.in_use()
 
-    def analyse(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
-        """Run work that leaves the hardware alone, in the analysis thread, after that before it.
-
-        Raises ShuttingDown.
-        """
-        with self._planning:
-            job = Job.of(work)
-            self._register(job)
-            self._fits.submit(self._run, job, work)
-            return job
-
     def conduct(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
         """Run a procedure, which submits its steps itself, in a thread for procedures, after that before it.
 
@@ -239,7 +227,7 @@ class Engine:
                 self._thread.join(timeout=60)
             finally:
                 self.platform.close()
-        for each in (self._procedures, self._online, self._fits):
+        for each in (self._procedures, self._online):
             each.shutdown(wait=True, cancel_futures=True)
 
     def _register(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:

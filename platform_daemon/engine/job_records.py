@@ -29,15 +29,17 @@ class JobRecords:
     def save(self, job: AnyJob) -> None:
         """Write the job as it is now.  Raises StorageError."""
         if self._folder is not None:
-            record = to_json(_record(job), indent=1, allow_nan=True)
+            record = to_json(record_of(job), indent=1, allow_nan=True)
             write_file(self._folder / f"{job.identifier}.json", record.encode())
 
-    def load(self) -> list[AnyJob]:
-        """All jobs of earlier runs, oldest first; those cut off are failed and saved so.  Bad files are logged."""
+    def load(self, kinds: frozenset[str] | None = None) -> list[AnyJob]:
+        """All jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.  Bad files are
+        logged."""
         found = []
         for path in sorted(self._folder.glob("*.json")) if self._folder else []:
             try:
-                found.append(_job(StoredJob.model_validate_json(path.read_text()).root))
+                if kinds is None or path.name.partition("-")[0] in kinds:
+                    found.append(_job(StoredJob.model_validate_json(path.read_text()).root))
             except (OSError, ValueError) as error:
                 log.error("job_record_unreadable", file=path.name, error=str(error))
         for job in found:
@@ -55,7 +57,8 @@ def _cut_off(job: AnyJob) -> errors.PlatformError:
     )
 
 
-def _record(job: AnyJob) -> StoredJob:
+def record_of(job: AnyJob) -> StoredJob:
+    """What is kept of a job, as it is now."""
     times = JobTimes(created=iso(job.created), started=iso(job.started), finished=iso(job.finished))
     error = None if job.error is None else _error_record(job.error)
     names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings")

@@ -12,6 +12,10 @@ from .job_records import JobRecords
 from .jobs import AnyJob
 
 log = structlog.get_logger()
+ANALYSES = frozenset({"fit", "diagnosis", "characterisation"})
+"""Kinds of jobs that leave the hardware alone; another process than its owner may hold them."""
+ON_HARDWARE = frozenset({"acquisition", "procedure", "calibration"})
+"""The others."""
 
 
 class UnknownId(InputError):
@@ -21,11 +25,11 @@ class UnknownId(InputError):
 
 
 class JobRegistry:
-    """The jobs of an engine.  Written under the engine's lock, read by anybody."""
+    """The jobs of these kinds.  Written under the lock of whoever keeps it, read by anybody."""
 
-    def __init__(self, journal: JobRecords) -> None:
+    def __init__(self, journal: JobRecords, kinds: frozenset[str]) -> None:
         self._journal = journal
-        self._jobs = {job.identifier: job for job in journal.load()}
+        self._jobs = {job.identifier: job for job in journal.load(kinds)}
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._conducting: list[AnyJob] = []  # procedures that wait, or make steps
 

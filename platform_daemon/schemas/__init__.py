@@ -115,6 +115,10 @@ ProcedureJobs: All procedures, oldest first.
 Progress: How far a job is.
 DiagnosedRound: A series, and what it brought to the diagnosis.
 EffectSummary: An accepted effect in short.
+JobSnapshot: A job as it is at one moment.
+LinkAnswer: The answer to one call over the local socket.
+LinkCall: A question or a command over the local socket.
+LinkError: An error on its way to the process that has asked.
 LiveDiagnosisLog: What a loop on the platform measured, why, and what it brought.
 ManualStep: A step that needs a hand and was not done.
 UndiagnosedRound: A series that was cut short, or after which nothing could be diagnosed.

@@ -110,6 +110,10 @@ from .jobs import JobState as JobState
 from .jobs import ProcedureJob as ProcedureJob
 from .jobs import ProcedureJobs as ProcedureJobs
 from .jobs import Progress as Progress
+from .link import JobSnapshot as JobSnapshot
+from .link import LinkAnswer as LinkAnswer
+from .link import LinkCall as LinkCall
+from .link import LinkError as LinkError
 from .live_diagnosis import DiagnosedRound as DiagnosedRound
 from .live_diagnosis import EffectSummary as EffectSummary
 from .live_diagnosis import LiveDiagnosisLog as LiveDiagnosisLog

@@ -15,6 +15,7 @@ add_transmit_calibration: A new version of a transmit calibration.
 check_calibration_name: Raises InputError unless a file can be called so.
 read_transmit_calibration: The transmit side in a calibration file or a recording.
 DataFolder: Where a daemon keeps what it makes.
+data_paths: Where everything is in a folder that another process has opened.
 open_data_folder: The folders, made if missing.
 describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
@@ -50,7 +51,7 @@ from .calibrations import (
     check_calibration_name,
     read_transmit_calibration,
 )
-from .data_folder import DataFolder, audit_log_in, open_data_folder, tokens_in
+from .data_folder import DataFolder, audit_log_in, data_paths, open_data_folder, tokens_in
 from .describe import describe
 from .dmdt_file import dmdt_file
 from .durable import write_file, write_new_file
@@ -88,6 +89,7 @@ __all__ = [
     "add_transmit_calibration",
     "audit_log_in",
     "check_calibration_name",
+    "data_paths",
     "describe",
     "dmdt_file",
     "has_expired",

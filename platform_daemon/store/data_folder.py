@@ -13,13 +13,17 @@ from .audit import AuditLog
 from .recovery import recover
 from .tokens import TokenFile
 
+_NAMES = (
+    *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
+    *("jobs", "resonators", "sequences", "presets"),
+)
 TOKENS, AUDIT = "tokens.json", "audit.jsonl"
 
 
 @dataclass(frozen=True)
 class DataFolder:
     """Where a daemon keeps what it makes: folders, the files `tokens` and `audit`, which need not exist; `lock` is held
-    as long as the process lives."""
+    as long as the process lives, None: by another one."""
 
     recordings: Path
     fits: Path
@@ -34,7 +38,7 @@ class DataFolder:
     presets: Path
     tokens: Path
     audit: Path
-    lock: TextIO
+    lock: TextIO | None
 
 
 def tokens_in(folder: Path) -> TokenFile:
@@ -52,11 +56,7 @@ def open_data_folder(folder: Path) -> DataFolder:
 
     Raises InputError if another daemon works in this folder, OSError if it cannot be made.
     """
-    names = (
-        *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
-        *("jobs", "resonators", "sequences", "presets"),
-    )
-    for name in names:
+    for name in _NAMES:
         (folder / name).mkdir(parents=True, exist_ok=True)
     lock = (folder / ".lock").open("w")
     try:
@@ -65,7 +65,12 @@ def open_data_folder(folder: Path) -> DataFolder:
         lock.close()
         remedy = "stop it, or give this one another --data folder"
         raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
-    files = {"tokens": folder / TOKENS, "audit": folder / AUDIT}
-    made = DataFolder(**{name: folder / name for name in names}, **files, lock=lock)
+    made = data_paths(folder, lock)
     recover(made.recordings)
     return made
+
+
+def data_paths(folder: Path, lock: TextIO | None = None) -> DataFolder:
+    """Where everything is in a folder that another process has opened; nothing is made or looked at."""
+    files = {"tokens": folder / TOKENS, "audit": folder / AUDIT}
+    return DataFolder(**{name: folder / name for name in _NAMES}, **files, lock=lock)

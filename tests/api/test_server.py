@@ -10,12 +10,13 @@ import pytest
 from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, start_engine
+from platform_daemon.app import start_engine
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.data import DATA
+from tests.kit.linked_api import linked_context
 from tests.kit.rest import finished, problem
 
 
@@ -51,8 +52,7 @@ def test_others_are_answered_while_the_disk_takes_its_time_over_a_cancelled_job(
         writes.set()
         written.wait(20)
 
-    engine = client.app.state.context.engine
-    engine.job("acquisition", locations[1].rsplit("/", 1)[1]).on_change = slowly
+    client.engine.job("acquisition", locations[1].rsplit("/", 1)[1]).on_change = slowly
     with ThreadPoolExecutor(2) as clients:
         cancelling = clients.submit(client.delete, locations[1])
         try:
@@ -76,7 +76,7 @@ def test_stop_cancels_everything_and_the_platform_says_outputs_are_off(client):
 
 
 def test_a_latched_trip_is_cleared_by_its_own_command(client):
-    world = client.app.state.context.engine.platform.backends["simulated"].world
+    world = client.engine.platform.backends["simulated"].world
     world.trip_amplifier()
     failed = finished(client, client.post("/acquisitions", json=SHORT_JEWEL).headers["location"])
     assert failed["error"]["type"] == "/problems/device-fault"
@@ -317,7 +317,7 @@ def test_a_daemon_that_shuts_down_takes_no_work_and_says_so(tmp_path):
     shutil.copyfile(DATA / "example_jewel.mmr.h5", folder.recordings / "ours.h5")
     engine = start_engine(load_platform("simulated"))
     with TestClient(
-        create_api(create_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
+        create_api(linked_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
     ) as stopping:
         engine.close()
         asked = {

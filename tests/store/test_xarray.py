@@ -19,7 +19,7 @@ from starlette.testclient import TestClient
 from drivers.calibration import ReceiveCalibration
 from platform_daemon import __version__
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, start_engine
+from platform_daemon.app import start_engine
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.describe import describe
@@ -29,6 +29,7 @@ from platform_daemon.store.series_writer import SeriesWriter
 from platform_daemon.store.truth import read_truth
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.fit_tables import read_fits
+from tests.kit.linked_api import linked_context
 from tests.kit.recording_files import SEQUENCE, calibration, fit_table, header, shot, volts, write_minimal, write_series
 
 FOUR_ROWS = np.vstack([np.eye(3), np.ones(3)]) * 1e-3
@@ -40,7 +41,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespa
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
     engine = start_engine(load_platform("simulated"))
     try:
-        with TestClient(create_api(create_context(engine, folder)), base_url="http://127.0.0.1") as client:
+        with TestClient(create_api(linked_context(engine, folder)), base_url="http://127.0.0.1") as client:
             for kind in ("receive", "transmit"):
                 body = {"kind": kind, "name": kind, "frequencies_hz": [212.0, 424.0], "repetitions": 1}
                 made = result_of(client, client.post("/calibrations", json=body))["calibration"]

@@ -16,5 +16,5 @@ entrance: How many may stand before TLS.
 connections: How many connections there are, and how long one may say nothing.
 certificates: Is a certificate good for the names of this server?
 listening: On which address the server may listen, and by which rules.
-stop_server: POST /stop on a port and in a thread of its own.
+served: An application on its socket, in a thread of its own.
 """

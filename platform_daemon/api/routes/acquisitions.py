@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from platform_daemon.engine import AnyJob
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import AcquisitionJob, AcquisitionJobs, AcquisitionRequest, AcquisitionSummary
 
 from ..context import Shared
@@ -15,7 +15,7 @@ from ..problems import problems
 router = APIRouter(prefix="/acquisitions", tags=["acquisitions"], route_class=GuardedRoute)
 
 
-def _links(job: AnyJob) -> dict[str, str]:
+def _links(job: ShownJob) -> dict[str, str]:
     recording = job.result.recording
     return {} if recording is None else {"recording": f"/recordings/{recording}"}
 
@@ -38,16 +38,13 @@ def start_acquisition(body: AcquisitionRequest, response: Response, context: Sha
     Acquisitions run one after the other in the order asked; `state` is `queued` until its turn comes.  The request is
     checked against the safety envelope first: a rejected one is answered 422 and nothing moves.
     """
-    context.engine.catalogue.resonators.named(body.resonator)  # by REST none is given as a path
-    job = context.engine.acquire(context.engine.plan(body), None, context.recordings)
-    return ACQUISITIONS.accepted(job, response)
+    return ACQUISITIONS.accepted(context.hardware.acquire(body), response)
 
 
 @router.post("/dry-run", summary="Check a series without moving anything", responses=problems(415, 422))
 def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     """The same checks, nothing moves: realised frequency, currents, voltages, duration, disk, settle check."""
-    context.engine.catalogue.resonators.named(body.resonator)  # by REST none is given as a path
-    return context.engine.plan(body).summary()
+    return context.hardware.dry_run(body)
 
 
 ACQUISITIONS.add_routes(router)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter, Response
 
-from drivers.errors import DeviceStateError
-from platform_daemon.engine import AnyJob
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import (
     ActivationRequest,
     CalibrationJob,
@@ -22,7 +21,7 @@ from ..problems import problems
 router = APIRouter(prefix="/calibrations", tags=["calibrations"], route_class=GuardedRoute)
 
 
-def _links(job: AnyJob) -> dict[str, str]:
+def _links(job: ShownJob) -> dict[str, str]:
     return {} if job.question is None else {"continue": f"/calibrations/{job.identifier}/continue"}
 
 
@@ -49,7 +48,7 @@ def start_calibration(body: CalibrationRequest, response: Response, context: Sha
     It waits its turn among the acquisitions and writes a new version of its file.  The daemon goes on with the
     calibration it has until it is told to use this one: POST /calibrations/adopt.
     """
-    return CALIBRATIONS.accepted(context.engine.calibrate(body, context.calibrations), response)
+    return CALIBRATIONS.accepted(context.hardware.calibrate(body), response)
 
 
 @router.post("/adopt", summary="Use a calibration from the next series on", responses=problems(409, 415, 422))
@@ -59,7 +58,7 @@ def adopt_calibration(body: ActivationRequest, context: Shared) -> CalibrationsI
     It holds until the daemon ends: name it in the platform file to keep it.  409 while a series or a calibration runs
     or waits.
     """
-    return context.engine.activate(body, context.calibrations)
+    return context.hardware.activate(body)
 
 
 CALIBRATIONS.add_routes(router)
@@ -70,8 +69,4 @@ CALIBRATIONS.add_routes(router)
 )
 def continue_calibration(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> CalibrationJob:
     """The reference dipole is turned, or the probe is in its place: go on."""
-    job = context.engine.job("calibration", identifier)
-    if job.question is None:
-        raise DeviceStateError("the calibration does not wait for anything", where=identifier, remedy="look at `state`")
-    job.proceed.set()
-    return CALIBRATIONS.shown(job)
+    return CALIBRATIONS.shown(context.hardware.answer("calibration", identifier))

@@ -63,20 +63,20 @@ def list_resonators(context: Shared, page: Paged) -> ResonatorListing:
         if isinstance(found, Broken):
             return unreadable(found)
         try:
-            tuned, _ = context.engine.catalogue.tuned.keys_for(name, found)
+            tuned, _ = context.catalogue.tuned.keys_for(name, found)
         except ConfigError as error:
             return unreadable(Broken(name, Path(error.where), error))
         sequence = presets[found.variant].model_copy(update=tuned.changes())
         return ResonatorInfo(name=found.name, variant=found.variant, sequence=sequence)
 
-    found = page.part_of(context.engine.catalogue.resonators.all())
+    found = page.part_of(context.catalogue.resonators.all())
     return ResonatorListing({name: shown(name, each) for name, each in found.items()})
 
 
 @router.post("/resonators", summary="Add a resonator", status_code=201, responses=problems(415, 422, 507))
 def add_resonator(name: NewName, body: NewResonator, response: Response, context: Shared) -> CatalogueEntry:
     """Keep a resonator file, with the same keys in JSON, as the next version of its name."""
-    return _added(context.engine.catalogue.resonators, name, body, response)
+    return _added(context.catalogue.resonators, name, body, response)
 
 
 @router.get(
@@ -86,27 +86,27 @@ def add_resonator(name: NewName, body: NewResonator, response: Response, context
 )
 def get_resonator(name: Name, context: Shared) -> Specimen:
     """What its file holds; keys that it leaves out are null."""
-    return _found(context.engine.catalogue.resonators, name)
+    return _found(context.catalogue.resonators, name)
 
 
 @router.get("/sequences", summary="Sequences that have a name", responses={**NEXT, **problems(422)})
 def list_sequences(context: Shared, page: Paged) -> SequenceListing:
     """Sequences by the name to use as `preset` of an acquisition, with the keys that they set; what cannot be read
     with the reason."""
-    found = page.part_of(context.engine.catalogue.sequences.all())
+    found = page.part_of(context.catalogue.sequences.all())
     return SequenceListing({n: unreadable(each) if isinstance(each, Broken) else each for n, each in found.items()})
 
 
 @router.post("/sequences", summary="Add a sequence", status_code=201, responses=problems(415, 422, 507))
 def add_sequence(name: NewName, body: NewSequence, response: Response, context: Shared) -> CatalogueEntry:
     """Keep the keys that differ from a resonator's preset as the next version of a name."""
-    return _added(context.engine.catalogue.sequences, name, body, response)
+    return _added(context.catalogue.sequences, name, body, response)
 
 
 @router.get("/sequences/{name}", summary="A sequence", responses={**_example(GENTLE), **problems(404, 422)})
 def get_sequence(name: Name, context: Shared) -> SequencePatch:
     """The keys that it sets."""
-    return _found(context.engine.catalogue.sequences, name)
+    return _found(context.catalogue.sequences, name)
 
 
 def _added(shelf: Shelf[ContentT], name: str, content: ContentT, response: Response) -> CatalogueEntry:

@@ -7,7 +7,8 @@ from fastapi.responses import FileResponse, HTMLResponse
 
 from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
 from platform_daemon.analysis import FitSettings, characterisation_task, resolve
-from platform_daemon.engine import AnyJob, CharacterisationFiles, CharacterisationWork
+from platform_daemon.engine import CharacterisationFiles, CharacterisationWork
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import CharacterisationJob, CharacterisationJobs, CharacterisationRequest
 from platform_daemon.store import resolve as path_of
 
@@ -19,7 +20,7 @@ from ..problems import problems
 router = APIRouter(prefix="/characterisations", tags=["characterisations"], route_class=GuardedRoute)
 
 
-def _links(job: AnyJob) -> dict[str, str]:
+def _links(job: ShownJob) -> dict[str, str]:
     return {"report": f"/characterisations/{job.identifier}/report"}
 
 
@@ -45,7 +46,9 @@ def start_characterisation(body: CharacterisationRequest, response: Response, co
     path = path_of(context.recordings, body.recording)
     task = characterisation_task(path, settings, body.held_in_n50 or None, body.alpha)
     files = CharacterisationFiles(reports.characterisation_html, context.characterisations)
-    return CHARACTERISATIONS.accepted(context.engine.analyse(CharacterisationWork(body, task, files)), response)
+    return CHARACTERISATIONS.accepted(
+        ShownJob.of(context.analyses.analyse(CharacterisationWork(body, task, files))), response
+    )
 
 
 CHARACTERISATIONS.add_routes(router)
@@ -59,5 +62,5 @@ CHARACTERISATIONS.add_routes(router)
 )
 def get_characterisation_report(identifier: JobId, context: Shared) -> FileResponse:
     """One self-contained HTML page: a shot with its fit, envelopes, the tables, every parameter shot by shot."""
-    job = context.engine.job("characterisation", identifier)
+    job = context.holder("characterisation").job("characterisation", identifier)
     return page_of(job, context.characterisations, "characterise anew")

@@ -86,7 +86,7 @@ def _model(report: FitReport, context: Context) -> RingDownModel:
 
 def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
     """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
-    job = context.engine.job("fit", identifier)
+    job = context.holder("fit").job("fit", identifier)
     report: FitReport = result_of(job, "fit anew")
     refused = why_refused(report.frames)
     if refused is not None:
@@ -135,7 +135,7 @@ def get_harmonics(identifier: RecordingId, frame: Frame, context: Shared) -> Sho
 @router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))
 def get_live_harmonics(context: Shared) -> ShotHarmonics:
     """The same of the last excited shot, milliseconds after it, while its series still runs."""
-    latest = context.engine.live.latest
+    latest = context.hardware.last_harmonics()
     if latest is None:
         raise UnknownId("no shot has been seen since the daemon started", remedy="start an acquisition")
     return latest
@@ -144,7 +144,7 @@ def get_live_harmonics(context: Shared) -> ShotHarmonics:
 @router.post("/predict", summary="What a planned measurement can tell", responses=problems(415, 422))
 def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
-    specimen = context.engine.catalogue.resonators.named(body.resonator)
+    specimen = context.catalogue.resonators.named(body.resonator)
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
     return planned_precision(
         specimen,

@@ -35,7 +35,7 @@ def get_design(name: Name, context: Shared) -> DesignReport:
 
     As `platform-daemon design --json` writes it.
     """
-    shelf = context.engine.catalogue.resonators
+    shelf = context.catalogue.resonators
     if name not in shelf.files():
         raise UnknownId(f"no resonator is called {name!r}", where=name, remedy="GET /resonators lists all")
     return design_report(shelf.named(name))
@@ -66,4 +66,4 @@ def draw_defects(body: DefectsRequest, context: Shared) -> Response:
 
 def _resonator(name: str | None, context: Context) -> Specimen | None:
     """None: the paper's design point.  Raises InputError."""
-    return None if name is None else context.engine.catalogue.resonators.named(name)
+    return None if name is None else context.catalogue.resonators.named(name)

@@ -7,7 +7,8 @@ from fastapi.responses import FileResponse, HTMLResponse
 
 from platform_daemon import analysis, reports  # not their parts, which load half of scipy and matplotlib
 from platform_daemon.analysis import ModelChoice, resolve
-from platform_daemon.engine import AnyJob, DiagnosisWork
+from platform_daemon.engine import DiagnosisWork
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import (
     AdoptedModelRecord,
     AdoptionRequest,
@@ -27,7 +28,7 @@ router = APIRouter(prefix="/diagnoses", tags=["diagnoses"], route_class=GuardedR
 AGAIN = "diagnose anew"
 
 
-def _links(job: AnyJob) -> dict[str, str]:
+def _links(job: ShownJob) -> dict[str, str]:
     here = f"/diagnoses/{job.identifier}"
     return {"report": f"{here}/report", "adopt": f"{here}/adopt"}
 
@@ -49,8 +50,8 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
     analysis.check_diagnosis_input(list(files), model, body.observable, frames=files)
-    job = context.engine.analyse(DiagnosisWork(body, files, model, context.diagnoses, reports.diagnosis_html))
-    return DIAGNOSES.accepted(job, response)
+    job = context.analyses.analyse(DiagnosisWork(body, files, model, context.diagnoses, reports.diagnosis_html))
+    return DIAGNOSES.accepted(ShownJob.of(job), response)
 
 
 DIAGNOSES.add_routes(router)
@@ -64,7 +65,7 @@ DIAGNOSES.add_routes(router)
 )
 def get_report(identifier: JobId, context: Shared) -> FileResponse:
     """One self-contained HTML page: residual, harmonics, spectra, sliding windows, ranking, before and after."""
-    return page_of(context.engine.job("diagnosis", identifier), context.diagnoses, AGAIN)
+    return page_of(context.holder("diagnosis").job("diagnosis", identifier), context.diagnoses, AGAIN)
 
 
 @router.post(
@@ -75,7 +76,7 @@ def get_report(identifier: JobId, context: Shared) -> FileResponse:
 )
 def adopt_model(identifier: JobId, body: AdoptionRequest, response: Response, context: Shared) -> AdoptedModelRecord:
     """Make the declared model with the named effects a named, versioned model for later fits."""
-    found: DiagnosisReport = result_of(context.engine.job("diagnosis", identifier), AGAIN)
+    found: DiagnosisReport = result_of(context.holder("diagnosis").job("diagnosis", identifier), AGAIN)
     model = analysis.model_from_diagnosis(
         found, body.name, body.by, context.models, effects=body.effects, free=body.free, force=body.force
     )

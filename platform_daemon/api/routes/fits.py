@@ -6,6 +6,7 @@ from fastapi import APIRouter, Response
 
 from platform_daemon.analysis import FitSettings, chosen_frames, open_for_fit, resolve
 from platform_daemon.engine import FitWork
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import FitJob, FitJobs, RecordingFitRequest
 from platform_daemon.store import resolve as path_of
 
@@ -43,8 +44,8 @@ def start_fit(body: RecordingFitRequest, response: Response, context: Shared) ->
     measurement, ask = open_for_fit(path, settings)
     frames = chosen_frames(measurement, body.frames)
 
-    job = context.engine.analyse(FitWork(body, measurement, ask, frames, context.fits))
-    return FITS.accepted(job, response)
+    job = context.analyses.analyse(FitWork(body, measurement, ask, frames, context.fits))
+    return FITS.accepted(ShownJob.of(job), response)
 
 
 FITS.add_routes(router)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Path, Response
 
+from drivers.errors import PlatformError
 from platform_daemon import __version__
 from platform_daemon.engine import UnknownId
 from platform_daemon.schemas import (
@@ -19,7 +20,7 @@ from platform_daemon.schemas import (
     StopReport,
 )
 
-from ..context import CONFIRMED, Confirmed, Shared, at_once
+from ..context import CONFIRMED, Confirmed, Context, Shared, at_once
 from ..network.routes import GuardedRoute
 from ..problems import problem_kinds, problems
 
@@ -49,27 +50,34 @@ def get_health() -> Health:
 )
 def get_readiness(context: Shared, response: Response) -> Readiness:
     """200 once every part has warmed up, 503 before, naming the parts; requests are served all the same."""
-    parts = {"platform": context.engine.warm, **context.warm}
+    parts = {"platform": _warm(context), **context.warm}
     response.status_code = 200 if all(parts.values()) else 503
     return Readiness(ready=all(parts.values()), warm=parts)
+
+
+def _warm(context: Context) -> bool:
+    try:
+        return context.hardware.warm()
+    except PlatformError:  # it is being started, or its devices do not open, which GET /platform tells
+        return False
 
 
 @router.get("/platform", summary="State of every device, and the job that runs")
 def get_platform(context: Shared) -> PlatformStatus:
     """As last read back, at `read_at`: every second while idle, in the RX window of each shot of an acquisition."""
-    return context.engine.status()
+    return context.hardware.status()
 
 
 @router.get("/devices", summary="What is there: identity, state and last error of each device")
 def list_devices(context: Shared) -> DeviceListing:
     """One entry per device, as last read back; one that does not answer is there with its error."""
-    return context.engine.devices()
+    return context.hardware.devices()
 
 
 @router.post("/stop", summary="All outputs off, now", responses=problems(502, 504))
 async def stop(context: Shared) -> StopReport:
     """Amplifier off, card stopped, receiver disconnected, all acquisitions cancelled.  Shots already on disk stay."""
-    await at_once(context.engine.outputs_off)
+    await at_once(context.hardware.outputs_off)
     return StopReport(status="outputs are off, acquisitions are cancelled")
 
 
@@ -85,7 +93,7 @@ def reset_amplifier(context: Shared, body: Confirmed = CONFIRMED) -> FaultReset:
     409 while a series or a calibration runs; 502 if the fault stays, because its cause persists or the amplifier has
     no reset command.  Without a fault there is nothing to clear: `fault` is null.
     """
-    return context.engine.reset_fault()
+    return context.hardware.reset_fault()
 
 
 @router.get("/problems/{kind}", summary="What a kind of problem means", responses=problems(404))

@@ -5,9 +5,8 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
-from drivers.errors import DeviceStateError, InputError
-from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
-from platform_daemon.engine import AnyJob, CharacterisationFiles, ProcedureFiles, ProcedureWork, plan_procedure
+from drivers.errors import InputError
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas import (
     AnyProcedureRequest,
     CharacteriseOutcome,
@@ -16,7 +15,7 @@ from platform_daemon.schemas import (
     ProcedureSummary,
 )
 
-from ..context import CONFIRMED, Confirmed, Context, JobId, Shared
+from ..context import CONFIRMED, Confirmed, JobId, Shared
 from ..job_routes import JobKind, page_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
@@ -24,12 +23,12 @@ from ..problems import problems
 router = APIRouter(prefix="/procedures", tags=["procedures"], route_class=GuardedRoute)
 
 
-def _links(job: AnyJob) -> dict[str, str]:
+def _links(job: ShownJob) -> dict[str, str]:
     found = {} if job.result.recording is None else {"recording": f"/recordings/{job.result.recording}"}
     if isinstance(job.result.outcome, CharacteriseOutcome):
         found["report"] = f"/procedures/{job.identifier}/report"
     if not job.state.final:
-        what = "resume" if job.pause_requested.is_set() else "pause"
+        what = "resume" if job.paused else "pause"
         found[what] = f"/procedures/{job.identifier}/{what}"
     return found
 
@@ -53,20 +52,13 @@ def start_procedure(body: AnyProcedureRequest, response: Response, context: Shar
     Procedures run one after the other.  Each step is an acquisition that waits its turn among all others; the shots of
     all steps are in one recording, which has the id of the procedure.
     """
-    return PROCEDURES.accepted(context.engine.conduct(_planned(body, context)), response)
+    return PROCEDURES.accepted(context.hardware.conduct(body), response)
 
 
 @router.post("/dry-run", summary="Check a procedure without moving anything", responses=problems(415, 422))
 def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSummary:
     """The same checks, nothing moves: every step with its values, shots, duration and disk."""
-    return _planned(body, context).summary()
-
-
-def _planned(body: AnyProcedureRequest, context: Context) -> ProcedureWork:
-    context.engine.catalogue.resonators.named(body.acquisition.resonator)  # by REST none is given as a path
-    files = ProcedureFiles(context.recordings, context.procedures)
-    tables = CharacterisationFiles(reports.characterisation_html, context.characterisations)
-    return plan_procedure(context.engine, body, files, tables)
+    return context.hardware.dry_run_procedure(body)
 
 
 PROCEDURES.add_routes(router)
@@ -83,9 +75,7 @@ def pause_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIR
 
     A pause longer than `longest_pause_s` of the request ends the procedure.
     """
-    job = _alive(identifier, context)
-    job.pause_requested.set()
-    return PROCEDURES.shown(job)
+    return PROCEDURES.shown(context.hardware.pause("procedure", identifier))
 
 
 @router.post(
@@ -93,9 +83,7 @@ def pause_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIR
 )
 def resume_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> ProcedureJob:
     """Go on with the shots that are missing; nothing happens if it is not paused."""
-    job = _alive(identifier, context)
-    job.pause_requested.clear()
-    return PROCEDURES.shown(job)
+    return PROCEDURES.shown(context.hardware.resume("procedure", identifier))
 
 
 @router.get(
@@ -106,18 +94,9 @@ def resume_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFI
 )
 def get_procedure_report(identifier: JobId, context: Shared) -> FileResponse:
     """What `GET /characterisations/{identifier}/report` is to a stored recording."""
-    job = context.engine.job("procedure", identifier)
+    job = context.hardware.job("procedure", identifier)
     if not isinstance(job.result.outcome, CharacteriseOutcome):
         why = f"it is {job.state}" + (f": {job.error}" if job.error is not None else "")
         remedy = "wait for a characterisation to end; of any recording POST /characterisations makes one"
         raise InputError("the procedure has no report", where=identifier, why=why, remedy=remedy)
     return page_of(job, context.characterisations, "characterise its recording anew")
-
-
-def _alive(identifier: str, context: Context) -> AnyJob:
-    """Raises UnknownId, DeviceStateError for one that has ended."""
-    job = context.engine.job("procedure", identifier)
-    if job.state.final:
-        remedy = "ask for the steps that are missing as a new procedure"
-        raise DeviceStateError("the procedure has ended", where=identifier, why=f"it is {job.state}", remedy=remedy)
-    return job

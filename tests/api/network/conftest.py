@@ -9,7 +9,8 @@ from starlette.testclient import TestClient
 from platform_daemon.api.network.callers import Gate
 from platform_daemon.api.network.policy import Network
 from platform_daemon.api.server import create_api, create_stop_api
-from platform_daemon.app import create_context, start_engine
+from platform_daemon.app import start_engine
+from platform_daemon.engine import Engine
 from platform_daemon.engine.catalogue import open_catalogue
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.schemas.access import Role
@@ -17,6 +18,7 @@ from platform_daemon.settings import load_platform
 from platform_daemon.store.audit import AuditLog
 from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.tokens import TokenFile
+from tests.kit.linked_api import linked_context
 
 
 @dataclass
@@ -28,6 +30,7 @@ class Secured:
     tokens: TokenFile
     audit: AuditLog
     folder: Path
+    engine: Engine
     headers: dict[Role | None, dict[str, str]]
 
 
@@ -38,11 +41,11 @@ def secured(tmp_path_factory):
     headers = {role: {"Authorization": f"Bearer {tokens.add(f'the-{role}', role)}"} for role in Role}
     catalogue = open_catalogue(folder.resonators, folder.sequences)
     engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs), catalogue=catalogue)
-    context, network = create_context(engine, folder), Network(Gate(tokens), audit=audit)
+    context, network = linked_context(engine, folder), Network(Gate(tokens), audit=audit)
     base = "http://127.0.0.1"
     with (
         TestClient(create_api(context, network), raise_server_exceptions=False, base_url=base) as client,
         TestClient(create_stop_api(context, network), raise_server_exceptions=False, base_url=base) as stopping,
     ):
-        yield Secured(client, stopping, tokens, audit, folder.tokens.parent, {None: {}, **headers})
+        yield Secured(client, stopping, tokens, audit, folder.tokens.parent, engine, {None: {}, **headers})
     engine.close()

@@ -68,14 +68,13 @@ def test_what_was_refused_at_once_is_not_written_nor_what_only_looks(secured, en
 
 
 def test_what_was_begun_and_failed_is_written_with_the_reason(secured, entries, monkeypatch):
-    engine = secured.client.app.state.context.engine
 
     def fail():
         from drivers.errors import OutputsUnconfirmed
 
         raise OutputsUnconfirmed("power may be on", where="power_amplifier", remedy="switch it off by hand")
 
-    monkeypatch.setattr(engine, "outputs_off", fail)
+    monkeypatch.setattr(secured.engine, "outputs_off", fail)
     assert secured.client.post("/stop", headers=secured.headers[Role.ADMIN]).status_code == 502
     wait_for(entries, 5)
     assert "power may be on" in entries()[0].outcome

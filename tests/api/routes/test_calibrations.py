@@ -4,11 +4,11 @@ import pytest
 from starlette.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import read_calibration
+from tests.kit.linked_api import linked_context
 
 SHORT = {"kind": "receive", "frequencies_hz": [212.0, 424.0], "repetitions": 1}
 
@@ -20,7 +20,7 @@ def client(tmp_path_factory):
     folder = open_data_folder(tmp_path_factory.mktemp("data"))
     engine = start_engine(load_platform("simulated"), JobRecords(folder.jobs))
     with TestClient(
-        create_api(create_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
+        create_api(linked_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
     ) as test_client:
         test_client.folder, test_client.engine = folder, engine
         yield test_client

@@ -7,10 +7,11 @@ from starlette.testclient import TestClient
 
 from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, start_engine
+from platform_daemon.app import start_engine
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
+from tests.kit.linked_api import linked_context
 from tests.kit.mmr_twins import SMALL, write_twin
 from tests.kit.rest import finished
 from tests.kit.specimen_files import pendulum, swing
@@ -26,7 +27,7 @@ def client(tmp_path_factory):
     calm = [f"backends.simulated.effects.{e}.enabled=false" for e in ("temperature", "wear")]
     engine = start_engine(load_platform("simulated", [hidden, *calm]), JobRecords(folder.jobs), Library(folder.models))
     with TestClient(
-        create_api(create_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
+        create_api(linked_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
     ) as test_client:
         test_client.folder = folder
         yield test_client

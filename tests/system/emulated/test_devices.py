@@ -10,9 +10,10 @@ import time
 from fastapi.testclient import TestClient
 
 from platform_daemon.api.server import create_api
-from platform_daemon.app import create_context, start_engine
+from platform_daemon.app import start_engine
 from platform_daemon.store.data_folder import open_data_folder
 from tests.kit.emulated_lab import intruder
+from tests.kit.linked_api import linked_context
 
 
 def command(*arguments):
@@ -78,7 +79,7 @@ def test_over_rest_a_device_that_was_lost_says_so_and_keeps_its_last_error(lab_o
     engine = start_engine(lab.file())
     try:
         with TestClient(
-            create_api(create_context(engine, open_data_folder(tmp_path))), base_url="http://127.0.0.1"
+            create_api(linked_context(engine, open_data_folder(tmp_path))), base_url="http://127.0.0.1"
         ) as client:
             rows = rows_once(client, lambda rows: "io_card" in rows)
             assert all(row["error"] is None for row in rows.values())

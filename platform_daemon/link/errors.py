@@ -1,0 +1,55 @@
+"""Errors over the socket: the same class on both sides, with what, where, why and remedy."""
+
+from __future__ import annotations
+
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.schemas import LinkError
+
+log = structlog.get_logger()
+
+
+class HardwareAway(PlatformError):
+    """The process that owns the hardware does not answer: it is being started again, or hangs.
+
+    Outputs are off: its guard has seen to that.  Recordings and results can be read meanwhile.
+    """
+
+    title = "Hardware process away"
+
+
+def error_on_wire(error: Exception) -> LinkError:
+    """An error as it goes over the socket; one that nobody foresaw is named, and the log here has its traceback."""
+    if not isinstance(error, PlatformError):
+        log.error("unexpected_error", exc_info=error)
+        error = PlatformError(
+            f"unexpected {type(error).__name__}", why=str(error), remedy="report it; the log of the daemon has it"
+        )
+    return LinkError(
+        kind=type(error).__name__,
+        title=error.title,
+        what=error.what,
+        where=error.where,
+        why=error.why,
+        remedy=error.remedy,
+    )
+
+
+def error_from_wire(told: LinkError) -> PlatformError:
+    """The error again, of the class it had; of the base class, with its title, where this process knows no such."""
+    kind = _kinds().get(told.kind, PlatformError)
+    error = kind.__new__(kind)
+    PlatformError.__init__(error, told.what, where=told.where, why=told.why, remedy=told.remedy)
+    error.title = told.title
+    return error
+
+
+def _kinds() -> dict[str, type[PlatformError]]:
+    found: dict[str, type[PlatformError]] = {}
+    todo: list[type[PlatformError]] = [PlatformError]
+    while todo:
+        kind = todo.pop()
+        found[kind.__name__] = kind
+        todo.extend(kind.__subclasses__())
+    return found

@@ -1,0 +1,89 @@
+"""What the other processes may ask of the one that owns the hardware.
+
+Requests and answers are schemas; samples never cross: the handover is the shot's file on disk.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    AcquisitionSummary,
+    ActivationRequest,
+    AnyProcedureRequest,
+    CalibrationRequest,
+    CalibrationsInUse,
+    DeviceListing,
+    FaultReset,
+    PlatformStatus,
+    ProcedureSummary,
+    ShotHarmonics,
+)
+
+from .jobs import ShownJob
+
+
+class JobHolder(Protocol):
+    """Holds jobs of some kinds."""
+
+    def job_ids(self, kind: str) -> tuple[str, ...]:
+        """Ids of all jobs of a kind, oldest first."""
+
+    def jobs(self, kind: str, identifiers: tuple[str, ...]) -> tuple[ShownJob, ...]:
+        """Those of these ids.  Raises UnknownId."""
+
+    def job(self, kind: str, identifier: str) -> ShownJob:
+        """The job of that id.  Raises UnknownId."""
+
+    def cancel(self, kind: str, identifier: str) -> ShownJob:
+        """Ask it to stop, and the job after that.  Raises UnknownId."""
+
+
+class Hardware(JobHolder, Protocol):
+    """The owner of the hardware.  Every method may raise HardwareAway, and DeviceError while devices are not open."""
+
+    def status(self) -> PlatformStatus:
+        """Devices as last read back, and the job that runs."""
+
+    def devices(self) -> DeviceListing:
+        """Each device as last read back."""
+
+    def warm(self) -> bool:
+        """True once the platform has done what takes long the first time."""
+
+    def last_harmonics(self) -> ShotHarmonics | None:
+        """Of the last excited shot; None: there was none."""
+
+    def outputs_off(self) -> None:
+        """Everything off, now; all that moves something or waits to is cancelled.  Raises DeviceError."""
+
+    def reset_fault(self) -> FaultReset:
+        """Clear the amplifier's latched fault.  Raises DeviceError."""
+
+    def acquire(self, request: AcquisitionRequest) -> ShownJob:
+        """Queue a series.  Raises InputError; nothing moves then."""
+
+    def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
+        """The same checks; nothing moves.  Raises InputError."""
+
+    def conduct(self, request: AnyProcedureRequest) -> ShownJob:
+        """Queue a procedure.  Raises InputError; nothing moves then."""
+
+    def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
+        """The same checks; nothing moves.  Raises InputError."""
+
+    def pause(self, kind: str, identifier: str) -> ShownJob:
+        """Rest at the next safe point.  Raises UnknownId, DeviceStateError for a job that has ended."""
+
+    def resume(self, kind: str, identifier: str) -> ShownJob:
+        """Go on after a pause.  Raises UnknownId, DeviceStateError for a job that has ended."""
+
+    def calibrate(self, request: CalibrationRequest) -> ShownJob:
+        """Queue a calibration.  Raises InputError; nothing moves then."""
+
+    def answer(self, kind: str, identifier: str) -> ShownJob:
+        """What the job has asked of the operator is done.  Raises UnknownId, DeviceStateError if it asks nothing."""
+
+    def activate(self, request: ActivationRequest) -> CalibrationsInUse:
+        """Use another calibration from the next series on.  Raises InputError, DeviceStateError."""

@@ -1,0 +1,139 @@
+"""The contract on an engine in this process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from drivers.errors import DeviceStateError
+from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
+from platform_daemon.engine import (
+    AnyJob,
+    CharacterisationFiles,
+    Engine,
+    ProcedureFiles,
+    ProcedureWork,
+    plan_procedure,
+)
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    AcquisitionSummary,
+    ActivationRequest,
+    AnyProcedureRequest,
+    CalibrationRequest,
+    CalibrationsInUse,
+    DeviceListing,
+    FaultReset,
+    PlatformStatus,
+    ProcedureSummary,
+    ShotHarmonics,
+)
+
+from .jobs import LocalJobs, ShownJob
+
+
+@dataclass(frozen=True)
+class Folders:
+    """Where the owner of the hardware writes."""
+
+    recordings: Path
+    procedures: Path
+    characterisations: Path
+    calibrations: Path
+
+
+class OwnedHardware(LocalJobs):
+    """See Hardware."""
+
+    def __init__(self, engine: Engine, folders: Folders) -> None:
+        super().__init__(engine)
+        self._engine, self._folders = engine, folders
+
+    def status(self) -> PlatformStatus:
+        """See Hardware."""
+        return self._engine.status()
+
+    def devices(self) -> DeviceListing:
+        """See Hardware."""
+        return self._engine.devices()
+
+    def warm(self) -> bool:
+        """See Hardware."""
+        return self._engine.warm
+
+    def last_harmonics(self) -> ShotHarmonics | None:
+        """See Hardware."""
+        return self._engine.live.latest
+
+    def outputs_off(self) -> None:
+        """See Hardware."""
+        self._engine.outputs_off()
+
+    def reset_fault(self) -> FaultReset:
+        """See Hardware."""
+        return self._engine.reset_fault()
+
+    def acquire(self, request: AcquisitionRequest) -> ShownJob:
+        """See Hardware."""
+        self._only_named(request.resonator)
+        return ShownJob.of(self._engine.acquire(self._engine.plan(request), None, self._folders.recordings))
+
+    def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
+        """See Hardware."""
+        self._only_named(request.resonator)
+        return self._engine.plan(request).summary()
+
+    def conduct(self, request: AnyProcedureRequest) -> ShownJob:
+        """See Hardware."""
+        return ShownJob.of(self._engine.conduct(self._planned(request)))
+
+    def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
+        """See Hardware."""
+        return self._planned(request).summary()
+
+    def pause(self, kind: str, identifier: str) -> ShownJob:
+        """See Hardware."""
+        return self._told(kind, identifier, lambda job: _alive(job).pause_requested.set())
+
+    def resume(self, kind: str, identifier: str) -> ShownJob:
+        """See Hardware."""
+        return self._told(kind, identifier, lambda job: _alive(job).pause_requested.clear())
+
+    def calibrate(self, request: CalibrationRequest) -> ShownJob:
+        """See Hardware."""
+        return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations))
+
+    def answer(self, kind: str, identifier: str) -> ShownJob:
+        """See Hardware."""
+        return self._told(kind, identifier, lambda job: _waiting(job).proceed.set())
+
+    def activate(self, request: ActivationRequest) -> CalibrationsInUse:
+        """See Hardware."""
+        return self._engine.activate(request, self._folders.calibrations)
+
+    def _only_named(self, resonator: str) -> None:
+        """Raises InputError for a path: over the network none is given as one."""
+        self._engine.catalogue.resonators.named(resonator)
+
+    def _planned(self, request: AnyProcedureRequest) -> ProcedureWork:
+        self._only_named(request.acquisition.resonator)
+        files = ProcedureFiles(self._folders.recordings, self._folders.procedures)
+        tables = CharacterisationFiles(reports.characterisation_html, self._folders.characterisations)
+        return plan_procedure(self._engine, request, files, tables)
+
+
+def _alive(job: AnyJob) -> AnyJob:
+    """Raises DeviceStateError for one that has ended."""
+    if job.state.final:
+        remedy = "ask for the steps that are missing as a new procedure"
+        what, why = f"the {job.kind} has ended", f"it is {job.state}"
+        raise DeviceStateError(what, where=job.identifier, why=why, remedy=remedy)
+    return job
+
+
+def _waiting(job: AnyJob) -> AnyJob:
+    """Raises DeviceStateError for one that asks nothing."""
+    if job.question is None:
+        what = f"the {job.kind} does not wait for anything"
+        raise DeviceStateError(what, where=job.identifier, remedy="look at `state`")
+    return job

@@ -1,0 +1,59 @@
+"""What the process that owns the hardware and the others say to each other over the local socket."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .base import Schema
+from .job_records import StoredJob
+from .jobs import Progress
+
+
+class LinkCall(Schema):
+    """A question or a command: one line on the socket."""
+
+    method: str
+    """Name of what is asked."""
+    arguments: tuple[Any, ...]
+    """Its arguments, as JSON."""
+
+
+class LinkError(Schema):
+    """An error on its way to the process that has asked."""
+
+    kind: str
+    """Name of its class."""
+    title: str
+    """Kind of error in words."""
+    what: str
+    """What happened."""
+    where: str
+    """File, key, device or field."""
+    why: str
+    """Why."""
+    remedy: str
+    """What to do about it."""
+
+
+class LinkAnswer(Schema):
+    """The answer to one call: one line on the socket."""
+
+    value: Any
+    """What it brought, as JSON; null where there is an error."""
+    error: LinkError | None
+    """Why it brought nothing; null: it did."""
+
+
+class JobSnapshot(Schema):
+    """A job as it is at one moment."""
+
+    record: StoredJob
+    """What is kept of it on disk."""
+    progress: Progress
+    """How far it is."""
+    error: LinkError | None
+    """Why it failed; null: it did not."""
+    question: str | None
+    """What the operator has to do before it goes on; null: nothing."""
+    paused: bool
+    """It rests, or will do so at the next safe point."""

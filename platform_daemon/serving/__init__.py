@@ -1,0 +1,13 @@
+"""The daemon as processes: a parent, one that owns the hardware, one that serves the web.
+
+Daemon: Starts both, starts anew what dies, and ends both in order.
+StartFailed: A process of the daemon could not start.
+log_from: Log events of at least a level, one per line, on stderr.
+listen: A socket that listens.
+listen_for_stop: A socket for the port that does nothing but stop.
+ServeOptions: What a daemon is asked to be.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,7 @@
+"""`python -m platform_daemon.serving hardware|web OPTIONS [SOCKETS]`: one process of the daemon."""
+
+import sys
+
+from .process import main
+
+sys.exit(main(sys.argv[1], sys.argv[2], tuple(map(int, sys.argv[3:]))))

@@ -1,0 +1,107 @@
+"""A process of the daemon: the parent's end of it, and its own end.
+
+Two pipes join them.  Over standard input the parent says `go`; its end says that the parent is gone, and the process
+ends in order.  Over standard output the process says how far its start is.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Sequence
+
+from .options import ServeOptions
+
+CHECKED, READY, GO = b"checked\n", b"ready\n", b"go\n"
+_START_S = 120.0  # on a busy computer
+
+
+class Child:
+    """One process, started at once.  It has a session of its own: what a terminal sends reaches the parent only."""
+
+    def __init__(self, name: str, options: ServeOptions, sockets: Sequence[int] = ()) -> None:
+        self.name = name
+        command = [sys.executable, "-m", "platform_daemon.serving", name, options.model_dump_json()]
+        self.process = subprocess.Popen(
+            [*command, *map(str, sockets)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+            pass_fds=sockets,
+        )
+        self.started_s = time.monotonic()
+        self._pidfd = os.pidfd_open(self.process.pid)
+
+    def wait_for(self, word: bytes) -> bool:
+        """True when it has said so; False if it has ended, or says nothing for two minutes."""
+        assert self.process.stdout is not None
+        pipe, heard, until_s = self.process.stdout.fileno(), b"", time.monotonic() + _START_S
+        while not heard.endswith(word):
+            if not select.select([pipe], [], [], max(0.0, until_s - time.monotonic()))[0]:
+                return False
+            said = os.read(pipe, 100)
+            if not said:
+                return False
+            heard += said
+        return True
+
+    def go(self) -> None:
+        """Tell it to go on."""
+        assert self.process.stdin is not None
+        with contextlib.suppress(OSError):  # it has ended: whoever waits for it will see
+            os.write(self.process.stdin.fileno(), GO)
+
+    def fileno(self) -> int:
+        """A descriptor that can be read once it has ended."""
+        return self._pidfd
+
+    def end(self, patience_s: float) -> int:
+        """Ask it to end in order, and kill it if it does not; its exit code.  Idempotent."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+            self.process.send_signal(signal.SIGCONT)
+        try:
+            code = self.process.wait(patience_s)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            code = self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout):
+            assert pipe is not None
+            with contextlib.suppress(OSError):
+                pipe.close()
+        if self._pidfd >= 0:
+            os.close(self._pidfd)
+            self._pidfd = -1
+        return code
+
+
+class Life:
+    """The process's own end.  Standard output is given up to what is said here; prints go to the log."""
+
+    def __init__(self) -> None:
+        self._says = os.dup(sys.stdout.fileno())
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+    def say(self, word: bytes) -> None:
+        """Tell the parent."""
+        with contextlib.suppress(OSError):  # it is gone, which `follow` sees
+            os.write(self._says, word)
+
+    def wait_to_go(self) -> bool:
+        """False: the parent is gone, or does not want us."""
+        return os.read(sys.stdin.fileno(), len(GO)) == GO
+
+    def follow(self) -> None:
+        """From now on this process ends as by SIGTERM when its parent does."""
+        threading.Thread(target=self._follow, name="life", daemon=True).start()
+
+    def _follow(self) -> None:
+        while os.read(sys.stdin.fileno(), 100):
+            pass
+        os.kill(os.getpid(), signal.SIGTERM)

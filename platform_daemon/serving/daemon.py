@@ -1,0 +1,88 @@
+"""The parent: it starts the processes, starts anew what dies, and ends all in order.  It opens no device itself."""
+
+from __future__ import annotations
+
+import select
+import socket
+import sys
+import time
+from collections.abc import Callable
+
+import structlog
+
+from drivers.errors import PlatformError
+
+from .child import CHECKED, READY, Child
+from .options import ServeOptions
+
+log = structlog.get_logger()
+_END_HARDWARE_S = 90.0  # longer than outputs off with devices that do not answer, and than a series put together
+_END_WEB_S = 10.0
+_SHORT_LIFE_S = 10.0  # a process that has not lived so long waits before it is started again
+_LONGEST_WAIT_S = 30.0
+
+
+class StartFailed(PlatformError):
+    """A process of the daemon could not start; it has said why."""
+
+    title = "Start failed"
+
+    def __init__(self, name: str, code: int) -> None:
+        super().__init__(f"the {name} process could not start")
+        self.code = code
+
+
+class Daemon:
+    """The processes `hardware` and `web`.
+
+    sockets: what the web process listens on, main port and stop port; they stay open while it is started anew, so that
+    clients wait and are not refused.
+    """
+
+    def __init__(self, options: ServeOptions, sockets: tuple[socket.socket, socket.socket]) -> None:
+        self._options, self._sockets = options, sockets
+        self._children: dict[str, Child] = {}
+        self._waits_s: dict[str, float] = {}
+
+    def start(self) -> None:
+        """Both processes, each while the other does.  Raises StartFailed with the exit code of one that has ended."""
+        web, hardware = self._begun("web"), self._begun("hardware")
+        if not web.wait_for(CHECKED):  # before any device is opened: its options may be wrong
+            raise StartFailed("web", web.end(0))
+        hardware.go()
+        for child in (hardware, web):
+            if not child.wait_for(READY):
+                raise StartFailed(child.name, child.end(0))
+
+    def run(self, heartbeat: Callable[[], None] = lambda: None) -> None:
+        """Until an interrupt; `heartbeat` is called about every second while both processes live."""
+        while True:
+            ended = select.select([*self._children.values()], [], [], 1.0)[0]
+            for child in ended:
+                self._restart(child)
+            if not ended:
+                heartbeat()
+
+    def end(self) -> None:
+        """Outputs off and the series put together first, then the rest.  Idempotent."""
+        for name, patience_s in (("hardware", _END_HARDWARE_S), ("web", _END_WEB_S)):
+            if name in self._children:
+                self._children.pop(name).end(patience_s)
+
+    def _begun(self, name: str) -> Child:
+        handed = [each.fileno() for each in self._sockets] if name == "web" else []
+        child = self._children[name] = Child(name, self._options, handed)
+        return child
+
+    def _restart(self, child: Child) -> None:
+        """Started anew; one that dies soon after its start waits longer every time."""
+        lived_s = time.monotonic() - child.started_s
+        code = child.end(0)
+        longer_s = min(_LONGEST_WAIT_S, 2 * self._waits_s.get(child.name, 0.5))
+        wait_s = self._waits_s[child.name] = longer_s if lived_s < _SHORT_LIFE_S else 0.0
+        log.error("process_died", process=child.name, code=code, lived_s=round(lived_s, 1), again_in_s=wait_s)
+        sys.stderr.flush()
+        time.sleep(wait_s)
+        anew = self._begun(child.name)
+        if child.name == "hardware":
+            anew.go()

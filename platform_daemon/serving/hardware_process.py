@@ -1,0 +1,92 @@
+"""The process that owns every device: engine and queue, no web."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+import structlog
+
+from drivers.errors import DeviceError, DeviceLost
+from platform_daemon.analysis import Library
+from platform_daemon.app import start_engine
+from platform_daemon.engine import Engine, JobRecords, open_catalogue
+from platform_daemon.link import Folders, Hardware, LinkServer, OwnedHardware
+from platform_daemon.settings import load_platform
+from platform_daemon.store import DataFolder, open_data_folder
+
+from .child import READY, Life
+from .options import ServeOptions
+
+log = structlog.get_logger()
+_AGAIN_S = 1.0  # devices that did not open are tried at most so often
+
+
+def run_hardware(options: ServeOptions, life: Life) -> None:
+    """Until it is told to end.  Raises InputError, OSError."""
+    file = load_platform(options.platform, options.overrides, options.endpoints)
+    if not life.wait_to_go():
+        return
+    folder = open_data_folder(options.data)
+    life.follow()
+    catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
+    opening = Opening(lambda: start_engine(file, JobRecords(folder.jobs), Library(folder.models), catalogue), folder)
+    server = None
+    try:
+        opening.open()
+        server = LinkServer(opening.hardware, options.data)
+        life.say(READY)
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        opening.close()
+        if server is not None:
+            server.close()
+
+
+class Opening:
+    """The engine, once its devices have opened; until then every request tries again.
+
+    start: makes the engine.
+    """
+
+    def __init__(self, start: Callable[[], Engine], folder: DataFolder) -> None:
+        self._start = start
+        self._folders = Folders(folder.recordings, folder.procedures, folder.characterisations, folder.calibrations)
+        self._engine: Engine | None = None
+        self._hardware: Hardware | None = None
+        self._error: DeviceError = DeviceLost("the devices are being opened", remedy="ask again in some seconds")
+        self._tried_s = -_AGAIN_S
+        self._lock = threading.Lock()
+        self._closed = False
+
+    def open(self) -> None:
+        """Try to open the devices; one that cannot be opened is logged.  Raises InputError."""
+        with self._lock:
+            if self._hardware is not None or self._closed:
+                return
+            try:
+                self._engine = self._start()
+                self._hardware = OwnedHardware(self._engine, self._folders)
+            except DeviceError as error:
+                if str(error) != str(self._error):  # said once
+                    log.error("devices_not_open", error=str(error))
+                self._error = error
+            self._tried_s = time.monotonic()
+
+    def hardware(self) -> Hardware:
+        """Who answers now.  Raises DeviceError while devices cannot be opened."""
+        if self._hardware is None and not self._lock.locked() and time.monotonic() - self._tried_s >= _AGAIN_S:
+            self.open()
+        if self._hardware is None:
+            raise self._error
+        return self._hardware
+
+    def close(self) -> None:
+        """Outputs off, all jobs cancelled, devices let go.  Idempotent."""
+        with self._lock:
+            self._closed = True
+        if self._engine is not None:
+            self._engine.close()

@@ -1,0 +1,45 @@
+"""The process that serves the web: REST, reading what is stored; it asks the hardware process over the local socket."""
+
+from __future__ import annotations
+
+import socket
+
+from platform_daemon.api import certificate_of, create_api, create_stop_api, rules, served
+from platform_daemon.app import create_context
+from platform_daemon.engine import open_catalogue
+from platform_daemon.link import RemoteHardware
+from platform_daemon.store import audit_log_in, data_paths, tokens_in
+
+from .child import CHECKED, READY, Life
+from .options import ServeOptions
+from .process import step_back
+
+_NICE = 5
+
+
+def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None:
+    """Until it is told to end.  Raises InputError, OSError."""
+    step_back(_NICE)
+    certificate = certificate_of(options.tls_cert, options.tls_key)
+    tokens, audit = tokens_in(options.data), audit_log_in(options.data)
+    network = rules(
+        options.host,
+        options.allowed_hosts,
+        certificate,
+        insecure=options.insecure_network,
+        tokens=tokens,
+        audit=audit,
+    )
+    main, stop = (socket.socket(fileno=number) for number in sockets)
+    life.say(CHECKED)
+    life.follow()
+    folder = data_paths(options.data)
+    catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
+    context = create_context(RemoteHardware(options.data), folder, catalogue)
+    limits = network.limits
+    with (
+        served(create_stop_api(context, network), stop, limits, certificate),
+        served(create_api(context, network), main, limits, certificate) as server,
+    ):
+        life.say(READY)
+        server.wait()
