@@ -75,17 +75,13 @@ def serve(
 
 
 def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_listener: socket.socket) -> None:
-    """Until an interrupt.  Raises typer.Exit with the code of a process that could not start."""
-    from platform_daemon.serving import StartFailed
-
+    """Until an interrupt.  Raises PlatformError if a process could not start."""
     try:
         daemon.start()
         scheme = "http" if options.tls_cert is None else "https"
         print(f"listening on {scheme}://{_address(options.host, listener)}", flush=True)
         print(f"stop on {scheme}://{_address(options.host, stop_listener)}/stop", flush=True)
         daemon.run()
-    except StartFailed as failure:  # the process has said why
-        raise typer.Exit(failure.code or 1) from None
     except KeyboardInterrupt:
         pass
     finally:

@@ -33,8 +33,10 @@ class JobRecords:
             write_file(self._folder / f"{job.identifier}.json", record.encode())
 
     def load(self, kinds: frozenset[str] | None = None) -> list[AnyJob]:
-        """All jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.  Bad files are
-        logged."""
+        """All jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.
+
+        Bad files are logged.
+        """
         found = []
         for path in sorted(self._folder.glob("*.json")) if self._folder else []:
             try:

@@ -9,6 +9,7 @@ import select
 import socket
 from dataclasses import dataclass
 from functools import cache
+from types import GenericAlias
 from typing import Any, get_type_hints
 
 from pydantic import TypeAdapter
@@ -59,7 +60,7 @@ def _method(function: Any) -> Method:
     answer = hints.pop("return")
     arguments = tuple(hints[name] for name in inspect.signature(function).parameters if name != "self")
     told = {ShownJob: JobSnapshot, tuple[ShownJob, ...]: tuple[JobSnapshot, ...]}.get(answer, answer)
-    return Method(TypeAdapter(tuple[arguments] if arguments else tuple[()]), TypeAdapter(told))
+    return Method(TypeAdapter(GenericAlias(tuple, arguments)), TypeAdapter(told))
 
 
 def _as_snapshot(value: Any) -> Any:

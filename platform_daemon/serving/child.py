@@ -16,10 +16,28 @@ import threading
 import time
 from collections.abc import Sequence
 
+from drivers.errors import PlatformError
+
 from .options import ServeOptions
 
 CHECKED, READY, GO = b"checked\n", b"ready\n", b"go\n"
+_REFUSES, _FAILED = b"refuses\n", b"failed\n"
 _START_S = 120.0  # on a busy computer
+
+
+class StartFailed(PlatformError):
+    """A process of the daemon could not start; what it said is the text of this error."""
+
+    title = "Start failed"
+
+    def __init__(self, name: str, heard: bytes) -> None:
+        said = (heard.partition(_REFUSES)[2] or heard.partition(_FAILED)[2]).decode(errors="replace")
+        super().__init__(said or f"the {name} process could not start", remedy="" if said else "its log says why")
+        self.nothing_moved = _REFUSES in heard
+        self._said = said
+
+    def __str__(self) -> str:
+        return self._said or super().__str__()
 
 
 class Child:
@@ -38,18 +56,17 @@ class Child:
         self.started_s = time.monotonic()
         self._pidfd = os.pidfd_open(self.process.pid)
 
-    def wait_for(self, word: bytes) -> bool:
-        """True when it has said so; False if it has ended, or says nothing for two minutes."""
+    def wait_for(self, word: bytes) -> None:
+        """Until it has said so.  Raises StartFailed if it has ended, or says nothing for two minutes."""
         assert self.process.stdout is not None
         pipe, heard, until_s = self.process.stdout.fileno(), b"", time.monotonic() + _START_S
         while not heard.endswith(word):
             if not select.select([pipe], [], [], max(0.0, until_s - time.monotonic()))[0]:
-                return False
-            said = os.read(pipe, 100)
+                raise StartFailed(self.name, b"it says nothing")
+            said = os.read(pipe, 4096)
             if not said:
-                return False
+                raise StartFailed(self.name, heard)
             heard += said
-        return True
 
     def go(self) -> None:
         """Tell it to go on."""
@@ -92,6 +109,10 @@ class Life:
         """Tell the parent."""
         with contextlib.suppress(OSError):  # it is gone, which `follow` sees
             os.write(self._says, word)
+
+    def fails(self, error: str, *, nothing_moved: bool) -> None:
+        """Tell the parent why the process ends; error: one line; nothing_moved: by what it was asked for."""
+        self.say((_REFUSES if nothing_moved else _FAILED) + error.encode(errors="replace"))
 
     def wait_to_go(self) -> bool:
         """False: the parent is gone, or does not want us."""

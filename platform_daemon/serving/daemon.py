@@ -10,8 +10,6 @@ from collections.abc import Callable
 
 import structlog
 
-from drivers.errors import PlatformError
-
 from .child import CHECKED, READY, Child
 from .options import ServeOptions
 
@@ -20,16 +18,6 @@ _END_HARDWARE_S = 90.0  # longer than outputs off with devices that do not answe
 _END_WEB_S = 10.0
 _SHORT_LIFE_S = 10.0  # a process that has not lived so long waits before it is started again
 _LONGEST_WAIT_S = 30.0
-
-
-class StartFailed(PlatformError):
-    """A process of the daemon could not start; it has said why."""
-
-    title = "Start failed"
-
-    def __init__(self, name: str, code: int) -> None:
-        super().__init__(f"the {name} process could not start")
-        self.code = code
 
 
 class Daemon:
@@ -45,14 +33,13 @@ class Daemon:
         self._waits_s: dict[str, float] = {}
 
     def start(self) -> None:
-        """Both processes, each while the other does.  Raises StartFailed with the exit code of one that has ended."""
+        """Both processes, each while the other does.  Raises StartFailed."""
         web, hardware = self._begun("web"), self._begun("hardware")
-        if not web.wait_for(CHECKED):  # before any device is opened: its options may be wrong
-            raise StartFailed("web", web.end(0))
+        web.wait_for(CHECKED)  # before any device is opened: its options may be wrong
         hardware.go()
-        for child in (hardware, web):
-            if not child.wait_for(READY):
-                raise StartFailed(child.name, child.end(0))
+        hardware.wait_for(READY)  # before the web answers: the data folder may be another daemon's
+        web.go()
+        web.wait_for(READY)
 
     def run(self, heartbeat: Callable[[], None] = lambda: None) -> None:
         """Until an interrupt; `heartbeat` is called about every second while both processes live."""
@@ -83,6 +70,4 @@ class Daemon:
         log.error("process_died", process=child.name, code=code, lived_s=round(lived_s, 1), again_in_s=wait_s)
         sys.stderr.flush()
         time.sleep(wait_s)
-        anew = self._begun(child.name)
-        if child.name == "hardware":
-            anew.go()
+        self._begun(child.name).go()

@@ -5,14 +5,18 @@ from __future__ import annotations
 import logging
 import os
 import signal
-import sys
 from types import FrameType
+
+import structlog
 
 from drivers.errors import PlatformError
 
 from .child import Life
 from .logs import log_from
 from .options import ServeOptions
+
+log = structlog.get_logger()
+_ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 
 
 def main(name: str, options: str, sockets: tuple[int, ...]) -> int:
@@ -33,15 +37,14 @@ def main(name: str, options: str, sockets: tuple[int, ...]) -> int:
     except KeyboardInterrupt:
         return 0
     except PlatformError as error:
-        print(f"error: {error}", file=sys.stderr)
+        life.fails(str(error), nothing_moved=error.nothing_moved)
+        log.error("process_failed", error=str(error))
         return 2 if error.nothing_moved else 1
     except OSError as error:
-        print(f"error: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
+        life.fails(f"{error.filename or ''}: {error.strerror or error}", nothing_moved=False)
+        log.error("process_failed", error=str(error))
         return 1
     return 0
-
-
-_ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 
 
 def end_on_signals() -> None:

@@ -32,6 +32,8 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     )
     main, stop = (socket.socket(fileno=number) for number in sockets)
     life.say(CHECKED)
+    if not life.wait_to_go():
+        return
     life.follow()
     folder = data_paths(options.data)
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)

@@ -316,10 +316,10 @@ def test_a_daemon_that_shuts_down_takes_no_work_and_says_so(tmp_path):
     folder = open_data_folder(tmp_path)
     shutil.copyfile(DATA / "example_jewel.mmr.h5", folder.recordings / "ours.h5")
     engine = start_engine(load_platform("simulated"))
-    with TestClient(
-        create_api(linked_context(engine, folder)), raise_server_exceptions=False, base_url="http://127.0.0.1"
-    ) as stopping:
+    context = linked_context(engine, folder)
+    with TestClient(create_api(context), raise_server_exceptions=False, base_url="http://127.0.0.1") as stopping:
         engine.close()
+        context.analyses.close()
         asked = {
             "/acquisitions": SHORT_JEWEL,
             "/calibrations": {"kind": "transmit"},

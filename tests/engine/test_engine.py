@@ -111,34 +111,14 @@ def test_a_job_that_is_to_be_cancelled_never_begins():
     assert not work.begun.is_set()
 
 
-def test_an_analysis_does_not_wait_for_the_hardware(engine: Engine) -> None:
-    moving, analysis = Walk(until_cancelled), Walk()
-    job = engine.submit(moving)
-    assert moving.begun.wait(TIMEOUT_S)
-    assert ended(engine.analyse(analysis)).state is JobState.DONE
-    assert not job.state.final
-    job.request_cancel()
-    ended(job)
-
-
-def test_stop_leaves_analyses_alone(engine: Engine) -> None:
-    goes_on = threading.Event()
-    job = engine.analyse(Walk(lambda job: goes_on.wait(TIMEOUT_S)))
-    engine.outputs_off()
-    goes_on.set()
-    assert ended(job).state is JobState.DONE
-
-
 def test_an_engine_that_is_closed_takes_no_work(engine: Engine) -> None:
     engine.close()
-    for take in (engine.submit, engine.analyse):
-        with pytest.raises(ShuttingDown, match="shutting down"):
-            take(Walk())
+    with pytest.raises(ShuttingDown, match="shutting down"):
+        engine.submit(Walk())
 
 
-@pytest.mark.parametrize("take", ["submit", "analyse"])
 def test_work_that_is_taken_while_the_engine_closes_ends_and_moves_nothing(
-    engine: Engine, take: str, monkeypatch: pytest.MonkeyPatch
+    engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     saves, saved = threading.Event(), threading.Event()
 
@@ -149,11 +129,11 @@ def test_work_that_is_taken_while_the_engine_closes_ends_and_moves_nothing(
     monkeypatch.setattr(JobRecords, "save", slowly)
     work = Walk()
     with ThreadPoolExecutor(2) as callers:
-        taking = callers.submit(getattr(engine, take), work)
+        taking = callers.submit(engine.submit, work)
         assert saves.wait(TIMEOUT_S)
         closing = callers.submit(engine.close)
         futures.wait([closing], timeout=1.0)
         saved.set()
         closing.result(TIMEOUT_S)
         ended(taking.result(TIMEOUT_S))
-    assert take == "analyse" or not work.begun.is_set()
+    assert not work.begun.is_set()

@@ -7,6 +7,7 @@ import pytest
 
 from platform_daemon.api.routes.procedures import PROCEDURES
 from platform_daemon.engine.job_records import JobRecords
+from platform_daemon.link import ShownJob
 from platform_daemon.schemas.base import to_json
 from platform_daemon.schemas.procedures import ProcedureLog, ProcedureSummary
 from tests.kit.rest import finished, problem
@@ -56,7 +57,7 @@ def test_a_sweep_is_planned_accepted_and_ends_with_typed_steps_and_one_recording
     assert found == pytest.approx(swing, rel=1e-4)
     # The id answers after a restart.
     kept = next(j for j in JobRecords(client.folder.jobs).load() if j.identifier == job["id"])
-    assert PROCEDURES.shown(kept).result.model_dump(mode="json") == job["result"]
+    assert PROCEDURES.shown(ShownJob.of(kept)).result.model_dump(mode="json") == job["result"]
 
 
 def test_it_is_paused_resumed_and_cancelled(client):
@@ -149,7 +150,7 @@ def test_tune_is_a_procedure_like_any_other_with_its_outcome_in_the_result(clien
     assert found["shots"] == len(job["result"]["steps"]) <= 5
     assert "preset" not in found
     kept = next(j for j in JobRecords(client.folder.jobs).load() if j.identifier == job["id"])
-    assert PROCEDURES.shown(kept).result.model_dump(mode="json") == job["result"]
+    assert PROCEDURES.shown(ShownJob.of(kept)).result.model_dump(mode="json") == job["result"]
 
 
 @pytest.mark.parametrize(
