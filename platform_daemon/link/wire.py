@@ -10,7 +10,7 @@ import socket
 from dataclasses import dataclass
 from functools import cache
 from types import GenericAlias
-from typing import Any, get_type_hints
+from typing import Any, cast, get_type_hints
 
 from pydantic import TypeAdapter
 
@@ -60,7 +60,7 @@ def _method(function: Any) -> Method:
     answer = hints.pop("return")
     arguments = tuple(hints[name] for name in inspect.signature(function).parameters if name != "self")
     told = {ShownJob: JobSnapshot, tuple[ShownJob, ...]: tuple[JobSnapshot, ...]}.get(answer, answer)
-    return Method(TypeAdapter(GenericAlias(tuple, arguments)), TypeAdapter(told))
+    return Method(TypeAdapter(cast(Any, GenericAlias(tuple, arguments))), TypeAdapter(told))
 
 
 def _as_snapshot(value: Any) -> Any:
