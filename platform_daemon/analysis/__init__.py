@@ -42,7 +42,12 @@ Harmonics: What the harmonics of a shot tell, or why they cannot be read.
 frame_harmonics: Of a stored frame, with its number.
 shot_harmonics: Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there
     are none.
-BLANK: Why a blank shot is not fitted.
+CheckModel: Is there such a model?
+NamedModel: A model by its label.
+OnlineFit: Reads a stored shot, learns from its noise and fits it.
+SeriesTable: Puts the fits of a series together.
+ShotFit: What a shot has brought.
+Warmth: Compiles or loads the estimator's kernels.
 Measurement: Frames of one file, whatever was measured.
 VoltageMeasurement: A recording of coil voltages.
 open_for_fit: A file as the settings want it, and what to ask of it.
@@ -79,6 +84,10 @@ fit_table: On-line fits of a series.
 amplitude_course: (start in s, phi_max in degrees, its standard deviation) of the good windows.
 flatness_lines: For the terminal.
 slide_frame: Fit a frame window by window.
+preview_derived: Derived quantities of a stored fit.
+preview_envelopes: Envelopes of a fitted frame.
+preview_harmonics: Harmonics of a frame.
+preview_sliding: Sliding windows along one ring-down.
 sliding_report: Every window with its estimates or the reason of its refusal, and how flat each constant is.
 """
 

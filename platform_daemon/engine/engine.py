@@ -24,6 +24,7 @@ from platform_daemon.schemas import (
     PlatformStatus,
     SelfTestOptions,
 )
+from platform_daemon.workers import Computer, InThisProcess
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
@@ -61,8 +62,10 @@ class Engine:
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
     before each series and each transmit calibration; files: of calibrations, as the platform file names them;
-    catalogue: what can be measured by name.  On-line fits and procedures have a thread each, so that
-    none holds up a shot nor the others.  Raises SequenceRejected if the self-test leaves the limits.
+    catalogue: what can be measured by name; online: computes on-line fits; computing: all else.
+
+    On-line fits and procedures have a thread each, so that none holds up a shot nor the others.  Raises
+    SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -75,6 +78,8 @@ class Engine:
         self_test: SelfTestOptions | None = None,
         files: CalibrationFiles = CalibrationFiles(),  # noqa: B008 frozen
         catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
+        online: Computer = InThisProcess(),  # noqa: B008 without state
+        computing: Computer = InThisProcess(),  # noqa: B008 without state
     ) -> None:
         self.platform = platform
         self.config_text = config_text
@@ -82,6 +87,7 @@ class Engine:
         self.catalogue = catalogue
         self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
+        self.online, self.computing = online, computing
         self._registry = JobRegistry(journal or JobRecords(None), ON_HARDWARE)
         self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
@@ -103,7 +109,7 @@ class Engine:
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
-        return plan_acquisition(request, self.side, self._models, self.catalogue)
+        return plan_acquisition(request, self.side, self._models, self.catalogue, self.computing)
 
     def acquire(
         self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False
@@ -124,7 +130,8 @@ class Engine:
         """What a series is made with now."""
         self_test = self._calibration_in_use.self_test
         in_shot = partial(self._refresh, busy=True)
-        return SeriesBench(self.platform, self.config_text, self._online, self.live, in_shot, self_test)
+        computers = self.online, self.computing
+        return SeriesBench(self.platform, self.config_text, self._online, *computers, self.live, in_shot, self_test)
 
     def calibrate(self, request: CalibrationRequest, folder: Path) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
@@ -229,6 +236,8 @@ class Engine:
                 self.platform.close()
         for each in (self._procedures, self._online):
             each.shutdown(wait=True, cancel_futures=True)
+        for computer in (self.online, self.computing):
+            computer.close()
 
     def _register(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
         if self._closed.is_set():

@@ -79,6 +79,7 @@ TentativeEffect: An effect that gains, and was not accepted.
 TriedEffect: A candidate by itself beside the declared model.
 UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.
+BLANK: Why a blank shot is not fitted.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
 FileDigest: A file and what identifies its content.

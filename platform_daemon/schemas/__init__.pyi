@@ -76,6 +76,7 @@ from .diagnosis import TentativeEffect as TentativeEffect
 from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement
+from .fits import BLANK as BLANK
 from .fits import ErrorSummary as ErrorSummary
 from .fits import FileDigest as FileDigest
 from .fits import FileError as FileError

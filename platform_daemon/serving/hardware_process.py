@@ -10,11 +10,12 @@ import structlog
 
 from drivers.errors import DeviceError, DeviceLost
 from platform_daemon.analysis import Library
-from platform_daemon.app import start_engine
+from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.engine import Engine, JobRecords, open_catalogue
 from platform_daemon.link import Folders, Hardware, LinkServer, OwnedHardware
 from platform_daemon.settings import load_platform
 from platform_daemon.store import DataFolder, open_data_folder
+from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
 from .options import ServeOptions
@@ -31,7 +32,9 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     folder = open_data_folder(options.data)
     life.follow()
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
-    opening = Opening(lambda: start_engine(file, JobRecords(folder.jobs), Library(folder.models), catalogue), folder)
+    kept = JobRecords(folder.jobs), Library(folder.models), catalogue
+    limits = WorkerLimits().changed(options.worker_limits)
+    opening = Opening(lambda: start_engine(file, *kept, *hardware_workers(limits)), folder)
     server = None
     try:
         opening.open()

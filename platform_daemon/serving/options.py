@@ -13,7 +13,7 @@ class ServeOptions(BaseModel):
     platform: a platform file or the name of one that ships; overrides: KEY=VALUE; endpoints: file of addresses;
     data: data folder; resonators: folder of further resonator files; host: address that the web process listens on;
     allowed_hosts: further names of it; tls_cert, tls_key: PEM files; insecure_network: listen without TLS where others
-    can read along.
+    can read along; worker_limits: KIND:NUMBERMB or KIND:NUMBERs.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -28,3 +28,4 @@ class ServeOptions(BaseModel):
     tls_cert: Path | None = None
     tls_key: Path | None = None
     insecure_network: bool = False
+    worker_limits: tuple[str, ...] = ()

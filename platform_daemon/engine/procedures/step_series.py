@@ -92,6 +92,11 @@ class StepSink:
         return self._writer.target
 
     @property
+    def last_shot(self) -> Path:
+        """See ShotSink."""
+        return self._writer.last_shot
+
+    @property
     def header(self) -> SeriesHeader:
         """See ShotSink."""
         return self._writer.header

@@ -22,6 +22,10 @@ class ShotSink(Protocol):
         """The recording that they will be in."""
 
     @property
+    def last_shot(self) -> Path:
+        """The file of the last shot on disk, a recording of its own until the series is put together."""
+
+    @property
     def header(self) -> SeriesHeader:
         """What holds for the next shot."""
 
