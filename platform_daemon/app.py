@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import threading
+from typing import TYPE_CHECKING
 
 import structlog
 
 from drivers.errors import ConfigError
 from drivers.registry import build_platform
 from platform_daemon.analysis import Library, Warmth
-from platform_daemon.api import Context, too_many_previews
 from platform_daemon.engine import AnalysisJobs, CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
 from platform_daemon.link import Hardware
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
 from platform_daemon.supervisor import guard_for
 from platform_daemon.workers import Computer, InThisProcess, Pool, Stopped, WorkerLimits, WorkerProcess
+
+if TYPE_CHECKING:
+    from platform_daemon.api import Context
 
 log = structlog.get_logger()
 _NICE_FITS, _NICE_ANALYSES = 5, 10  # what somebody waits for comes first, and shots before all of it
@@ -33,7 +36,7 @@ def start_engine(
 ) -> Engine:
     """An engine on the platform that the file describes; outputs are off.
 
-    online: computes on-line fits; computing: all else.  Raises ConfigError, DeviceError.
+    online: computes on-line fits and plans; computing: what takes longer.  Raises ConfigError, DeviceError.
     """
     calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
@@ -62,6 +65,8 @@ def create_context(
 
     limits: of the processes that compute what is asked for.
     """
+    from platform_daemon.api import Context  # here, because the process that owns the hardware needs no web
+
     models, warm = Library(data.models), {"estimator": False}
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
     analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs))
@@ -72,12 +77,14 @@ def create_context(
 
 
 def hardware_workers(limits: WorkerLimits) -> tuple[WorkerProcess, WorkerProcess]:
-    """Who computes for the process that owns the hardware: on-line fits, and all else."""
+    """Who computes for the process that owns the hardware: on-line fits and plans, and what takes longer."""
     return WorkerProcess("fits", limits, _NICE_FITS), WorkerProcess("procedures", limits, _NICE_FITS)
 
 
 def preview_workers(limits: WorkerLimits) -> Pool:
     """Who computes what a request waits for."""
+    from platform_daemon.api import too_many_previews
+
     each = [WorkerProcess(f"preview-{k}", limits, _NICE_FITS) for k in range(_PREVIEWS)]
     return Pool([*each], _PREVIEW_PATIENCE_S, too_many_previews)
 

@@ -62,7 +62,7 @@ class Engine:
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
     before each series and each transmit calibration; files: of calibrations, as the platform file names them;
-    catalogue: what can be measured by name; online: computes on-line fits; computing: all else.
+    catalogue: what can be measured by name; online: computes on-line fits and plans; computing: what takes longer.
 
     On-line fits and procedures have a thread each, so that none holds up a shot nor the others.  Raises
     SequenceRejected if the self-test leaves the limits.
@@ -109,7 +109,7 @@ class Engine:
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
-        return plan_acquisition(request, self.side, self._models, self.catalogue, self.computing)
+        return plan_acquisition(request, self.side, self._models, self.catalogue, self.online)
 
     def acquire(
         self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False
@@ -130,8 +130,7 @@ class Engine:
         """What a series is made with now."""
         self_test = self._calibration_in_use.self_test
         in_shot = partial(self._refresh, busy=True)
-        computers = self.online, self.computing
-        return SeriesBench(self.platform, self.config_text, self._online, *computers, self.live, in_shot, self_test)
+        return SeriesBench(self.platform, self.config_text, self._online, self.online, self.live, in_shot, self_test)
 
     def calibrate(self, request: CalibrationRequest, folder: Path) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""

@@ -7,15 +7,12 @@ import os
 import signal
 from types import FrameType
 
-import structlog
-
 from drivers.errors import PlatformError
 
 from .child import Life
 from .logs import log_from
 from .options import ServeOptions
 
-log = structlog.get_logger()
 _ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 
 
@@ -38,11 +35,9 @@ def main(name: str, options: str, sockets: tuple[int, ...]) -> int:
         return 0
     except PlatformError as error:
         life.fails(str(error), nothing_moved=error.nothing_moved)
-        log.error("process_failed", error=str(error))
         return 2 if error.nothing_moved else 1
     except OSError as error:
         life.fails(f"{error.filename or ''}: {error.strerror or error}", nothing_moved=False)
-        log.error("process_failed", error=str(error))
         return 1
     return 0
 

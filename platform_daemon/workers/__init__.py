@@ -8,21 +8,19 @@ Task: What is computed.
 InThisProcess: No other process.
 WorkerProcess: One process, which computes one thing after the other.
 Pool: Several of them.
-Bounds: How much a task may take.
 Stopped: Somebody asked it to stop.
 OverBounds: It took more than it may.
 WorkerLost: The process that computed it died.
 WorkerLimits: What each kind of task may take.
 """
 
-from .bounds import Bounds, OverBounds, Stopped, WorkerLost
+from .bounds import OverBounds, Stopped, WorkerLost
 from .computer import Call, Computer, InThisProcess, Task
 from .limits import WorkerLimits
 from .pool import Pool
 from .process import WorkerProcess
 
 __all__ = [
-    "Bounds",
     "Call",
     "Computer",
     "InThisProcess",

@@ -78,7 +78,7 @@ def _characterise(
 ) -> ProcedureWork:
     """After tune and a ramp, if asked for; else at the field that an earlier ramp has kept with the specimen."""
     plan = engine.plan(request.acquisition)
-    computed_surely(engine.computing, "planning", CheckHeld(plan.model, request.held_in_n50))
+    computed_surely(engine.online, "planning", CheckHeld(plan.model, request.held_in_n50))
     tune = _tune(engine, request.tune_request()) if request.tune else None
     ramp = None if request.ramp is None else _ramp(engine, request.ramp_request(), files)
     kept = plan.specimen.side_modes

@@ -39,15 +39,14 @@ PAUSE_STEP_S = 0.1
 class SeriesBench:
     """What every series of an engine is made with.
 
-    config_text: stored in every recording; fits: runs on-line fits, one at a time; online: computes them; computing:
-    plans drives; live: is told every shot; in_shot: called once in every RX window; self_test: comes first, None: none.
+    config_text: stored in every recording; fits: runs on-line fits, one at a time; online: computes them and plans
+    drives; live: is told every shot; in_shot: called once in every RX window; self_test: comes first, None: none.
     """
 
     platform: Platform
     config_text: str
     fits: Executor
     online: Computer
-    computing: Computer
     live: LiveEstimate
     in_shot: Callable[[], None] = lambda: None
     self_test: SelfTest | None = None
@@ -63,7 +62,7 @@ class SeriesWork:
     ) -> None:
         self.request, self.total = plan.request, len(plan.shots)
         self._bench, self._platform, self._plan = bench, bench.platform, plan
-        self._destination, self._turns = destination, ShotsInTurn(plan, step, bench.computing)
+        self._destination, self._turns = destination, ShotsInTurn(plan, step, bench.online)
         self._calibration = store_calibration(bench.platform)
         self._fits = SeriesFits(plan, bench.fits, bench.online, bench.live, self._calibration)
         self._refused_in_a_row = self._refused = 0
