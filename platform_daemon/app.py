@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import threading
 from typing import TYPE_CHECKING
-
-import structlog
 
 from drivers.errors import ConfigError
 from drivers.registry import build_platform
-from platform_daemon.analysis import Library, Warmth
+from platform_daemon.analysis import Library
 from platform_daemon.engine import AnalysisJobs, CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
 from platform_daemon.link import Hardware
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
 from platform_daemon.supervisor import guard_for
-from platform_daemon.workers import Computer, InThisProcess, Pool, Stopped, WorkerLimits, WorkerProcess
+from platform_daemon.workers import Computer, InThisProcess, Pool, WorkerLimits, WorkerProcess
 
 if TYPE_CHECKING:
     from platform_daemon.api import Context
 
-log = structlog.get_logger()
 _NICE_FITS, _NICE_ANALYSES = 5, 10  # what somebody waits for comes first, and shots before all of it
 _PREVIEWS = 2
 _PREVIEW_PATIENCE_S = 20.0
@@ -61,19 +57,16 @@ def create_context(
     catalogue: Catalogue,
     limits: WorkerLimits = WorkerLimits(),  # noqa: B008 frozen
 ) -> Context:
-    """What the API serves; compiles the fit in the background and says so under /ready.
+    """What the API serves.
 
     limits: of the processes that compute what is asked for.
     """
     from platform_daemon.api import Context  # here, because the process that owns the hardware needs no web
 
-    models, warm = Library(data.models), {"estimator": False}
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
     analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs))
     previews = preview_workers(limits)
-    context = Context(hardware, catalogue, analyses, previews, *folders, models, data.calibrations, warm)
-    threading.Thread(target=_warm_up, args=(analyses.computer, warm), name="warm-up", daemon=True).start()
-    return context
+    return Context(hardware, catalogue, analyses, previews, *folders, Library(data.models), data.calibrations)
 
 
 def hardware_workers(limits: WorkerLimits) -> tuple[WorkerProcess, WorkerProcess]:
@@ -87,15 +80,3 @@ def preview_workers(limits: WorkerLimits) -> Pool:
 
     each = [WorkerProcess(f"preview-{k}", limits, _NICE_FITS) for k in range(_PREVIEWS)]
     return Pool([*each], _PREVIEW_PATIENCE_S, too_many_previews)
-
-
-def _warm_up(computer: Computer, parts: dict[str, bool]) -> None:
-    """Compile or load the estimator's kernels, there where they are used."""
-    try:
-        seconds = computer.compute("preview", Warmth(), lambda done, what: None, threading.Event())
-        log.info("estimator_warm", seconds=round(seconds, 2))
-        parts["estimator"] = True
-    except Stopped:
-        pass
-    except Exception as error:  # a warm-up must never keep the daemon from serving
-        log.error("warm_up_failed", error=str(error))

@@ -27,7 +27,7 @@ class Context:
     """What routes work with.
 
     hardware: its owner; catalogue: what can be measured; analyses: those asked for; previews: who computes what a
-    request waits for; then folders; models: adopted ones; warm: what has warmed up.
+    request waits for; then folders; models: adopted ones.
     """
 
     hardware: Hardware
@@ -41,7 +41,6 @@ class Context:
     procedures: Path
     models: Library
     calibrations: Path
-    warm: dict[str, bool]
 
     def close(self) -> None:
         """The processes that compute end.  Idempotent."""

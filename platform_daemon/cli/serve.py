@@ -57,6 +57,9 @@ def serve(
     tls_key: KeyOption = None,
     insecure_network: InsecureOption = False,
     allowed_host: NameOption = None,
+    forget_queue: Annotated[
+        bool, typer.Option("--forget-queue", help="Cancel what waited when the daemon ended; else it waits on.")
+    ] = False,
     worker_limit: LimitOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
@@ -74,6 +77,7 @@ def serve(
         tls_cert=tls_cert,
         tls_key=tls_key,
         insecure_network=insecure_network,
+        forget_queue=forget_queue,
         worker_limits=tuple(worker_limit or ()),
     )
     with listen(host, port) as listener, listen_for_stop(host, stop_port, listener.getsockname()[1]) as stop_listener:

@@ -60,6 +60,11 @@ class AcquisitionPlan:
         made = [excited[k % len(excited)] for k in range(self.sequence.repetitions)]
         return [self.blank] * self.sequence.blank_shots + made
 
+    @property
+    def disk_bytes(self) -> int:
+        """Of all samples, uncompressed."""
+        return sum(s.timeline.total_samples for s in self.shots) * 3 * 4
+
     def changes_of(self, shot: int) -> list[tuple[str, Any]] | None:
         """What the shot of this number, from 0, differs in; None: in nothing."""
         changes, excited = self.request.shot_changes, shot - self.sequence.blank_shots
@@ -76,7 +81,7 @@ class AcquisitionPlan:
             shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
             shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
             duration_s=sum(s.timeline.duration_s for s in self.shots) + total * self.sequence.pause_s,
-            disk_bytes=sum(s.timeline.total_samples for s in self.shots) * 3 * 4,
+            disk_bytes=self.disk_bytes,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
             warnings=self.warnings,
         )

@@ -181,6 +181,7 @@ RecordingInfo: What a recording holds.
 RecordingLinks: Where the parts of a recording are.
 RecordingListing: Everything in the folder of recordings, by name.
 RecordingSummary: One line of the list of recordings.
+RecoveryReport: What became of shots that were kept in single files.
 ShotWindows: The three windows of a shot, one after the other.
 WindowLength: Length of one window of a shot.
 AcquisitionRequest: A series of shots on one resonator.

@@ -183,6 +183,7 @@ from .recordings import RecordingInfo as RecordingInfo
 from .recordings import RecordingLinks as RecordingLinks
 from .recordings import RecordingListing as RecordingListing
 from .recordings import RecordingSummary as RecordingSummary
+from .recordings import RecoveryReport as RecoveryReport
 from .recordings import ShotWindows as ShotWindows
 from .recordings import WindowLength as WindowLength
 from .requests import AcquisitionRequest as AcquisitionRequest

@@ -135,4 +135,4 @@ class Life:
     def _follow(self) -> None:
         while os.read(sys.stdin.fileno(), 100):
             pass
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)

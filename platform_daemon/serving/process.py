@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import time
 from types import FrameType
+from typing import NoReturn
 
 from drivers.errors import PlatformError
 
@@ -13,6 +15,7 @@ from .child import Life
 from .logs import log_from
 from .options import ServeOptions
 
+_LOOK_S = 0.2
 _ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 
 
@@ -52,6 +55,12 @@ def _first(number: int, frame: FrameType | None) -> None:
     for each in _ENDING:
         signal.signal(each, signal.SIG_IGN)
     raise KeyboardInterrupt
+
+
+def wait_for_signals() -> NoReturn:
+    """Until a signal ends the process: one that reaches another thread does not wake this one."""
+    while True:
+        time.sleep(_LOOK_S)
 
 
 def step_back(nice: int) -> None:

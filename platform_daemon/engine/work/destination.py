@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
-from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord
+from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord, check_room
 
 
 class ShotSink(Protocol):
@@ -46,6 +46,9 @@ class Destination(Protocol):
     def goes_on(self) -> bool:
         """Shots have been made before in the same recording: the first one waits as long as all others."""
 
+    def check(self, planned_bytes: int) -> None:
+        """Before anything moves: can the disk take so much?  Raises StorageUnusable."""
+
     def open(self, header: SeriesHeader, job: str) -> AbstractContextManager[ShotSink]:
         """Begin, once the header is known; job: id of the job.  Raises InputError."""
 
@@ -57,6 +60,10 @@ class OwnFile:
 
     def __init__(self, target: Path | None, folder: Path, *, overwrite: bool = False) -> None:
         self._target, self._folder, self._overwrite = target, folder, overwrite
+
+    def check(self, planned_bytes: int) -> None:
+        """See Destination."""
+        check_room(self._folder if self._target is None else self._target.parent, planned_bytes)
 
     def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
         """See Destination."""

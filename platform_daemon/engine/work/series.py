@@ -73,10 +73,12 @@ class SeriesWork:
     def __call__(self, job: AcquisitionJob) -> None:
         """Mount, test the chain, shoot, store, fit.
 
-        Raises SelfTestFailed before there is a file, Cancelled, DeviceError, OSError; shots already stored stay in it.
+        Raises StorageUnusable before anything moves, SelfTestFailed before there is a file, Cancelled, DeviceError,
+        OSError; shots already stored stay in it.
         """
         if job.pause_requested.is_set():
             return  # while it waited; nothing moves, not even for the self-test
+        self._destination.check(self._plan.disk_bytes)
         job.warnings += self._plan.warnings
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
