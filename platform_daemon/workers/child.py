@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import pickle
 import resource
@@ -61,7 +60,6 @@ def serve(pipe: Connection, nice: int) -> None:
         answer = _computed(task, memory_mb, pipe)
         _send(pipe, answer)
         del task, answer
-        gc.collect()
 
 
 def _computed(task: Any, memory_mb: int, pipe: Connection) -> Brought | Failed:

@@ -89,7 +89,7 @@ def test_each_shot_is_synced_then_renamed_then_its_folder_synced(tmp_path: Path,
 
     def noting_sync(fd: int) -> None:
         name = Path(os.readlink(f"/proc/self/fd/{fd}")).name
-        calls.append(("sync", re.sub(r"\.[0-9a-f]{8}\.part$", ".*.part", name)))
+        calls.append(("sync", re.sub(r"\.[0-9]+-[0-9a-f]{8}\.part$", ".*.part", name)))
         sync(fd)
 
     def noting_rename(a: Path, b: Path) -> None:
