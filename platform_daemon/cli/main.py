@@ -32,6 +32,7 @@ from .models import adopt, models_app
 from .precision import predict
 from .ramp import ramp
 from .recordings import info, plot
+from .safety import outputs_off, reset_fault
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
@@ -47,6 +48,8 @@ app.add_typer(token_app, name="token")
 app.command()(adopt)
 app.command()(devices)
 app.command()(reset_amplifier)
+app.command()(outputs_off)
+app.command()(reset_fault)
 app.command()(emulate)
 app.command()(fit)
 app.command()(harmonics)

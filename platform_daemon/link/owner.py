@@ -23,7 +23,9 @@ from platform_daemon.schemas import (
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
+    FaultCleared,
     FaultReset,
+    FaultUnlock,
     PlatformStatus,
     ProcedureSummary,
     ShotHarmonics,
@@ -72,6 +74,10 @@ class OwnedHardware(LocalJobs):
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
         return self._engine.reset_fault()
+
+    def unlock(self, request: FaultUnlock) -> FaultCleared:
+        """See Hardware."""
+        return FaultCleared(fault=self._engine.unlock(request.by, request.reason), by=request.by)
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
         """See Hardware."""

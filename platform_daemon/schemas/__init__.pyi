@@ -143,7 +143,9 @@ from .platform import DeviceReadback as DeviceReadback
 from .platform import DeviceReport as DeviceReport
 from .platform import DeviceSurvey as DeviceSurvey
 from .platform import EntryPoints as EntryPoints
+from .platform import FaultCleared as FaultCleared
 from .platform import FaultReset as FaultReset
+from .platform import FaultUnlock as FaultUnlock
 from .platform import Health as Health
 from .platform import PlatformStatus as PlatformStatus
 from .platform import Readiness as Readiness

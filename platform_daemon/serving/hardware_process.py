@@ -31,7 +31,9 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     folder = open_data_folder(options.data)
     life.follow()
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
-    opening = Opening(lambda: start_engine(file, JobRecords(folder.jobs), Library(folder.models), catalogue), folder)
+    opening = Opening(
+        lambda: start_engine(file, JobRecords(folder.jobs), Library(folder.models), catalogue, options.data), folder
+    )
     server = None
     try:
         opening.open()
