@@ -23,6 +23,7 @@ from .design import defects, design
 from .devices import config_app, devices, reset_amplifier
 from .diagnose import diagnose
 from .diagnose_live import FilesOrLive
+from .doctor import doctor
 from .emulate import emulate
 from .fit import fit
 from .harmonics import harmonics
@@ -50,6 +51,7 @@ app.command()(devices)
 app.command()(reset_amplifier)
 app.command()(outputs_off)
 app.command()(reset_fault)
+app.command()(doctor)
 app.command()(emulate)
 app.command()(fit)
 app.command()(harmonics)

@@ -143,9 +143,7 @@ from .platform import DeviceReadback as DeviceReadback
 from .platform import DeviceReport as DeviceReport
 from .platform import DeviceSurvey as DeviceSurvey
 from .platform import EntryPoints as EntryPoints
-from .platform import FaultCleared as FaultCleared
 from .platform import FaultReset as FaultReset
-from .platform import FaultUnlock as FaultUnlock
 from .platform import Health as Health
 from .platform import PlatformStatus as PlatformStatus
 from .platform import Readiness as Readiness
@@ -201,3 +199,8 @@ from .sweeps import SweepRequest as SweepRequest
 from .tunes import TunedPreset as TunedPreset
 from .tunes import TuneOutcome as TuneOutcome
 from .tunes import TuneRequest as TuneRequest
+from .unattended import Checkup as Checkup
+from .unattended import FaultCleared as FaultCleared
+from .unattended import FaultUnlock as FaultUnlock
+from .unattended import Finding as Finding
+from .unattended import Verdict as Verdict

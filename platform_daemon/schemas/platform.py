@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict
 from typing_extensions import TypeAliasType
 
 from .base import Root, Schema, example
@@ -204,26 +204,6 @@ class FaultReset(Schema):
     """The fault that was cleared; null: there was none."""
     power_amplifier: AmplifierState
     """The amplifier now: disabled and muted."""
-
-
-class FaultUnlock(Schema):
-    """Who clears the fault that an owner of the devices has left by its death, and why."""
-
-    by: Annotated[str, Field(max_length=200)]
-    """Name of the person."""
-    reason: Annotated[str, Field(max_length=2000)] = ""
-    """What was found."""
-
-
-class FaultCleared(Schema):
-    """What stood in the way of power, and who has cleared it."""
-
-    model_config = ConfigDict(json_schema_extra=example("fault_cleared"))
-
-    fault: str | None
-    """The fault that was cleared; null: there was none."""
-    by: str
-    """Name of the person."""
 
 
 class SelfTestReport(Schema):

@@ -6,8 +6,8 @@ outputs_off: Switch all outputs off while no owner lives.
 reset_fault: The same, then clear the fault that stands in the way of power.
 owner_of: Who owns the devices of a place now.
 place_of: Where the state of a platform's outputs is kept.
-standing: The fault that nobody has reset.
-Fault: What happened when an owner died or hung.
+service_manager: Tells systemd that the daemon is ready, lives, and ends.
+examine: Would this computer run unattended?
 
 owner.py     the owner's end: starting the guard, signs of life, and what happens if the guard itself is gone
 watch.py     what the guard does, in a process of its own
@@ -15,12 +15,10 @@ rescue.py    outputs off by other hands than their owner's, proved, and written 
 lock_file.py what stands in the way of power until a named person has reset it
 ownership.py one process at a time owns the devices
 places.py    where that is kept
+notify.py    what systemd is told
+checkup.py   what would keep a computer from running unattended; machine.py: the computer's part of it
 """
 
-from .lock_file import Fault, standing
-from .owner import guard_for, needs_guard
-from .ownership import owner_of
-from .places import place_of
-from .rescue import outputs_off, reset_fault
+import lazy_loader
 
-__all__ = ["Fault", "guard_for", "needs_guard", "outputs_off", "owner_of", "place_of", "reset_fault", "standing"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

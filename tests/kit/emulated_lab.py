@@ -13,7 +13,8 @@ from drivers.red_pitaya.pairing import open_pair
 from drivers.registry import build_platform
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.settings import PlatformFile, apply_override, load_platform, locate, read_toml
-from platform_daemon.supervisor import Fault, reset_fault
+from platform_daemon.supervisor import reset_fault
+from platform_daemon.supervisor.lock_file import Fault
 from sequences.compiler import ShotPlan
 from sim_backend.emulators.emulator import LabEmulator
 

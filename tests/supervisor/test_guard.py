@@ -50,6 +50,8 @@ def test_outputs_go_off_however_the_owner_dies(lab, tmp_path, number, moment, wi
         host.wait_for(moment)
         host.send(number)
         _, all_s = host.off_after(within_s)
+        if number == signal.SIGHUP:
+            assert host.process.wait(30) == 130
     finally:
         host.end()
     if number == signal.SIGSTOP:
