@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from drivers.errors import InterlockError
+
 
 class PowerGuard(Protocol):
-    """Told by the thread that moves a shot, and by no other."""
+    """Told by the thread that moves a shot, and by no other; `refusal` and `reset` may be asked by any."""
+
+    def watch(self) -> None:
+        """Begin to watch now, so that the first power need not wait for it."""
+
+    def refusal(self) -> InterlockError | None:
+        """Why no power may come: a fault that no person has reset, a lease beyond the limit; None: it may."""
+
+    def reset(self, by: str, reason: str) -> str | None:
+        """Clear a fault in the name of a person; what it was, None: there was none.
+
+        Outputs must have been proved off just before.  Raises InputError without a name, DeviceError.
+        """
 
     def power_may_come(self) -> None:
         """From now on signs of life are expected.  Raises InterlockError if nobody would see them."""
@@ -26,6 +40,17 @@ class PowerGuard(Protocol):
 
 class NoGuard:
     """For devices that die with the process, as simulated ones do."""
+
+    def watch(self) -> None:
+        """See PowerGuard."""
+
+    def refusal(self) -> InterlockError | None:
+        """See PowerGuard."""
+        return None
+
+    def reset(self, by: str, reason: str) -> str | None:
+        """See PowerGuard."""
+        return None
 
     def power_may_come(self) -> None:
         """See PowerGuard."""

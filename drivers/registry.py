@@ -43,6 +43,17 @@ class AmplifierSection(DeviceSection):
     turn_off_s: Annotated[float, Field(ge=0, allow_inf_nan=False, strict=True)] = 0.0
 
 
+class GuardSection(BaseModel):
+    """`[guard]`: lease_s: how long the owner of the devices may give no sign of life while power may be on, s.
+
+    One that is shorter than the longest answer of a device ends shots that are well.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    lease_s: Annotated[float, Field(gt=0, allow_inf_nan=False, strict=True)] = 6.0
+
+
 class PlatformSection(BaseModel):
     """The part of a platform file that this room reads: name, device tables, options per back end."""
 
@@ -59,6 +70,7 @@ class PlatformSection(BaseModel):
     reference_dipole: DeviceSection | None = None
     field_probe: DeviceSection | None = None
     backends: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    guard: GuardSection = GuardSection()
 
     def used_backends(self) -> tuple[str, ...]:
         """Names of the back ends that the device tables refer to, each once, in order of appearance."""

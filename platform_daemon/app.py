@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import ConfigError
+from drivers.platform import Platform
 from drivers.registry import build_platform
 from platform_daemon.analysis import Library
 from platform_daemon.engine import AnalysisJobs, CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
@@ -29,26 +32,41 @@ def start_engine(
     catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
     online: Computer = InThisProcess(),  # noqa: B008 without state
     computing: Computer = InThisProcess(),  # noqa: B008 without state
+    data: Path | None = None,
 ) -> Engine:
     """An engine on the platform that the file describes; outputs are off.
 
-    online: computes on-line fits and plans; computing: what takes longer.  Raises ConfigError, DeviceError.
+    online: computes on-line fits and plans; computing: what takes longer; data: data folder of a daemon.  Raises
+    ConfigError, DeviceError, DeviceDenied if another process owns the devices.
     """
     calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
     named = CalibrationFiles(file.calibration_file, file.transmit_file)
+    guard = guard_for(file.section, file.limits.max_lease_s, data)  # before any device is opened: another may own them
     try:
-        platform = build_platform(file.section, calibration, transmit)
-    except ConfigError as error:
-        where = f"{file.path}: {error.where}" if error.where else str(file.path)
-        raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
-    platform.guard = guard_for(file.section)
+        platform = _built(file, calibration, transmit)
+    except BaseException:
+        guard.close()
+        raise
+    platform.guard = guard
     try:
+        guard.watch()
         known = journal, models, file.self_test, named, catalogue
         return Engine(platform, file.limits, file.text, *known, online, computing)
     except BaseException:  # Ctrl-C too
         platform.close()
         raise
+
+
+def _built(
+    file: PlatformFile, calibration: ReceiveCalibration | None, transmit: TransmitCalibration | None
+) -> Platform:
+    """Raises ConfigError that names the file, DeviceError."""
+    try:
+        return build_platform(file.section, calibration, transmit)
+    except ConfigError as error:
+        where = f"{file.path}: {error.where}" if error.where else str(file.path)
+        raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
 
 
 def create_context(

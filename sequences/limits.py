@@ -26,7 +26,7 @@ class SafetyLimits(BaseModel):
     max_tx_duty: share of a shot that may be TX; settle_warning: share of the deflection that may remain at the next
     shot before a warning is given; max_coil_i2t_a2s: integral of the squared current over a shot, per coil, A^2 s;
     max_coil_heat_w: heat in a coil, averaged over a shot, W; None: not limited; min_guard_s: least time from the end of
-    the amplifier's gate to the receiver's connection, s.
+    the amplifier's gate to the receiver's connection, s; max_lease_s: longest lease of the guard, s; None: not limited.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
@@ -39,6 +39,7 @@ class SafetyLimits(BaseModel):
     max_coil_heat_w: Positive | None = None
     settle_warning: Annotated[float, Field(gt=0, lt=1, allow_inf_nan=False)] = 0.03
     min_guard_s: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.0
+    max_lease_s: Positive | None = None
 
 
 def check_drive(field_t: float, drives: Sequence[ChannelDrive], limits: SafetyLimits) -> None:

@@ -23,6 +23,7 @@ from .design import defects, design
 from .devices import config_app, devices, reset_amplifier
 from .diagnose import diagnose
 from .diagnose_live import FilesOrLive
+from .doctor import doctor
 from .emulate import emulate
 from .fit import fit
 from .harmonics import harmonics
@@ -32,6 +33,7 @@ from .models import adopt, models_app
 from .precision import predict
 from .ramp import ramp
 from .recordings import info, plot
+from .safety import outputs_off, reset_fault
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
@@ -47,6 +49,9 @@ app.add_typer(token_app, name="token")
 app.command()(adopt)
 app.command()(devices)
 app.command()(reset_amplifier)
+app.command()(outputs_off)
+app.command()(reset_fault)
+app.command()(doctor)
 app.command()(emulate)
 app.command()(fit)
 app.command()(harmonics)

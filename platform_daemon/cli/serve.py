@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from platform_daemon.serving import log_from
+from platform_daemon.supervisor import service_manager
 
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, PlatformOption, SetOption
@@ -93,7 +94,8 @@ def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_li
         scheme = "http" if options.tls_cert is None else "https"
         print(f"listening on {scheme}://{_address(options.host, listener)}", flush=True)
         print(f"stop on {scheme}://{_address(options.host, stop_listener)}/stop", flush=True)
-        daemon.run()
+        with service_manager():
+            daemon.run()
     except KeyboardInterrupt:
         pass
     finally:

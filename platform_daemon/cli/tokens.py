@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import getpass
-import os
 import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -14,6 +12,7 @@ import typer
 from drivers.errors import InputError
 from platform_daemon.schemas import Role
 
+from .auditing import audit
 from .options import ForceOption, JsonOption
 from .output import must_not_exist, write_json
 
@@ -35,7 +34,7 @@ def add(name: NameArgument, role: RoleOption, expires: ExpiresOption = None, dat
 
     until = None if expires is None else _moment(expires)
     token = tokens_in(data).add(name, role, until)
-    _audit(data, "token_add", f"{name}: {role}, " + ("for ever" if until is None else f"until {until.isoformat()}"))
+    audit(data, "token_add", f"{name}: {role}, " + ("for ever" if until is None else f"until {until.isoformat()}"))
     print(token)
 
 
@@ -61,33 +60,8 @@ def revoke(name: NameArgument, data: DataOption = Path("data")) -> None:
     from platform_daemon.store import tokens_in
 
     gone = tokens_in(data).revoke(name)
-    _audit(data, "token_revoke", f"{name}: {gone.role}")
+    audit(data, "token_revoke", f"{name}: {gone.role}")
     print(f"{name} is revoked")
-
-
-def _audit(data: Path, what: str, change: str) -> None:
-    from platform_daemon.schemas import AuditEntry
-    from platform_daemon.store import audit_log_in
-
-    entry = AuditEntry(
-        when=datetime.now(UTC).isoformat(timespec="milliseconds"),
-        who=_user(),
-        address="command line",
-        what=what,
-        path="",
-        request=change,
-        status=0,
-        outcome="done",
-    )
-    audit_log_in(data).append(entry)
-
-
-def _user() -> str:
-    """Name of the user, who may have none."""
-    try:
-        return getpass.getuser()
-    except (KeyError, OSError):
-        return f"uid {os.getuid()}"
 
 
 def _moment(text: str) -> datetime:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -154,8 +155,9 @@ class Engine:
         """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
 
         within: the procedure that it is a step of; whatever stops one of them stops both; again: the job of an earlier
-        run that it takes the place of.  Raises ShuttingDown.
+        run that it takes the place of.  Raises ShuttingDown, InterlockError while a fault stands.
         """
+        self._interlock.refuse()
         with self._planning:
             job = Job.of(work, within, again)
             self._register(job, moving=True)
@@ -180,6 +182,7 @@ class Engine:
 
         Raises ShuttingDown.
         """
+        self._interlock.refuse()
         with self._planning:
             job = Job.of(work, again=again)
             self._register(job, conducting=True)
@@ -197,7 +200,7 @@ class Engine:
     def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
         jobs, in_use = self._registry, self._calibration_in_use.in_use()
-        return self._readback.status(in_use, self._interlock.why, jobs.running, jobs.waiting)
+        return self._readback.status(in_use, self._interlock.stands, jobs.running, jobs.waiting)
 
     def devices(self) -> DeviceListing:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""
@@ -233,12 +236,26 @@ class Engine:
 
     def reset_fault(self) -> FaultReset:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
+        with self._at_rest():
+            return reset_amplifier(self.platform)
+
+    def unlock(self, by: str, reason: str) -> str | None:
+        """Prove the outputs off, then clear the fault of a dead owner in a person's name; what it was.
+
+        Raises DeviceStateError while a job moves something, InputError without a name, DeviceError.
+        """
+        with self._at_rest():
+            return self.platform.guard.reset(by, reason)
+
+    @contextmanager
+    def _at_rest(self) -> Iterator[None]:
+        """No job moves anything, and outputs are proved off."""
         if not self._hardware.acquire(timeout=JUST_ENDED_S):
             remedy = "wait until it has ended, or cancel it"
             raise DeviceStateError("a series or a calibration is running", where="power_amplifier", remedy=remedy)
         try:
             self._interlock.prove_off()
-            return reset_amplifier(self.platform)
+            yield
         finally:
             self._refresh()
             self._hardware.release()

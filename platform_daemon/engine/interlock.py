@@ -30,6 +30,18 @@ class Interlock:
             raise
         self.why = None
 
+    @property
+    def stands(self) -> str | None:
+        """Why no power may go out: `why`, or a guard's refusal; None: it may."""
+        refusal = self._platform.guard.refusal()
+        return self.why or (None if refusal is None else str(refusal))
+
+    def refuse(self) -> None:
+        """Raises InterlockError while the guard lets no power out: nothing is begun then."""
+        refusal = self._platform.guard.refusal()
+        if refusal is not None:
+            raise refusal
+
     def run(self, work: Callable[[AnyJob], None], job: AnyJob) -> None:
         """Do the work of a job, with outputs proved off before and after.
 

@@ -14,7 +14,9 @@ from platform_daemon.schemas import (
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
+    FaultCleared,
     FaultReset,
+    FaultUnlock,
     LinkCall,
     PlatformStatus,
     ProcedureSummary,
@@ -92,6 +94,11 @@ class RemoteHardware:
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
         found: FaultReset = self._told("reset_fault")
+        return found
+
+    def unlock(self, request: FaultUnlock) -> FaultCleared:
+        """See Hardware."""
+        found: FaultCleared = self._told("unlock", request)
         return found
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:

@@ -15,7 +15,9 @@ from platform_daemon.schemas import (
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
+    FaultCleared,
     FaultReset,
+    FaultUnlock,
     PlatformStatus,
     ProcedureSummary,
     ShotHarmonics,
@@ -60,6 +62,9 @@ class Hardware(JobHolder, Protocol):
 
     def reset_fault(self) -> FaultReset:
         """Clear the amplifier's latched fault.  Raises DeviceError."""
+
+    def unlock(self, request: FaultUnlock) -> FaultCleared:
+        """Clear the fault of a dead owner.  Raises InputError without a name, DeviceError."""
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
         """Queue a series.  Raises InputError, StorageUnusable; nothing moves then."""

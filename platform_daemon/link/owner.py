@@ -23,7 +23,9 @@ from platform_daemon.schemas import (
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
+    FaultCleared,
     FaultReset,
+    FaultUnlock,
     PlatformStatus,
     ProcedureSummary,
     ShotHarmonics,
@@ -31,6 +33,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import check_room
 
 from .jobs import LocalJobs, ShownJob
+from .queue import take_up_queue
 
 
 @dataclass(frozen=True)
@@ -73,6 +76,12 @@ class OwnedHardware(LocalJobs):
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
         return self._engine.reset_fault()
+
+    def unlock(self, request: FaultUnlock) -> FaultCleared:
+        """See Hardware."""
+        fault = self._engine.unlock(request.by, request.reason)
+        take_up_queue(self._engine, self, forget=False)  # what waited while the fault stood
+        return FaultCleared(fault=fault, by=request.by)
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
         """See Hardware."""

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import structlog
 
-from drivers.errors import PlatformError
+from drivers.errors import InterlockError, PlatformError
 from platform_daemon.engine import AnyJob, Engine
 from platform_daemon.schemas import JobState
 
@@ -23,6 +23,8 @@ class TakesUp(Protocol):
 def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
     """Queue again what an earlier run has left; what cannot be planned any more is failed with the reason.
 
+    While the fault of a dead owner stands all of it waits on.
+
     forget: cancel all of it.
     """
     for job in engine.left_waiting():
@@ -33,6 +35,9 @@ def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
         try:
             owner.take_up(job)
             log.info("job_taken_up", job=job.identifier)
+        except InterlockError as error:  # it waits on until a person has cleared the fault
+            log.warning("queue_waits", error=str(error))
+            return
         except PlatformError as error:
             log.error("job_not_taken_up", job=job.identifier, error=str(error))
             engine.end_left(job, JobState.FAILED, error)

@@ -4,6 +4,7 @@ print_calibration: Sensitivity by channel, or field and inductance by coil.
 characterisation_html: The page in UTF-8.
 characterisation_text: The tables for the terminal.
 print_devices: A row per device.
+print_findings: A row per thing that `doctor` has looked at.
 diagnosis_html: The page in UTF-8.
 defects_text: Forces for the terminal.
 design_text: Numbers of a design and the six steps, for the terminal.

@@ -2,6 +2,7 @@ from .calibration_tables import print_calibration as print_calibration
 from .characterisation_page import characterisation_html as characterisation_html
 from .characterisation_tables import characterisation_text as characterisation_text
 from .device_tables import print_devices as print_devices
+from .device_tables import print_findings as print_findings
 from .diagnosis_page import diagnosis_html as diagnosis_html
 from .diagnosis_text import summary_text as summary_text
 from .figures.defects import defects_png as defects_png

@@ -1,4 +1,4 @@
-"""The devices of a platform, as a table."""
+"""The devices of a platform, and what was found about it, as tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from platform_daemon.schemas import DeviceReport
+from platform_daemon.schemas import Checkup, DeviceReport
 
 
 def print_devices(reports: Sequence[DeviceReport]) -> None:
@@ -20,6 +20,16 @@ def print_devices(reports: Sequence[DeviceReport]) -> None:
         identity = " ".join(part for _, part in report.identity or () if part)
         state = ", ".join(f"{name} {_plain(value)}" for name, value in report.state)
         table.add_row(report.device, identity or "-", state or "-", report.error or "-")
+    Console().print(table)
+
+
+def print_findings(found: Checkup) -> None:
+    """A row per thing that was looked at: how it stands, and what to do."""
+    table = Table()
+    for heading in ("check", "verdict", "found", "remedy"):
+        table.add_column(heading, overflow="fold")
+    for each in found.findings:
+        table.add_row(each.check, each.verdict, each.found, each.remedy or "-")
     Console().print(table)
 
 

@@ -147,6 +147,11 @@ DeviceReadback: A device as last read back.
 DeviceReport: One device.
 DeviceSurvey: What `devices --json` writes.
 EntryPoints: Where everything is.
+FaultCleared: What stood in the way of power, and who has cleared it.
+FaultUnlock: Who clears the fault of an owner that has died, and why.
+Checkup: What `doctor` found.
+Finding: One thing that it has looked at.
+Verdict: How that stands.
 FaultReset: What the latched fault of the power amplifier was, and the amplifier after its reset.
 Health: The daemon is alive.
 PlatformStatus: The platform as last read back.

@@ -201,3 +201,8 @@ from .sweeps import SweepRequest as SweepRequest
 from .tunes import TunedPreset as TunedPreset
 from .tunes import TuneOutcome as TuneOutcome
 from .tunes import TuneRequest as TuneRequest
+from .unattended import Checkup as Checkup
+from .unattended import FaultCleared as FaultCleared
+from .unattended import FaultUnlock as FaultUnlock
+from .unattended import Finding as Finding
+from .unattended import Verdict as Verdict

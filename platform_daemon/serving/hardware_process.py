@@ -35,7 +35,11 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
     kept = JobRecords(folder.jobs), Library(folder.models), catalogue
     limits = WorkerLimits().changed(options.worker_limits)
-    opening = Opening(lambda: start_engine(file, *kept, *hardware_workers(limits)), folder, forget=options.forget_queue)
+
+    def start() -> Engine:
+        return start_engine(file, *kept, *hardware_workers(limits), options.data)
+
+    opening = Opening(start, folder, forget=options.forget_queue)
     server = None
     try:
         opening.open()

@@ -8,11 +8,15 @@ import select
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 from drivers.errors import InterlockError
 from drivers.power_guard import NoGuard, PowerGuard
 from drivers.registry import PlatformSection
 
+from .lock_file import clear, refuse
+from .ownership import take
+from .places import place_of
 from .watch import ALIVE, ENDED, MAY_COME, OFF, READY, SWITCHING_OFF
 
 _START_S = 20.0
@@ -20,37 +24,84 @@ _END_S = 2.0
 _IN_PROCESS = {"simulated"}  # devices that die with it
 
 
-def guard_for(section: PlatformSection) -> PowerGuard:
-    """A guard in a process of its own, or none where no device outlives this one."""
+def guard_for(section: PlatformSection, max_lease_s: float | None = None, data: Path | None = None) -> PowerGuard:
+    """A guard in a process of its own, or none where no device outlives this one.
+
+    To be made before the devices are opened: this process owns them from here on, until the guard is closed.
+    max_lease_s: longest lease that the site allows, s; data: data folder of the owner.  Raises ConfigError,
+    DeviceDenied if another process owns them.
+    """
+    return GuardProcess(section, max_lease_s, data) if needs_guard(section) else NoGuard()
+
+
+def needs_guard(section: PlatformSection) -> bool:
+    """Some output outlives the process that owns it."""
     outputs = {section.io_card.backend, section.power_amplifier.backend, section.tx_rx_switch.backend}
-    return GuardProcess(section) if outputs - _IN_PROCESS else NoGuard()
+    return bool(outputs - _IN_PROCESS)
 
 
 class GuardProcess:
-    """See PowerGuard.  Started at once, waited for before the first power, started anew if it has died."""
+    """See PowerGuard.  Waited for before the first power, started anew if it has died."""
 
-    def __init__(self, section: PlatformSection) -> None:
+    def __init__(self, section: PlatformSection, max_lease_s: float | None = None, data: Path | None = None) -> None:
         self._tables = section.model_dump_json().encode() + b"\n"
+        self._lease_s, self._max_lease_s = section.guard.lease_s, max_lease_s
         self._lock = threading.Lock()
-        self._power = self._closed = False
-        self._process = self._started()
+        self._power = self._closed = self._ready = False
+        self._process: subprocess.Popen[bytes] | None = None
+        self._place = place_of(section)
+        self._ownership = take(self._place, section.name, data)
 
     @property
     def pid(self) -> int:
         """Of the process that watches now."""
-        return self._process.pid
+        return self._watching().pid
+
+    def watch(self) -> None:
+        """See PowerGuard."""
+        with self._lock:
+            if not self._closed:
+                self._watching()
+
+    def refusal(self) -> InterlockError | None:
+        """See PowerGuard."""
+        most_s = self._max_lease_s
+        if most_s is not None and self._lease_s > most_s:
+            error = InterlockError(
+                f"the lease of the guard is {self._lease_s:g} s",
+                where="guard.lease_s",
+                why=f"limits.max_lease_s is {most_s:g} s",
+                remedy="shorten the lease, or have the limit changed by whoever is responsible for the platform",
+            )
+            error.nothing_moved = True
+            return error
+        try:
+            refuse(self._place)
+        except InterlockError as error:
+            return error
+        return None
+
+    def reset(self, by: str, reason: str) -> str | None:
+        """See PowerGuard."""
+        fault = clear(self._place, by, reason)
+        return None if fault is None else str(fault)
 
     def power_may_come(self) -> None:
         """See PowerGuard."""
         with self._lock:
-            if self._process.poll() is not None:
-                self._let_go(self._process)
+            refusal = self.refusal()
+            if refusal is not None:
+                raise refusal
+            process = self._watching()
+            if process.poll() is not None:
+                self._let_go(process)
                 self._process = self._started()
+            self._ownership.power(may_be_on=True)
             self._power = self._is_ready() and self._said(MAY_COME)
             if not self._power:
                 raise InterlockError(
                     "nobody would switch the amplifier off if this process died",
-                    why=f"the guard process {self.pid} does not answer",
+                    why=f"the guard process {process.pid} does not answer",
                     remedy="start the daemon anew; if that does not help, look into its log for the guard's error",
                 )
 
@@ -59,7 +110,9 @@ class GuardProcess:
         with self._lock:
             if self._power and not self._said(ALIVE):
                 raise InterlockError(
-                    "the guard process has died in a shot", why=f"it was process {self.pid}", remedy="repeat the shot"
+                    "the guard process has died in a shot",
+                    why=f"it was process {self._watching().pid}",
+                    remedy="repeat the shot",
                 )
 
     def switching_off(self) -> None:
@@ -74,6 +127,8 @@ class GuardProcess:
             if self._power:
                 self._said(OFF)
                 self._power = False
+            if not self._closed:
+                self._ownership.power(may_be_on=False)
 
     def close(self) -> None:
         """See PowerGuard."""
@@ -81,13 +136,25 @@ class GuardProcess:
             if self._closed:
                 return
             self._closed = True
-            self._said(ENDED)
-            self._let_go(self._process)
+            if self._process is not None:
+                self._said(ENDED)
+                self._let_go(self._process)
+            self._ownership.release()
+
+    def _watching(self) -> subprocess.Popen[bytes]:
+        if self._process is None:
+            self._process = self._started()
+        return self._process
 
     def _started(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "platform_daemon.supervisor", str(os.getpid())]
+        owned = self._ownership.fd
         process = subprocess.Popen(  # a session of its own: what a terminal sends does not reach it
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+            [*command, str(self._place), str(owned)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+            pass_fds=[owned],
         )
         assert process.stdin is not None
         with contextlib.suppress(OSError):  # it is asked whether it lives before any power
@@ -106,16 +173,18 @@ class GuardProcess:
             process.wait(_END_S)
 
     def _is_ready(self) -> bool:
-        assert self._process.stdout is not None
-        if not self._ready and select.select([self._process.stdout], [], [], _START_S)[0]:
-            self._ready = os.read(self._process.stdout.fileno(), len(READY)) == READY
+        pipe = self._watching().stdout
+        assert pipe is not None
+        if not self._ready and select.select([pipe], [], [], _START_S)[0]:
+            self._ready = os.read(pipe.fileno(), len(READY)) == READY
         return self._ready
 
     def _said(self, word: bytes) -> bool:
         """False: nobody listens."""
-        assert self._process.stdin is not None
+        pipe = self._watching().stdin
+        assert pipe is not None
         try:
-            os.write(self._process.stdin.fileno(), word)
+            os.write(pipe.fileno(), word)
         except (OSError, ValueError):
             return False
         return True

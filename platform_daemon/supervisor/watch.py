@@ -1,31 +1,34 @@
 """What the guard does: it watches one process and switches the outputs off when that can no longer do it.
 
-Run as `python -m platform_daemon.supervisor PID`; standard input: the platform file's tables as one line of JSON,
-then one byte for each thing the owner says.  The owner's death is seen by its pidfd, not by the end of the pipe, which
+Run as `python -m platform_daemon.supervisor PID PLACE FD`: the owner, the folder of the lock, and the open file that
+says who the owner is.  Standard input: the platform file's tables as one line of JSON, then one byte for each thing the
+owner says.  The owner's death is seen by its pidfd, not by the end of the pipe, which
 children of the owner may hold open.
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import select
 import signal
 import sys
 import time
+from pathlib import Path
 
-LEASE_S = 6.0  # longer than any single answer of a device is waited for
+from .say import say
+
+LEASE_S = 6.0  # unless the platform file says another; longer than any single answer of a device is waited for
 OFF_LEASE_S = 30.0  # while outputs are being switched off, which has deadlines of its own
 MAY_COME, ALIVE, SWITCHING_OFF, OFF, ENDED = b"+", b".", b"o", b"-", b"q"
 READY = b"ready\n"
-_TRIES_S = (0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 10.0)
 
 
 class Lease:
     """What the owner has said so far. due_s: until when (monotonic) it must say more, None: nothing is due."""
 
-    def __init__(self) -> None:
+    def __init__(self, lease_s: float = LEASE_S) -> None:
+        self.lease_s = lease_s
         self.due_s: float | None = None
         self.ended = False
 
@@ -39,7 +42,7 @@ class Lease:
         for byte in said:
             word = bytes([byte])
             if word == MAY_COME or (word == ALIVE and self.power):
-                self.due_s = now_s + LEASE_S
+                self.due_s = now_s + self.lease_s
             elif word == SWITCHING_OFF and self.power:
                 self.due_s = now_s + OFF_LEASE_S
             elif word == OFF:
@@ -57,36 +60,28 @@ def main() -> int:
         owner = os.pidfd_open(int(sys.argv[1]))
     except ProcessLookupError:
         return 0  # it ended before it could let any power out
-    from drivers.outputs_off import output_backends, switch_outputs_off
+    from drivers.outputs_off import output_backends
     from drivers.registry import PlatformSection
+
+    from .lock_file import Cause
+    from .ownership import Ownership
+    from .rescue import rescue
 
     section = PlatformSection.model_validate_json(_line(sys.stdin.fileno()))
     output_backends(section)  # imported now, not when every millisecond counts
     with contextlib.suppress(BrokenPipeError):  # the devices have been let go already
         os.write(sys.stdout.fileno(), READY)
-    lease = Lease()
-    _watch(owner, sys.stdin.fileno(), lease)
+    lease = Lease(section.guard.lease_s)
+    hung = _watch(owner, sys.stdin.fileno(), lease)
     if not lease.power:
         return 0
-    began = time.monotonic()
-    for wait_s in _TRIES_S:
-        time.sleep(wait_s)
-        try:
-            switch_outputs_off(section)
-        except Exception as error:  # whatever it is: tried again
-            _say("outputs_unconfirmed", error=str(error))
-        else:
-            _say(
-                "outputs_switched_off_for_a_dead_owner",
-                owner=int(sys.argv[1]),
-                seconds=round(time.monotonic() - began, 3),
-            )
-            return 0
-    return 1
+    ownership, cause = Ownership(int(sys.argv[3])), Cause.HUNG if hung else Cause.DIED
+    return 0 if rescue(section, Path(sys.argv[2]), int(sys.argv[1]), cause, ownership) else 1
 
 
-def _watch(owner: int, pipe: int, lease: Lease) -> None:
-    """Until the owner has ended or let its devices go; one that hangs while power may come is killed."""
+def _watch(owner: int, pipe: int, lease: Lease) -> bool:
+    """Until the owner has ended or let its devices go; one that hangs while power may come is killed: True."""
+    hung = False
     poll = select.poll()
     poll.register(owner, select.POLLIN)
     poll.register(pipe, select.POLLIN)
@@ -97,15 +92,16 @@ def _watch(owner: int, pipe: int, lease: Lease) -> None:
             said = os.read(pipe, 4096)
             lease.heard(said, time.monotonic())
             if lease.ended:
-                return
+                return hung
             if not said:
                 poll.unregister(pipe)
         elif owner in ready:  # all it has said has been read
-            return
+            return hung
         elif lease.due_s is not None and time.monotonic() >= lease.due_s:
-            _say("owner_hangs_while_power_may_come", owner=int(sys.argv[1]))
+            hung = True
+            say("owner_hangs_while_power_may_come", owner=int(sys.argv[1]))
             signal.pidfd_send_signal(owner, signal.SIGKILL)
-            lease.due_s = time.monotonic() + LEASE_S
+            lease.due_s = time.monotonic() + lease.lease_s
 
 
 def _line(pipe: int) -> bytes:
@@ -114,8 +110,3 @@ def _line(pipe: int) -> bytes:
     while (byte := os.read(pipe, 1)) not in (b"\n", b""):
         line += byte
     return bytes(line)
-
-
-def _say(event: str, **more: object) -> None:
-    """A line of JSON where the owner's log goes."""
-    os.write(sys.stderr.fileno(), (json.dumps({"event": event, **more}) + "\n").encode())

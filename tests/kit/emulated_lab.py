@@ -13,6 +13,8 @@ from drivers.red_pitaya.pairing import open_pair
 from drivers.registry import build_platform
 from platform_daemon.engine.shot import RawShot, run_shot
 from platform_daemon.settings import PlatformFile, apply_override, load_platform, locate, read_toml
+from platform_daemon.supervisor import reset_fault
+from platform_daemon.supervisor.lock_file import Fault
 from sequences.compiler import ShotPlan
 from sim_backend.emulators.emulator import LabEmulator
 
@@ -54,6 +56,10 @@ class Lab:
     def start_server(self, board: int) -> None:
         """It is started again, on the same ports, and loads the card anew."""
         self.emulator.start_server(board)
+
+    def reset_fault(self) -> Fault | None:
+        """What a person does after an owner has died; the fault that stood."""
+        return reset_fault(self.file().section, "a test", "an owner was killed on purpose")
 
     def violations(self) -> tuple[Any, ...]:
         """Every time power met a connected receiver."""

@@ -13,7 +13,8 @@ import pytest
 from drivers.errors import InterlockError
 from drivers.power_guard import NoGuard
 from platform_daemon.settings import load_platform
-from platform_daemon.supervisor import guard_for
+from platform_daemon.supervisor import guard_for, owner_of, place_of
+from platform_daemon.supervisor.lock_file import Cause
 from platform_daemon.supervisor.owner import GuardProcess
 from platform_daemon.supervisor.watch import LEASE_S
 from tests.kit.dying_host import DyingHost
@@ -26,6 +27,13 @@ DEATHS = [
     (signal.SIGHUP, "rx", 5.0),
     (signal.SIGSTOP, "tx", LEASE_S + 5.0),
 ]
+
+
+def wait_for(true, within_s: float = 10.0) -> None:
+    until = time.monotonic() + within_s
+    while not true():
+        assert time.monotonic() < until
+        time.sleep(0.02)
 
 
 @pytest.fixture(scope="module")
@@ -42,12 +50,22 @@ def test_outputs_go_off_however_the_owner_dies(lab, tmp_path, number, moment, wi
         host.wait_for(moment)
         host.send(number)
         _, all_s = host.off_after(within_s)
+        if number == signal.SIGHUP:
+            assert host.process.wait(30) == 130
     finally:
         host.end()
     if number == signal.SIGSTOP:
         assert all_s > LEASE_S - 1.0
         assert "owner_hangs" in host.log.read_text()
     assert lab.violations() == ()
+    wait_for(lambda: owner_of(place_of(lab.file().section)) is None)
+    fault = lab.reset_fault()
+    if number == signal.SIGHUP:
+        assert fault is None  # it ended in order
+    else:
+        assert fault is not None
+        assert (fault.owner, fault.proved) == (host.process.pid, True)
+        assert fault.cause is (Cause.HUNG if number == signal.SIGSTOP else Cause.DIED)
 
 
 @pytest.fixture

@@ -48,6 +48,7 @@ ACCESS: dict[str, Access] = {
     # Stopping is always safe: whoever may look may stop.
     "stop": Access(Role.VIEWER, audited=True),
     "reset_amplifier": CONFIRM,
+    "reset_fault": ACT,
     "get_entry_points": VIEW,
     "get_readiness": VIEW,
     "get_platform": VIEW,

@@ -12,7 +12,9 @@ from platform_daemon.engine import UnknownId
 from platform_daemon.schemas import (
     DeviceListing,
     EntryPoints,
+    FaultCleared,
     FaultReset,
+    FaultUnlock,
     Health,
     PlatformStatus,
     ProblemKind,
@@ -94,6 +96,20 @@ def reset_amplifier(context: Shared, body: Confirmed = CONFIRMED) -> FaultReset:
     no reset command.  Without a fault there is nothing to clear: `fault` is null.
     """
     return context.hardware.reset_fault()
+
+
+@router.post(
+    "/platform/fault/reset",
+    summary="Clear the fault that an owner of the devices has left by its death",
+    responses=problems(409, 415, 422, 502, 504),
+)
+def reset_fault(context: Shared, body: FaultUnlock) -> FaultCleared:
+    """After somebody has looked: until then no series, calibration or procedure is taken.
+
+    Proves all outputs off first; no power goes out.  409 while a series or a calibration runs.  Without a fault there
+    is nothing to clear: `fault` is null.
+    """
+    return context.hardware.unlock(body)
 
 
 @router.get("/problems/{kind}", summary="What a kind of problem means", responses=problems(404))

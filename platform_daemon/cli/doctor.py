@@ -1,0 +1,37 @@
+"""`platform-daemon doctor`: what would keep this computer from running unattended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
+from .output import must_not_exist, write_json
+
+PortOption = Annotated[int, typer.Option(help="Port of the daemon; the next one only stops.", min=1, max=65534)]
+
+
+def doctor(
+    platform: PlatformOption = "lab",
+    data: Annotated[Path, typer.Option(help="Data folder of the daemon.")] = Path("data"),
+    port: PortOption = 8212,
+    unit: Annotated[str, typer.Option(help="Its systemd unit.")] = "platform-daemon.service",
+    overrides: SetOption = None,
+    endpoints: EndpointsOption = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Look at devices, disk, memory, clock, ports and service.  Exit code 1 if something must not stay as it is."""
+    from platform_daemon.reports import print_findings
+    from platform_daemon.settings import load_platform
+    from platform_daemon.supervisor import examine
+
+    file = load_platform(platform, overrides or (), endpoints)
+    must_not_exist(json_file, force, ".json")
+    found = examine(file, data, (port, port + 1), unit)
+    print_findings(found)
+    write_json(json_file, found)
+    if found.fails:
+        raise typer.Exit(1)

@@ -1,0 +1,65 @@
+"""A platform that is left alone: faults of owners that died, and what would keep a computer from it."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import ConfigDict, Field
+
+from .base import Schema, example
+
+
+class FaultUnlock(Schema):
+    """Who clears the fault that an owner of the devices has left by its death, and why."""
+
+    by: Annotated[str, Field(max_length=200)]
+    """Name of the person."""
+    reason: Annotated[str, Field(max_length=2000)] = ""
+    """What was found."""
+
+
+class FaultCleared(Schema):
+    """What stood in the way of power, and who has cleared it."""
+
+    model_config = ConfigDict(json_schema_extra=example("fault_cleared"))
+
+    fault: str | None
+    """The fault that was cleared; null: there was none."""
+    by: str
+    """Name of the person."""
+
+
+class Verdict(StrEnum):
+    """ok; warn: somebody should know; fail: it must not be left alone like that."""
+
+    OK = "ok"
+    WARN = "warn"
+    FAIL = "fail"
+
+
+class Finding(Schema):
+    """One thing that was looked at."""
+
+    check: str
+    """What was looked at."""
+    verdict: Verdict
+    """How it stands."""
+    found: str
+    """What was found, with units."""
+    remedy: str
+    """What to do; empty if nothing."""
+
+
+class Checkup(Schema):
+    """What `doctor --json` writes: whether this computer may be left alone with a platform."""
+
+    platform: str
+    """Name of the platform."""
+    findings: tuple[Finding, ...]
+    """Everything that was looked at."""
+
+    @property
+    def fails(self) -> bool:
+        """Something must not stay as it is."""
+        return any(each.verdict is Verdict.FAIL for each in self.findings)

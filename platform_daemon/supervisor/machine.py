@@ -1,0 +1,123 @@
+"""What a computer must have to be left alone: room, memory, a clock, ports, somebody who starts the daemon anew."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import socket
+import subprocess
+import time
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+
+import psutil
+
+from platform_daemon.schemas import Finding, Verdict
+
+GB = 1e9
+_ROOM_WARN_B, _ROOM_FAIL_B = 10 * GB, 1 * GB
+_MEMORY_WARN_B, _MEMORY_FAIL_B = 2 * GB, 0.5 * GB
+_SLOW_SYNC_S = 0.5  # a shot is not acknowledged before that is over
+_JUMP_S, _WATCHED_S = 0.02, 0.5
+_UNSYNCHRONISED = 5  # TIME_ERROR of adjtimex(2)
+
+
+def judged(check: str, found: str, fail: str = "", warn: str = "") -> Finding:
+    """fail, warn: the remedy, if it is one; the graver one counts."""
+    verdict = Verdict.FAIL if fail else Verdict.WARN if warn else Verdict.OK
+    return Finding(check=check, verdict=verdict, found=found, remedy=fail or warn)
+
+
+def disk(folder: Path) -> list[Finding]:
+    """Room, permission and fsync of a folder, which need not exist yet: then of the one that it will be made in."""
+    there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.is_dir())
+    room = psutil.disk_usage(str(there)).free
+    few = "free the disk, or give another --data folder"
+    text = f"{room / GB:.1f} GB free for {folder}"
+    findings = [judged("disk: room", text, few if room < _ROOM_FAIL_B else "", few if room < _ROOM_WARN_B else "")]
+    left = os.statvfs(there)
+    if left.f_files:
+        out = "remove files that nobody needs" if left.f_favail < 10_000 else ""
+        findings.append(judged("disk: files", f"{left.f_favail} more files can be made", out))
+    try:
+        took_s = _synced(there)
+    except OSError as error:
+        why = error.strerror or str(error)
+        remedy = "mount it for writing, give it to this account, or repair it"
+        return [*findings, judged("disk: write and fsync", f"{there}: {why}", remedy)]
+    slow = "use a faster disk: every shot waits for it" if took_s > _SLOW_SYNC_S else ""
+    return [*findings, judged("disk: write and fsync", f"1 MB is on the disk of {there} in {took_s:.3f} s", "", slow)]
+
+
+def _synced(folder: Path) -> float:
+    began = time.monotonic()
+    with NamedTemporaryFile(dir=folder, prefix=".doctor-") as file:
+        file.write(bytes(1_000_000))
+        file.flush()
+        os.fsync(file.fileno())
+    return time.monotonic() - began
+
+
+def memory() -> Finding:
+    """What is available now, without what can be swapped out."""
+    free = psutil.virtual_memory().available
+    remedy = "end other programs, or add memory: the kernel kills whoever holds most"
+    fail, warn = (remedy if free < least else "" for least in (_MEMORY_FAIL_B, _MEMORY_WARN_B))
+    return judged("memory", f"{free / GB:.1f} GB available", fail, warn)
+
+
+def clock() -> list[Finding]:
+    """Synchronised, without jumps, and in which zone."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    state = libc.adjtimex(ctypes.create_string_buffer(512))  # all zero: nothing is set
+    remedy = "switch time synchronisation on: `timedatectl set-ntp true`"
+    said = "the kernel says it is not synchronised" if state == _UNSYNCHRONISED else "synchronised"
+    wrong = remedy if state == _UNSYNCHRONISED else ""
+    if state < 0:
+        said, wrong = f"nobody can tell: {os.strerror(ctypes.get_errno())}", "look at `timedatectl` by hand"
+    apart = time.time() - time.monotonic()
+    time.sleep(_WATCHED_S)
+    jump_s = time.time() - time.monotonic() - apart
+    hold = "find who sets the clock: times of shots jump with it" if abs(jump_s) > _JUMP_S else ""
+    shifts = bool(time.daylight) and time.timezone != time.altzone
+    zone = "schedules by the clock lose or gain an hour twice a year; UTC does not" if shifts else ""
+    return [
+        judged("clock: synchronised", said, "", wrong),
+        judged("clock: jumps", f"{1e3 * jump_s:+.1f} ms in {_WATCHED_S:g} s", "", hold),
+        judged("clock: zone", " / ".join(dict.fromkeys(time.tzname)), "", zone),
+    ]
+
+
+def port(number: int, name: str, *, ours: bool) -> Finding:
+    """A TCP port of this computer; ours: a daemon that runs may hold it."""
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", number))
+        except OSError as error:
+            why = error.strerror or str(error)
+            if ours:
+                return judged(f"port: {name}", f"{number} is taken, a daemon runs")
+            return judged(f"port: {name}", f"{number}: {why}", f"end whoever has it, or choose another --{name}")
+    return judged(f"port: {name}", f"{number} is free")
+
+
+def service(unit: str) -> Finding:
+    """Who starts the daemon anew: a systemd unit with a watchdog."""
+    make = "install docs/platform-daemon.service, see docs/unattended.md"
+    systemctl = shutil.which("systemctl")
+    if systemctl is None:
+        return judged("service", "no systemd on this computer", "", "nothing starts the daemon anew after its death")
+    asked = ("LoadState", "ActiveState", "WatchdogUSec", "ExecStopPost")
+    command = [systemctl, "show", unit, *(f"--property={each}" for each in asked)]
+    try:
+        said = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False).stdout
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return judged("service", f"systemd does not answer: {error}", "", make)
+    told = dict(line.partition("=")[::2] for line in said.splitlines())
+    if told.get("LoadState") != "loaded":
+        return judged("service", f"there is no unit {unit}", "", make)
+    missing = [name for name in asked[2:] if told.get(name, "0") in ("", "0", "infinity")]
+    text = f"{unit} is {told.get('ActiveState', 'unknown')}"
+    return judged("service", text, "", f"{make}: it has no {', '.join(missing)}" if missing else "")

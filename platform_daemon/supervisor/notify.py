@@ -1,0 +1,68 @@
+"""What systemd is told: ready, alive, ending.  See sd_notify(3), sd_watchdog_enabled(3)."""
+
+from __future__ import annotations
+
+import os
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from .say import say
+
+
+@contextmanager
+def service_manager(lives: Callable[[], bool] = lambda: True) -> Iterator[None]:
+    """Ready while inside, and alive as long as `lives` says so, twice in each WatchdogSec; ending when it is left.
+
+    To be entered once everything serves.  lives: asked in a thread of its own; one that raises or hangs is no sign of
+    life, so that systemd ends the service, and its ExecStopPost switches the outputs off.  Without systemd nothing
+    is done.
+    """
+    if not tell("READY=1"):
+        yield
+        return
+    ended = threading.Event()
+    every_s = watchdog_s()
+    if every_s is not None:
+        threading.Thread(target=_watch, args=(lives, every_s / 2, ended), name="watchdog", daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()
+        tell("STOPPING=1")
+
+
+def tell(state: str) -> bool:
+    """One datagram; False: there is no service manager, or it does not listen."""
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if not address:
+        return False
+    try:
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC) as to:
+            to.sendto(state.encode(), "\0" + address[1:] if address.startswith("@") else address)
+    except OSError as error:
+        say("service_manager_not_told", state=state, error=str(error))
+        return False
+    return True
+
+
+def watchdog_s() -> float | None:
+    """WatchdogSec of the unit; None: nobody watches this process."""
+    told = os.environ.get("WATCHDOG_USEC", "")
+    if os.environ.get("WATCHDOG_PID", str(os.getpid())) != str(os.getpid()) or not told.isdigit() or int(told) == 0:
+        return None
+    return int(told) / 1e6
+
+
+def _watch(lives: Callable[[], bool], every_s: float, ended: threading.Event) -> None:
+    while True:
+        try:
+            alive = lives()
+        except Exception as error:  # whatever it is: no sign of life
+            say("no_sign_of_life", error=str(error))
+            alive = False
+        if alive and not ended.is_set():
+            tell("WATCHDOG=1")
+        if ended.wait(every_s):
+            return
