@@ -1,0 +1,38 @@
+"""Jobs that waited when the daemon ended: they wait again, in their order, or are forgotten on purpose."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.engine import AnyJob, Engine
+from platform_daemon.schemas import JobState
+
+log = structlog.get_logger()
+
+
+class TakesUp(Protocol):
+    """Who makes the work of a job anew."""
+
+    def take_up(self, job: AnyJob) -> None:
+        """Queue it again under its id.  Raises PlatformError."""
+
+
+def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
+    """Queue again what an earlier run has left; what cannot be planned any more is failed with the reason.
+
+    forget: cancel all of it.
+    """
+    for job in engine.left_waiting():
+        if forget:
+            job.warnings.append("forgotten when the daemon was started (--forget-queue)")
+            engine.end_left(job, JobState.CANCELLED)
+            continue
+        try:
+            owner.take_up(job)
+            log.info("job_taken_up", job=job.identifier)
+        except PlatformError as error:
+            log.error("job_not_taken_up", job=job.identifier, error=str(error))
+            engine.end_left(job, JobState.FAILED, error)
