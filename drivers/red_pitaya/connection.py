@@ -15,7 +15,7 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.commands import parse, reply_kind
-from drivers.red_pitaya.ports import acknowledge_at_once
+from drivers.red_pitaya.ports import acknowledge_at_once, said_within
 
 MARK_S = 1.5  # time for the answer to the first *IDN?
 UPLOAD_BYTES_PER_S = 200e3  # slower than any network the card is on
@@ -130,11 +130,39 @@ class Connection:
                 each.shutdown(socket.SHUT_RDWR)
             each.close()
 
-    def synchronise(self) -> None:
+    def answers(self, within_s: float) -> bool:
+        """Whether the server still serves this client; any thread, and whoever asks at that moment is not waited for.
+
+        False if it closes, or keeps silent for so long: this connection is of no use any more then.
+        """
+        until_s = time.monotonic() + within_s
+        if not self._lock.acquire(timeout=within_s):
+            return False
+        try:
+            self._check()
+            self._send(self._command, b"RP:ADC:WP?\n")
+            for command in (*self._posted, "RP:ADC:WP?"):
+                self._line(command, until_s)
+            self._posted.clear()
+        except (DeviceLost, DeviceTimeout):
+            return False
+        finally:
+            self._lock.release()
+        return True
+
+    def evicted(self) -> bool:
+        """Whether the server, or we, have closed one of the sockets; any thread, also while another one reads."""
+        return any(said_within(each, 0.0) == b"" for each in (self._command, self._data))
+
+    def synchronise(self, *, asked: bool = False) -> None:
         """Make sure that the next answer belongs to the next command.  Raises DeviceTimeout, DeviceLost,
-        DeviceProtocolError if something else answers."""
+        DeviceProtocolError if something else answers.
+
+        asked: the mark was sent already, by another one on the same socket.
+        """
         deadline = time.monotonic() + MARK_S
-        self._send(self._command, b"\n*IDN?\n")
+        if not asked:
+            self._send(self._command, b"\n*IDN?\n")
         heard = ""
         try:
             while not heard.startswith("CUSTOM,"):

@@ -5,6 +5,8 @@ one's, whoever made it.  Seen on the real server:
 
 * Half open: a client died between its two connections.  The next data connection is paired with the dead client and
   closed at once, so the data socket is connected first and must live for a while.
+* A stranger's command connection: ours is the data connection that it waits for, and goes with it.  The server then
+  waits for one that belongs to our command connection.
 * A stranger's data connection (a port scan) is taken for ours, and everybody gets the one of the client before.  An
   upload does not show that: the server answers it with success.  A short read does: its samples must arrive here.
   Another command connection takes the next data connection, until it is ours.
@@ -29,6 +31,7 @@ ATTEMPTS = 4
 QUEUE_S = 1.2  # a port whose queue is full does not answer; a second try after a second is included
 QUEUE = 4  # more connections than wait at a port
 TAKE_OVER_S = 3.0  # no new attempt after that: somebody waits to hear that the card is gone, and will try again
+LAST_WORD_S = 0.2  # a client that is thrown out is closed, and one that is served has its answer, within this time
 PROOF_SAMPLES = 16
 PROOF_S = 0.5
 
@@ -69,9 +72,14 @@ def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: flo
     """A new pair in place of `old`, which is closed: the server zeroes the outputs at once.
 
     The new pair is connected first.  If that is not answered, the server may be waiting for bytes of the old one, which
-    then goes, and it is tried as in `open_pair`, with the same errors, but for some TAKE_OVER_S only.
+    then goes, and it is tried as in `open_pair`, with the same errors, but for some TAKE_OVER_S only.  If the old one
+    is gone already, the outputs are zero, and the server may be half open for whoever came: that takes more patience.
+    Whoever comes between that question and the new pair, 1 ms later, can still hang the server.
     """
     until_s = time.monotonic() + TAKE_OVER_S
+    if not old.answers(LAST_WORD_S) and old.evicted():
+        old.close()
+        return open_pair(host, ports, timeout_s, off, until_s)
     held: list[socket.socket] = []
     try:
         return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
@@ -129,7 +137,15 @@ def _prove(
             command = connect(host, ports[0])
             held.append(command)
             connection = Connection(command, data, f"{host}:{ports[0]}", timeout_s)
-            connection.synchronise()
+            try:
+                connection.synchronise()
+            except DeviceTimeout:
+                if said_within(data, 0.0) != b"":
+                    raise
+                data.close()
+                data = connect(host, ports[1], QUEUE_S)
+                connection = Connection(command, data, f"{host}:{ports[0]}", timeout_s)
+                connection.synchronise(asked=True)
             connection.ask_all(off)
             if (said := said_within(data, 0.0)) is not None:
                 raise _foreign(where, f"it says {said!r} unasked")

@@ -41,7 +41,10 @@ def acknowledge_at_once(link: socket.socket) -> None:
 
 def said_within(peer: socket.socket, seconds: float) -> bytes | None:
     """What the other side says unasked within that time, left unread; b"" if it closes, None if it keeps silent."""
-    readable, _, _ = select.select([peer], [], [], seconds)
+    try:
+        readable, _, _ = select.select([peer], [], [], seconds)
+    except ValueError:  # it was closed on this side
+        return b""
     if not readable:
         return None
     try:

@@ -241,7 +241,7 @@ def test_a_take_over_from_a_dead_card_tries_no_longer_than_somebody_can_wait(
     monkeypatch.setattr(module, "TAKE_OVER_S", take_over_s)
     ports = serve(answering({}), *[silent] * 10)
     old = opened(ports)
-    threading.Timer(0.1, old.close).start()  # this server does not throw anybody out
+    threading.Timer(0.6, old.close).start()  # this server does not throw anybody out
     with pytest.raises(DeviceTimeout, match="its DAQ server takes the connection and says nothing"):
         take_over(old, "127.0.0.1", ports, 0.3, ())
     assert len(tried) + 1 == connections
@@ -271,6 +271,47 @@ def test_a_new_pair_is_connected_before_the_old_one_goes():
         threads[0].join(5)
         assert order == ["old comes", "new comes", "old goes"]
         assert new.ask("RP:ADC:WP?") == 7
+        new.close()
+
+
+@pytest.mark.parametrize("stays", [True, False])
+def test_a_take_over_from_whoever_has_thrown_us_out_waits_before_it_commands(stays):
+    """The server takes our data connection for the stranger's, and hangs if a command comes while it ends him."""
+    with listener() as command, listener() as data:
+        ports = (command.getsockname()[1], data.getsockname()[1])
+        hung = []
+
+        def client(*pair):
+            with contextlib.suppress(OSError):
+                answering({"RP:ADC:WP?": "7"})(*pair)
+
+        def serve():
+            first = command.accept()[0], data.accept()[0]
+            threading.Thread(target=client, args=first, daemon=True).start()
+            stranger = command.accept()[0]
+            for each in first:
+                each.shutdown(socket.SHUT_RDWR)
+            taken = data.accept()[0]
+            if stays:
+                ours = command.accept()[0]
+            else:
+                command.settimeout(module.HALF_OPEN_S / 2)
+                with contextlib.suppress(TimeoutError):
+                    hung.append(command.accept()[0])
+                command.settimeout(None)
+            stranger.close()
+            taken.close()
+            ours = ours if stays else command.accept()[0]
+            client(ours, data.accept()[0])
+
+        threading.Thread(target=serve, daemon=True).start()
+        old = opened(ports)
+        stranger = socket.create_connection(("127.0.0.1", ports[0]))
+        new = take_over(old, "127.0.0.1", ports, 0.3, ())
+        assert new.ask("RP:ADC:WP?") == 7
+        assert not hung
+        assert old.evicted()
+        stranger.close()
         new.close()
 
 

@@ -53,10 +53,10 @@ class TestCard(ShortCardContract):
     def emergency(self, lab):
         return lambda level: lab.control("instant_reset", board=1, level=level)
 
-    @pytest.fixture
-    def stranger(self, lab):
+    @pytest.fixture(params=["command_port", "data_port"])
+    def stranger(self, lab, request):
         at = lab.emulator.endpoints()["io_cards"][0]
-        return lambda: socket.create_connection((at["host"], at["data_port"]), timeout=2).close()
+        return lambda: socket.create_connection((at["host"], at[request.param]), timeout=2).close()
 
 
 class TestAmplifier(AmplifierContract):
