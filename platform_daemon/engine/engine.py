@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import queue
 import threading
-from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -34,6 +31,7 @@ from sequences.limits import SafetyLimits
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .computed import computed_surely
+from .hardware_thread import HardwareThread, run_job
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
@@ -51,8 +49,6 @@ if TYPE_CHECKING:
     from platform_daemon.analysis import Library
 
 log = structlog.get_logger()
-JUST_ENDED_S = 1.0  # how long after its end a job may still hold the hardware
-IDLE_S = 1.0  # how often the state is read back while nothing runs
 
 
 class ShuttingDown(DeviceStateError):
@@ -93,18 +89,15 @@ class Engine:
         self._models = models
         self.online, self.computing = online, computing
         self._registry = JobRegistry(journal or JobRecords(None), ON_HARDWARE)
-        self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._procedures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="procedures")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
-        self._hardware = threading.Lock()  # held while a job moves something
         self._closed = threading.Event()
         self._interlock = Interlock(platform)
-        self._warm, self._fits_warm = threading.Event(), threading.Event()
+        self._fits_warm = threading.Event()
         self._readback = Readback(platform)
         self._readback.refresh()
-        self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
-        self._thread.start()
+        self._hardware = HardwareThread(platform, self._interlock, self._readback, self._closed)
 
     @property
     def side(self) -> TransmitSide:
@@ -140,7 +133,7 @@ class Engine:
     def series_bench(self) -> SeriesBench:
         """What a series is made with now."""
         self_test = self._calibration_in_use.self_test
-        in_shot = partial(self._refresh, busy=True)
+        in_shot = partial(self._hardware.refresh, busy=True)
         return SeriesBench(self.platform, self.config_text, self._online, self.online, self.live, in_shot, self_test)
 
     def calibrate(self, request: CalibrationRequest, folder: Path, again: AnyJob | None = None) -> CalibrationJob:
@@ -161,7 +154,7 @@ class Engine:
         with self._planning:
             job = Job.of(work, within, again)
             self._register(job, moving=True)
-            self._queue.put((job, partial(self._interlock.run, work)))
+            self._hardware.put(job, partial(self._interlock.run, work))
             return job
 
     def activate(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:
@@ -186,7 +179,7 @@ class Engine:
         with self._planning:
             job = Job.of(work, again=again)
             self._register(job, conducting=True)
-            self._procedures.submit(self._run, job, work)
+            self._procedures.submit(run_job, job, work)
             return job
 
     def job(self, kind: str, identifier: str) -> AnyJob:
@@ -209,7 +202,7 @@ class Engine:
     @property
     def warm(self) -> dict[str, bool]:
         """By part: has it done what takes long the first time?  Jobs wait for the platform."""
-        return {"platform": self._warm.is_set(), "estimator": self._fits_warm.is_set()}
+        return {"platform": self._hardware.warm.is_set(), "estimator": self._fits_warm.is_set()}
 
     def warm_up_fits(self) -> None:
         """Have the estimator's kernels loaded, or compiled, there where on-line fits are made, before the first."""
@@ -236,7 +229,7 @@ class Engine:
 
     def reset_fault(self) -> FaultReset:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
-        with self._at_rest():
+        with self._hardware.at_rest():
             return reset_amplifier(self.platform)
 
     def unlock(self, by: str, reason: str) -> str | None:
@@ -244,21 +237,8 @@ class Engine:
 
         Raises DeviceStateError while a job moves something, InputError without a name, DeviceError.
         """
-        with self._at_rest():
+        with self._hardware.at_rest():
             return self.platform.guard.reset(by, reason)
-
-    @contextmanager
-    def _at_rest(self) -> Iterator[None]:
-        """No job moves anything, and outputs are proved off."""
-        if not self._hardware.acquire(timeout=JUST_ENDED_S):
-            remedy = "wait until it has ended, or cancel it"
-            raise DeviceStateError("a series or a calibration is running", where="power_amplifier", remedy=remedy)
-        try:
-            self._interlock.prove_off()
-            yield
-        finally:
-            self._refresh()
-            self._hardware.release()
 
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, oldest first."""
@@ -282,11 +262,11 @@ class Engine:
             self.outputs_off()
         finally:
             with self._planning:  # work that was still taken is queued now
-                self._queue.put(None)
+                self._hardware.put_end()
             for job in self._registry.all():
                 job.request_cancel()
             try:
-                self._thread.join(timeout=60)
+                self._hardware.join()
             finally:
                 self.platform.close()
         for each in (self._procedures, self._online):
@@ -298,39 +278,3 @@ class Engine:
         if self._closed.is_set():
             raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
         self._registry.add(job, moving=moving, conducting=conducting)
-
-    def _run(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
-        """Run a job to its end and keep how it ended."""
-        log.info("job_started", job=job.identifier)
-        job.run(work)
-        error = None if job.error is None else str(job.error)
-        log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
-
-    def _work(self) -> None:
-        self._warm_up()
-        while True:
-            try:
-                item = self._queue.get(timeout=IDLE_S)
-            except queue.Empty:
-                self._interlock.recover()
-                self._refresh()
-                continue
-            if item is None or self._closed.is_set():
-                return
-            with self._hardware:
-                self._run(*item)
-            self._interlock.recover()
-            self._refresh()
-
-    def _warm_up(self) -> None:
-        try:
-            self.platform.warm_up()
-            self._warm.set()
-        except Exception as error:  # the first job will meet the same error and report it
-            log.error("platform_warm_up_failed", error=str(error))
-
-    def _refresh(self, *, busy: bool = False) -> None:
-        try:
-            self._readback.refresh(busy=busy)
-        except Exception as error:  # the thread that owns the hardware must outlive any device
-            log.error("status_failed", error=str(error), exc_info=not isinstance(error, PlatformError))

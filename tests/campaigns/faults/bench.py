@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from platform_daemon.app import start_engine
-from platform_daemon.engine import engine as engine_module
+from platform_daemon.engine import hardware_thread as thread_module
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan
@@ -67,7 +67,7 @@ class Bench:
         self._listen_in()
         self.engine: Engine | None = None
         self.made = 0
-        self._idle_s, engine_module.IDLE_S = engine_module.IDLE_S, NEVER_S
+        self._idle_s, thread_module.IDLE_S = thread_module.IDLE_S, NEVER_S
 
     @property
     def world(self) -> Any:
@@ -91,7 +91,7 @@ class Bench:
         try:
             self.close()
         finally:
-            engine_module.IDLE_S = self._idle_s
+            thread_module.IDLE_S = self._idle_s
             self.lab.emulator.close()
 
     def series(

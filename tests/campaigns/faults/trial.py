@@ -116,7 +116,7 @@ def _series_under_fault(bench: Bench, fault: Fault, seen: Seen) -> None:
         if fault.shot == 1:
             arm()
         if fault.cell.site.phase == "idle":
-            engine._refresh()
+            engine._hardware.refresh()
 
     def before_shot(number: int) -> None:
         if number == fault.shot:
@@ -202,7 +202,7 @@ def _put_right(bench: Bench, fault: Fault, seen: Seen) -> None:
     self-test."""
     bench.lab.control("repair")
     engine = bench.start()
-    if not engine._thread.is_alive():
+    if not engine._hardware.alive:
         seen.complaints.append("the daemon's hardware thread is dead")
     if bench.world.power.fault is not None:
         engine.platform.amplifier.reset_fault()

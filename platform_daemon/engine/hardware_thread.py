@@ -1,0 +1,105 @@
+"""The one thread that moves anything: it works through a queue of jobs, and reads the devices back between them."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import structlog
+
+from drivers.errors import DeviceStateError, PlatformError
+from drivers.platform import Platform
+
+from .interlock import Interlock
+from .jobs import AnyJob
+from .readback import Readback
+
+log = structlog.get_logger()
+JUST_ENDED_S = 1.0  # how long after its end a job may still hold the hardware
+IDLE_S = 1.0  # how often the state is read back while nothing runs
+_END_S = 60.0
+
+
+def run_job(job: AnyJob, work: Callable[[AnyJob], None]) -> None:
+    """Run a job to its end and say how it ended."""
+    log.info("job_started", job=job.identifier)
+    job.run(work)
+    error = None if job.error is None else str(job.error)
+    log.info("job_ended", job=job.identifier, state=str(job.state), error=error)
+
+
+class HardwareThread:
+    """Begins at once, with what takes long the first time; jobs wait for that.
+
+    warm: set once it is done; ends: no further job is begun.
+    """
+
+    def __init__(self, platform: Platform, interlock: Interlock, readback: Readback, ends: threading.Event) -> None:
+        self._platform, self._interlock, self._readback, self._ends = platform, interlock, readback, ends
+        self.warm = threading.Event()
+        self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
+        self._hardware = threading.Lock()  # held while a job moves something
+        self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
+        self._thread.start()
+
+    @property
+    def alive(self) -> bool:
+        """It has not ended."""
+        return self._thread.is_alive()
+
+    def put(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
+        """Queue it."""
+        self._queue.put((job, work))
+
+    def put_end(self) -> None:
+        """End after what is queued now."""
+        self._queue.put(None)
+
+    def join(self) -> None:
+        """Wait until it has ended, a minute at most."""
+        self._thread.join(timeout=_END_S)
+
+    @contextmanager
+    def at_rest(self) -> Iterator[None]:
+        """No job moves anything, and outputs are proved off.  Raises DeviceStateError while one does, DeviceError."""
+        if not self._hardware.acquire(timeout=JUST_ENDED_S):
+            remedy = "wait until it has ended, or cancel it"
+            raise DeviceStateError("a series or a calibration is running", where="power_amplifier", remedy=remedy)
+        try:
+            self._interlock.prove_off()
+            yield
+        finally:
+            self.refresh()
+            self._hardware.release()
+
+    def refresh(self, *, busy: bool = False) -> None:
+        """Read the devices back; an error is logged."""
+        try:
+            self._readback.refresh(busy=busy)
+        except Exception as error:  # the thread that owns the hardware must outlive any device
+            log.error("status_failed", error=str(error), exc_info=not isinstance(error, PlatformError))
+
+    def _work(self) -> None:
+        self._warm_up()
+        while True:
+            try:
+                item = self._queue.get(timeout=IDLE_S)
+            except queue.Empty:
+                self._interlock.recover()
+                self.refresh()
+                continue
+            if item is None or self._ends.is_set():
+                return
+            with self._hardware:
+                run_job(*item)
+            self._interlock.recover()
+            self.refresh()
+
+    def _warm_up(self) -> None:
+        try:
+            self._platform.warm_up()
+            self.warm.set()
+        except Exception as error:  # the first job will meet the same error and report it
+            log.error("platform_warm_up_failed", error=str(error))
