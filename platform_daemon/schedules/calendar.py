@@ -1,7 +1,7 @@
 """Due instants of a trigger, as seconds since 1970 (POSIX, UTC: leap seconds are not counted).
 
-A local time that daylight saving leaves out is due at the first valid moment after it; one that comes twice is due once,
-the first time.  Cron expressions that name no hour go on through both (Debian's rule, by cronsim).
+A local time that daylight saving leaves out is due at the first valid moment after it; one that comes twice is due
+once, the first time.  Cron expressions that name no hour go on through both (Debian's rule, by cronsim).
 """
 
 from __future__ import annotations

@@ -29,5 +29,5 @@ class Launcher(Protocol):
     def launch(self, work: AnyWorkRequest) -> str:
         """Queue it; the id of its job.  Raises PlatformError: nothing was queued."""
 
-    def outcome(self, kind: str, job: str) -> JobOutcome:
+    def outcome(self, job: str) -> JobOutcome:
         """Where the job is.  Raises DeviceError while the owner cannot say."""

@@ -63,7 +63,8 @@ class Scheduler:
         if first is None or first > now:
             return False
         _, coming, _ = self._coming.pop(kept.identifier)
-        dues, after = [], None
+        dues: list[tuple[float, float, float]] = []
+        after = None
         for due in itertools.chain([first], coming):
             if due > now or len(dues) == AT_ONCE:
                 after = due
@@ -126,10 +127,11 @@ class Scheduler:
         if job is None:
             job = self._not_joined.get(row.number)
             if job is None:
-                return self._failed(row, kept, now, "the disk refused to keep how its start ended")
+                self._failed(row, kept, now, "the disk refused to keep how its start ended")
+                return
             self._ledger.joined(row, job)
             del self._not_joined[row.number]
-        found = self._launcher.outcome(kept.request.work.kind, job)
+        found = self._launcher.outcome(job)
         if found.state == "done":
             late = (row.late_s or 0.0) > ON_TIME_S
             reason = "something else held the platform, or the daemon was away" if late else row.reason

@@ -50,6 +50,10 @@ class Schedules:
             with self._lock:
                 more = self._scheduler.step(self._clock())
 
+    def stop_starting(self) -> None:
+        """From any thread, at once: outputs off must not wait for a step."""
+        self._ended.set()
+
     def close(self) -> None:
         """Start nothing more; what runs goes on.  Idempotent."""
         self._ended.set()

@@ -12,9 +12,10 @@ from drivers.errors import DeviceError, DeviceLost
 from platform_daemon.analysis import Library
 from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.engine import Engine, JobRecords, open_catalogue
-from platform_daemon.link import Folders, Hardware, LinkServer, OwnedHardware, take_up_queue
+from platform_daemon.link import Folders, Hardware, HardwareLauncher, LinkServer, OwnedHardware, take_up_queue
+from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
-from platform_daemon.store import DataFolder, open_data_folder
+from platform_daemon.store import DataFolder, StorageError, open_data_folder
 from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
@@ -36,18 +37,34 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     kept = JobRecords(folder.jobs), Library(folder.models), catalogue
     limits = WorkerLimits().changed(options.worker_limits)
     opening = Opening(lambda: start_engine(file, *kept, *hardware_workers(limits)), folder, forget=options.forget_queue)
-    server = None
+    server = schedules = None
     try:
         opening.open()
+        schedules = _schedules(options, opening)
         server = LinkServer(opening.hardware, options.data)
         life.say(READY)
         wait_for_signals()
     except KeyboardInterrupt:
         pass
     finally:
+        if schedules is not None:
+            schedules.stop_starting()
         opening.close()
+        if schedules is not None:
+            schedules.close()
         if server is not None:
             server.close()
+
+
+def _schedules(options: ServeOptions, opening: Opening) -> Schedules | None:
+    """At work; None: the ledger is damaged, which is logged: all that is asked for by hand goes on."""
+    try:
+        found = Schedules(options.data / "schedules.db", HardwareLauncher(opening.hardware))
+    except StorageError as error:
+        log.error("schedules_refused", error=str(error))
+        return None
+    found.start()
+    return found
 
 
 class Opening:

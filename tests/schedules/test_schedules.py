@@ -42,7 +42,7 @@ class Owner:
         return self.takes_s
 
     def busy(self):
-        return any(self.outcome("", job).state == "running" for job in list(self.jobs)[-1:])
+        return any(self.outcome(job).state == "running" for job in list(self.jobs)[-1:])
 
     def launch(self, work):
         if self.next_fails is not None:
@@ -51,7 +51,7 @@ class Owner:
         self.jobs[job] = self.clock()
         return job
 
-    def outcome(self, kind, job):
+    def outcome(self, job):
         running = abs(self.clock() - self.jobs[job]) < self.takes_s
         return JobOutcome("running" if running else self.ends, None, None if running else job)
 
