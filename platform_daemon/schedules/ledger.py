@@ -1,8 +1,8 @@
 """The ledger on disk: schedules and one row per due instant, in SQLite.
 
 Every change is one transaction that is on the disk when the call returns (WAL, synchronous FULL): after a power loss
-all of it is there or nothing.  The pair of schedule and instant is a key: no instant can stand in it twice.  A file that
-is no whole ledger is refused by name, and never replaced by an empty one.
+all of it is there or nothing.  Schedule and instant are a key: no instant can stand in it twice.  A file that is no
+whole ledger is refused by name, and never replaced by an empty one.
 """
 
 from __future__ import annotations
