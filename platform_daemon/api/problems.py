@@ -18,6 +18,7 @@ from drivers.validation import complaints, listed
 from platform_daemon.analysis import UnknownModel
 from platform_daemon.engine import ShuttingDown, UnknownId
 from platform_daemon.link import HardwareAway
+from platform_daemon.schedules import UnknownSchedule
 from platform_daemon.schemas import Problem, UnreadableFile, to_json
 from platform_daemon.store import Broken, StorageError, UnknownRecording
 from platform_daemon.workers import OverBounds, WorkerLost
@@ -42,6 +43,7 @@ STATUS: dict[type[errors.PlatformError], int] = {
     UnknownId: 404,
     UnknownModel: 404,
     UnknownRecording: 404,
+    UnknownSchedule: 404,
     UnsupportedMediaType: 415,
     BodyTooSlow: 408,
     BodyTooLarge: 413,

@@ -27,6 +27,7 @@ from .routes import (
     platform,
     procedures,
     recordings,
+    schedules,
 )
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
@@ -38,6 +39,7 @@ TAGS = {
     "catalogue": "Resonators and sequences that have a name",
     "acquisitions": "Series of shots",
     "procedures": "Several steps, each a series, in one recording: sweeps",
+    "schedules": "Work by the calendar, and what became of each start",
     "calibrations": "Of the receive and of the transmit side",
     "recordings": "What was measured, with its dm/dt",
     "fits": "Of stored recordings",
@@ -70,6 +72,7 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
         catalogue,
         acquisitions,
         procedures,
+        schedules,
         calibrations,
         recordings,
         fits,

@@ -34,6 +34,7 @@ from .precision import predict
 from .ramp import ramp
 from .recordings import info, plot
 from .safety import outputs_off, reset_fault
+from .schedule import schedule_app
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
@@ -46,6 +47,7 @@ app.add_typer(bench_app, name="bench")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(models_app, name="models")
 app.add_typer(token_app, name="token")
+app.add_typer(schedule_app, name="schedule")
 app.command()(adopt)
 app.command()(devices)
 app.command()(reset_amplifier)

@@ -17,10 +17,14 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
+    LedgerPage,
+    LedgerRow,
     LinkCall,
     PlatformStatus,
     ProcedureSummary,
     Root,
+    Schedule,
+    ScheduleRequest,
     Schema,
     ShotHarmonics,
 )
@@ -138,6 +142,51 @@ class RemoteHardware:
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """See Hardware."""
         found: CalibrationsInUse = self._told("activate", request)
+        return found
+
+    def add_schedule(self, request: ScheduleRequest) -> Schedule:
+        """See Hardware."""
+        found: Schedule = self._told("add_schedule", request)
+        return found
+
+    def list_schedules(self) -> tuple[Schedule, ...]:
+        """See Hardware."""
+        found: tuple[Schedule, ...] = self._asked("list_schedules")
+        return found
+
+    def get_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        found: Schedule = self._asked("get_schedule", identifier)
+        return found
+
+    def ledger(self, identifier: str, after: int, limit: int) -> LedgerPage:
+        """See Hardware."""
+        found: LedgerPage = self._asked("ledger", identifier, after, limit)
+        return found
+
+    def pause_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        found: Schedule = self._told("pause_schedule", identifier)
+        return found
+
+    def resume_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        found: Schedule = self._told("resume_schedule", identifier)
+        return found
+
+    def run_schedule(self, identifier: str) -> LedgerRow:
+        """See Hardware."""
+        found: LedgerRow = self._told("run_schedule", identifier)
+        return found
+
+    def remove_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        found: Schedule = self._told("remove_schedule", identifier)
+        return found
+
+    def preview_schedule(self, request: ScheduleRequest, count: int) -> tuple[str, ...]:
+        """See Hardware."""
+        found: tuple[str, ...] = self._call("preview_schedule", request, count)
         return found
 
     def close(self) -> None:

@@ -18,8 +18,12 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
+    LedgerPage,
+    LedgerRow,
     PlatformStatus,
     ProcedureSummary,
+    Schedule,
+    ScheduleRequest,
     ShotHarmonics,
 )
 
@@ -92,3 +96,30 @@ class Hardware(JobHolder, Protocol):
 
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """Use another calibration from the next series on.  Raises InputError, DeviceStateError."""
+
+    def add_schedule(self, request: ScheduleRequest) -> Schedule:
+        """Keep a schedule.  Raises InputError: never due, shorter than its work, work not possible; StorageError."""
+
+    def list_schedules(self) -> tuple[Schedule, ...]:
+        """All that were not removed.  Raises StorageError."""
+
+    def get_schedule(self, identifier: str) -> Schedule:
+        """One of them.  Raises UnknownSchedule, StorageError."""
+
+    def ledger(self, identifier: str, after: int, limit: int) -> LedgerPage:
+        """Rows of its ledger with numbers above `after`.  Raises UnknownSchedule, StorageError."""
+
+    def pause_schedule(self, identifier: str) -> Schedule:
+        """Start nothing more.  Raises UnknownSchedule, StorageError."""
+
+    def resume_schedule(self, identifier: str) -> Schedule:
+        """Start again what is due from now on.  Raises UnknownSchedule, StorageError."""
+
+    def run_schedule(self, identifier: str) -> LedgerRow:
+        """Start it once, now.  Raises UnknownSchedule, DeviceStateError, StorageError."""
+
+    def remove_schedule(self, identifier: str) -> Schedule:
+        """It starts nothing any more.  Raises UnknownSchedule, StorageError."""
+
+    def preview_schedule(self, request: ScheduleRequest, count: int) -> tuple[str, ...]:
+        """The first instants.  Raises InputError, StorageError."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from platform_daemon.engine import (
     ProcedureWork,
     plan_procedure,
 )
+from platform_daemon.schedules import Schedules
 from platform_daemon.schemas import (
     AcquisitionRequest,
     AcquisitionSummary,
@@ -26,11 +28,15 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
+    LedgerPage,
+    LedgerRow,
     PlatformStatus,
     ProcedureSummary,
+    Schedule,
+    ScheduleRequest,
     ShotHarmonics,
 )
-from platform_daemon.store import check_room
+from platform_daemon.store import StorageError, check_room
 
 from .jobs import LocalJobs, ShownJob
 from .queue import take_up_queue
@@ -47,11 +53,13 @@ class Folders:
 
 
 class OwnedHardware(LocalJobs):
-    """See Hardware."""
+    """See Hardware.  schedules: tells those there are, None: their ledger is damaged."""
 
-    def __init__(self, engine: Engine, folders: Folders) -> None:
+    def __init__(
+        self, engine: Engine, folders: Folders, schedules: Callable[[], Schedules | None] = lambda: None
+    ) -> None:
         super().__init__(engine)
-        self._engine, self._folders = engine, folders
+        self._engine, self._folders, self._schedules = engine, folders, schedules
 
     def status(self) -> PlatformStatus:
         """See Hardware."""
@@ -70,8 +78,13 @@ class OwnedHardware(LocalJobs):
         return self._engine.live.latest
 
     def outputs_off(self) -> None:
-        """See Hardware."""
-        self._engine.outputs_off()
+        """See Hardware.  Schedules start nothing more until somebody resumes them."""
+        try:
+            self._engine.outputs_off()
+        finally:
+            schedules = self._schedules()
+            if schedules is not None:
+                schedules.pause_all("everything was stopped")
 
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
@@ -138,6 +151,55 @@ class OwnedHardware(LocalJobs):
                 self._engine.calibrate(job.request, self._folders.calibrations, again=job)
             case _:
                 self._engine.conduct(self._planned(job.request), again=job)
+
+    def add_schedule(self, request: ScheduleRequest) -> Schedule:
+        """See Hardware."""
+        return self._known_schedules.add(request)
+
+    def list_schedules(self) -> tuple[Schedule, ...]:
+        """See Hardware."""
+        return self._known_schedules.list()
+
+    def get_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        return self._known_schedules.get(identifier)
+
+    def ledger(self, identifier: str, after: int, limit: int) -> LedgerPage:
+        """See Hardware."""
+        return self._known_schedules.page(identifier, after, limit)
+
+    def pause_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        return self._known_schedules.pause(identifier)
+
+    def resume_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        return self._known_schedules.resume(identifier)
+
+    def run_schedule(self, identifier: str) -> LedgerRow:
+        """See Hardware."""
+        return self._known_schedules.run(identifier)
+
+    def remove_schedule(self, identifier: str) -> Schedule:
+        """See Hardware."""
+        return self._known_schedules.remove(identifier)
+
+    def preview_schedule(self, request: ScheduleRequest, count: int) -> tuple[str, ...]:
+        """See Hardware."""
+        return self._known_schedules.preview(request, count)
+
+    @property
+    def _known_schedules(self) -> Schedules:
+        """Raises StorageError where the ledger is damaged."""
+        found = self._schedules()
+        if found is None:
+            remedy = (
+                "the log of the daemon says what is wrong with it; restore it from a copy, and start the daemon again"
+            )
+            raise StorageError(
+                "there are no schedules: their ledger cannot be used", where="schedules.db", remedy=remedy
+            )
+        return found
 
     def _only_named(self, resonator: str) -> None:
         """Raises InputError for a path: over the network none is given as one."""

@@ -196,6 +196,14 @@ CalibrationRequest: A calibration of the receive side with a reference dipole, o
 SelfTestOptions: The self-test before a series, table `[self_test]` of a platform file.
 SequencePatch: The keys of a sequence that differ from the resonator's preset.
 SequencePreset: One shot and how often it is repeated (paper, tab:measurement_parameter).
+AnyWorkRequest: A work that a schedule can start.
+LedgerPage: Some rows of the ledger of a schedule.
+LedgerRow: What became of one due instant.
+Schedule: A schedule as it is.
+ScheduleListing: All schedules.
+SchedulePreview: When a schedule would start.
+ScheduleRequest: A work that is started by the calendar.
+TriggerRequest: When a schedule is due.
 FlatnessReport: Do the windows agree on one value of a parameter? In the SI unit that its name holds.
 SlidingReport: Fits along one ring-down.
 WindowFitReport: The fit of one window.

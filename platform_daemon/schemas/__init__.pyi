@@ -192,6 +192,14 @@ from .requests import CalibrationRequest as CalibrationRequest
 from .requests import SelfTestOptions as SelfTestOptions
 from .requests import SequencePatch as SequencePatch
 from .requests import SequencePreset as SequencePreset
+from .schedules import AnyWorkRequest as AnyWorkRequest
+from .schedules import LedgerPage as LedgerPage
+from .schedules import LedgerRow as LedgerRow
+from .schedules import Schedule as Schedule
+from .schedules import ScheduleListing as ScheduleListing
+from .schedules import SchedulePreview as SchedulePreview
+from .schedules import ScheduleRequest as ScheduleRequest
+from .schedules import TriggerRequest as TriggerRequest
 from .sliding import FlatnessReport as FlatnessReport
 from .sliding import SlidingReport as SlidingReport
 from .sliding import WindowFitReport as WindowFitReport

@@ -12,9 +12,10 @@ from drivers.errors import DeviceError, DeviceLost
 from platform_daemon.analysis import Library
 from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.engine import Engine, JobRecords, open_catalogue
-from platform_daemon.link import Folders, Hardware, LinkServer, OwnedHardware, take_up_queue
+from platform_daemon.link import Folders, Hardware, HardwareLauncher, LinkServer, OwnedHardware, take_up_queue
+from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
-from platform_daemon.store import DataFolder, open_data_folder
+from platform_daemon.store import DataFolder, StorageError, open_data_folder
 from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
@@ -41,17 +42,34 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
 
     opening = Opening(start, folder, forget=options.forget_queue)
     server = None
+    schedules = _schedules(options, opening)
     try:
         opening.open()
+        if schedules is not None:
+            opening.schedules = schedules
+            schedules.start()
         server = LinkServer(opening.hardware, options.data)
         life.say(READY)
         wait_for_signals()
     except KeyboardInterrupt:
         pass
     finally:
+        if schedules is not None:
+            schedules.stop_starting()
         opening.close()
+        if schedules is not None:
+            schedules.close()
         if server is not None:
             server.close()
+
+
+def _schedules(options: ServeOptions, opening: Opening) -> Schedules | None:
+    """None: the ledger is damaged, which is logged; all that is asked for by hand goes on."""
+    try:
+        return Schedules(options.data / "schedules.db", HardwareLauncher(opening.hardware))
+    except StorageError as error:
+        log.error("schedules_refused", error=str(error))
+        return None
 
 
 class Opening:
@@ -69,6 +87,7 @@ class Opening:
         self._tried_s = -_AGAIN_S
         self._lock = threading.Lock()
         self._closed = False
+        self.schedules: Schedules | None = None
 
     def open(self) -> None:
         """Try to open the devices; one that cannot be opened is logged.  Raises InputError."""
@@ -77,7 +96,7 @@ class Opening:
                 return
             try:
                 self._engine = self._start()
-                owned = OwnedHardware(self._engine, self._folders)
+                owned = OwnedHardware(self._engine, self._folders, lambda: self.schedules)
                 take_up_queue(self._engine, owned, forget=self._forget)
                 self._engine.warm_up_fits()
                 self._hardware = owned

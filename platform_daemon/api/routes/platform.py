@@ -28,7 +28,17 @@ from ..problems import problem_kinds, problems
 
 router = APIRouter(tags=["platform"], route_class=GuardedRoute)
 PATHS = (
-    *("platform", "devices", "acquisitions", "procedures", "calibrations", "recordings", "fits", "diagnoses"),
+    *(
+        "platform",
+        "devices",
+        "acquisitions",
+        "procedures",
+        "schedules",
+        "calibrations",
+        "recordings",
+        "fits",
+        "diagnoses",
+    ),
     *("characterisations", "models", "resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
 )
 

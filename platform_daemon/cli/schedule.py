@@ -1,0 +1,192 @@
+"""`platform-daemon schedule add | list | ledger | preview | pause | resume | run | remove`: asks the daemon."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from drivers.errors import InputError
+from drivers.validation import validated
+
+from .options import JsonOption
+
+if TYPE_CHECKING:
+    from platform_daemon.link import RemoteHardware
+    from platform_daemon.schemas import Schedule, ScheduleRequest
+
+schedule_app = typer.Typer(help="Work by the calendar, on a daemon that runs, and what became of each start.")
+DataOption = Annotated[Path, typer.Option("--data", help="Data folder of the daemon.")]
+NameArgument = Annotated[str, typer.Argument(help="What people call it.")]
+IdArgument = Annotated[str, typer.Argument(help="Id of the schedule, as `schedule list` shows it.")]
+EveryOption = Annotated[float | None, typer.Option("--every-s", help="Interval, s.")]
+CronOption = Annotated[str | None, typer.Option("--cron", help="Five fields: minute, hour, day, month, weekday.")]
+AtOption = Annotated[list[str] | None, typer.Option("--at", help="A date, ISO 8601; may be repeated.")]
+ZoneOption = Annotated[str, typer.Option("--time-zone", help="IANA name of the zone of --cron and --at.")]
+WorkOption = Annotated[
+    Path | None, typer.Option("--work", help="File with `kind` and `request` of the work, JSON or TOML.")
+]
+ResonatorOption = Annotated[str | None, typer.Option("--resonator", help="In the place of --work: a series of it.")]
+ShotsOption = Annotated[int, typer.Option("--shots", help="Shots of that series.")]
+JitterOption = Annotated[float, typer.Option("--jitter-s", help="Each start is put off by up to this, s.")]
+GraceOption = Annotated[float, typer.Option("--grace-s", help="A start that has to wait longer is missed, s.")]
+PolicyOption = Annotated[str, typer.Option("--policy", help="Of starts that waited: coalesce, skip or run_all.")]
+PriorityOption = Annotated[int, typer.Option("--priority", help="Of several that wait the highest begins first.")]
+UntilOption = Annotated[str | None, typer.Option("--until", help="Nothing is due after it, ISO 8601.")]
+FailuresOption = Annotated[int, typer.Option("--max-failures", help="So many in a row switch it off.")]
+DATA = Path("data")
+
+
+@schedule_app.command()
+def add(
+    name: NameArgument,
+    every_s: EveryOption = None,
+    cron: CronOption = None,
+    at: AtOption = None,
+    time_zone: ZoneOption = "UTC",
+    work: WorkOption = None,
+    resonator: ResonatorOption = None,
+    shots: ShotsOption = 1,
+    jitter_s: JitterOption = 0.0,
+    grace_s: GraceOption = 3600.0,
+    policy: PolicyOption = "coalesce",
+    priority: PriorityOption = 0,
+    until: UntilOption = None,
+    max_failures: FailuresOption = 3,
+    data: DataOption = DATA,
+) -> None:
+    """Start a work by the calendar from now on; its id is printed."""
+    trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
+    rest = {"grace_s": grace_s, "policy": policy, "priority": priority, "until": until, "max_failures": max_failures}
+    request = _request({"name": name, "trigger": trigger, "work": _work(work, resonator, shots), **rest})
+    made = _daemon(data).add_schedule(request)
+    print(f"{made.identifier}: next {made.next_due or 'never'}")
+
+
+@schedule_app.command()
+def preview(
+    every_s: EveryOption = None,
+    cron: CronOption = None,
+    at: AtOption = None,
+    time_zone: ZoneOption = "UTC",
+    work: WorkOption = None,
+    resonator: ResonatorOption = None,
+    shots: ShotsOption = 1,
+    jitter_s: JitterOption = 0.0,
+    count: Annotated[int, typer.Option("--count", help="So many instants.", min=1, max=1000)] = 10,
+    data: DataOption = DATA,
+) -> None:
+    """When such a schedule would start; nothing is kept."""
+    trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
+    request = _request({"name": "preview", "trigger": trigger, "work": _work(work, resonator, shots)})
+    for due in _daemon(data).preview_schedule(request, count):
+        print(due)
+
+
+@schedule_app.command("list")
+def list_all(data: DataOption = DATA, json_file: JsonOption = None) -> None:
+    """All schedules, and when they start next."""
+    from platform_daemon.schemas import ScheduleListing, to_json
+
+    found = _daemon(data).list_schedules()
+    for each in found:
+        _show(each)
+    if json_file is not None:
+        json_file.write_text(to_json(ScheduleListing(found), indent=1))
+
+
+@schedule_app.command()
+def ledger(
+    identifier: IdArgument,
+    after: Annotated[int, typer.Option("--after", help="Rows with larger numbers.")] = 0,
+    limit: Annotated[int, typer.Option("--limit", help="At most so many rows.", min=1, max=1000)] = 100,
+    data: DataOption = DATA,
+    json_file: JsonOption = None,
+) -> None:
+    """What became of each start, oldest first."""
+    from platform_daemon.schemas import to_json
+
+    page = _daemon(data).ledger(identifier, after, limit)
+    for row in page.rows:
+        late = "" if row.late_s is None else f"  {row.late_s:.1f} s late"
+        print(
+            f"{row.number:>6}  {row.due}  {row.state:<8}{late}  {row.recording or row.job or ''}  {row.reason or ''}".rstrip()
+        )
+    if page.more:
+        print(f"more: --after {page.rows[-1].number}")
+    if json_file is not None:
+        json_file.write_text(to_json(page, indent=1))
+
+
+@schedule_app.command()
+def pause(identifier: IdArgument, data: DataOption = DATA) -> None:
+    """Start nothing more; what runs goes on."""
+    _show(_daemon(data).pause_schedule(identifier))
+
+
+@schedule_app.command()
+def resume(identifier: IdArgument, data: DataOption = DATA) -> None:
+    """Start again what is due from now on."""
+    _show(_daemon(data).resume_schedule(identifier))
+
+
+@schedule_app.command()
+def run(identifier: IdArgument, data: DataOption = DATA) -> None:
+    """Start it once, now, beside its trigger."""
+    row = _daemon(data).run_schedule(identifier)
+    print(f"row {row.number} of the ledger, due {row.due}")
+
+
+@schedule_app.command()
+def remove(identifier: IdArgument, data: DataOption = DATA) -> None:
+    """It starts nothing any more; its ledger stays."""
+    print(f"{_daemon(data).remove_schedule(identifier).identifier}: removed")
+
+
+def _daemon(data: Path) -> RemoteHardware:
+    from platform_daemon.link import RemoteHardware
+
+    return RemoteHardware(data)
+
+
+def _show(schedule: Schedule) -> None:
+    state = f"next {schedule.next_due or 'never'}" if schedule.active else f"off: {schedule.reason}"
+    print(f"{schedule.identifier}  {schedule.request.name}  {state}")
+
+
+def _trigger(
+    every_s: float | None, cron: str | None, at: list[str] | None, time_zone: str, jitter_s: float
+) -> dict[str, Any]:
+    given = {"every_s": every_s, "cron": cron, "at": tuple(at) if at else None}
+    return {
+        **{key: value for key, value in given.items() if value is not None},
+        "time_zone": time_zone,
+        "jitter_s": jitter_s,
+    }
+
+
+def _work(file: Path | None, resonator: str | None, shots: int) -> dict[str, Any]:
+    """Raises InputError for a file that cannot be read, and if both or none are given."""
+    if (file is None) == (resonator is None):
+        remedy = "give --work FILE or --resonator NAME"
+        raise InputError("one work is needed", where="--work, --resonator", remedy=remedy)
+    if file is None:
+        return {"kind": "acquisition", "request": {"resonator": resonator, "shots": shots}}
+    try:
+        text = file.read_text(encoding="utf-8")
+        found = tomllib.loads(text) if file.suffix == ".toml" else json.loads(text)
+    except (OSError, ValueError) as error:
+        remedy = "write JSON or TOML with `kind` and `request`"
+        raise InputError("the work cannot be read", where=str(file), why=str(error), remedy=remedy) from None
+    assert isinstance(found, dict)
+    return found
+
+
+def _request(asked: dict[str, Any]) -> ScheduleRequest:
+    """Raises InputError with the option or key that is wrong."""
+    from platform_daemon.schemas import ScheduleRequest
+
+    return validated(ScheduleRequest, asked, "schedule")

@@ -1,0 +1,122 @@
+"""Due instants of a trigger, as seconds since 1970 (POSIX, UTC: leap seconds are not counted).
+
+A local time that daylight saving leaves out is due at the first valid moment after it; one that comes twice is due
+once, the first time.  Cron expressions that name no hour go on through both (Debian's rule, by cronsim).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from cronsim import CronSim, CronSimError
+
+from drivers.errors import InputError
+from platform_daemon.schemas import ScheduleRequest, TriggerRequest
+
+_BACK = timedelta(hours=26)  # cron begins so long before: no rule about a changed clock begins in its middle
+
+
+class Calendar:
+    """When a schedule is due.  created: when it was asked for, s.  Raises InputError."""
+
+    def __init__(self, request: ScheduleRequest, created: float) -> None:
+        self._trigger = request.trigger
+        self._zone = _zone(request.trigger.time_zone)
+        self.start = created if request.start is None else self._moment(request.start, "start")
+        self.until = math.inf if request.until is None else self._moment(request.until, "until")
+        if self.until < max(self.start, created):
+            raise InputError("the schedule ends before it starts", where="until", remedy="choose a later end")
+        given = [k for k in ("every_s", "cron", "at") if getattr(request.trigger, k) is not None]
+        if len(given) != 1:
+            why = "none of them is given" if not given else f"given are {' and '.join(given)}"
+            raise InputError("a trigger has one of every_s, cron and at", where="trigger", why=why)
+        if next(self.after(self.start, inclusive=True), None) is None:
+            remedy = "preview another expression; dates have to lie between start and until"
+            raise InputError("the schedule is never due", where=f"trigger.{given[0]}", remedy=remedy)
+
+    def after(self, moment: float, *, inclusive: bool = False) -> Iterator[float]:
+        """All due instants after `moment` (inclusive: and at it), in order."""
+        for due in self._all(max(moment, self.start)):
+            if due > self.until:
+                return
+            if due >= self.start and (due > moment or (inclusive and due == moment)):
+                yield due
+
+    def shown(self, due: float) -> str:
+        """An instant in the zone of the trigger, ISO 8601."""
+        return datetime.fromtimestamp(due, self._zone).isoformat()
+
+    def shortest_gap_s(self) -> float:
+        """Between two instants, of the first 200; inf: there is one only."""
+        first = itertools.islice(self.after(self.start, inclusive=True), 200)
+        return min((b - a for a, b in itertools.pairwise(first)), default=math.inf)
+
+    def _all(self, near: float) -> Iterator[float]:
+        """Instants in order, from at or before `near` on."""
+        trigger = self._trigger
+        if trigger.every_s is not None:
+            number = max(0, math.floor((near - self.start) / trigger.every_s) - 1)
+            return (self.start + k * trigger.every_s for k in itertools.count(number))
+        if trigger.at is not None:
+            return iter(sorted({self._moment(text, "trigger.at") for text in trigger.at}))
+        return self._cron(trigger, near)
+
+    def _cron(self, trigger: TriggerRequest, near: float) -> Iterator[float]:
+        assert trigger.cron is not None
+        if len(trigger.cron.split()) != 5:
+            raise InputError("a cron expression has five fields", where="trigger.cron", why=f"it is {trigger.cron!r}")
+        try:
+            found = CronSim(trigger.cron, datetime.fromtimestamp(near, UTC).astimezone(self._zone) - _BACK)
+        except CronSimError as error:
+            raise InputError("no cron expression", where="trigger.cron", why=str(error)) from None
+        except (OverflowError, ValueError, OSError) as error:
+            raise InputError("a time outside the calendar", where="start", why=str(error)) from None
+        last = -math.inf
+        for local in found:
+            due = local.timestamp()
+            if due > last:  # each instant once
+                last = due
+                yield due
+
+    def _moment(self, text: str, where: str) -> float:
+        try:
+            local = datetime.fromisoformat(text)
+            if local.tzinfo is None:
+                local = _first_valid(local, self._zone)
+            return local.timestamp()
+        except (ValueError, OverflowError) as error:
+            remedy = "write it like 2026-11-23T02:30"
+            raise InputError(f"{text!r} is no time", where=where, why=str(error), remedy=remedy) from None
+
+
+def _first_valid(local: datetime, zone: ZoneInfo) -> datetime:
+    """The local time in its zone; where the clock leaps over it, the moment of the leap."""
+    there = local.replace(tzinfo=zone)  # fold=0: of two the first
+    if there.astimezone(UTC).astimezone(zone).replace(tzinfo=None) == local:
+        return there
+    low, high = (local - timedelta(days=1)).replace(tzinfo=zone), (local + timedelta(days=1)).replace(tzinfo=zone)
+    below, above = int(low.timestamp()), int(high.timestamp())
+    while above - below > 1:  # local time does not fall but at the leap: bisect for the first moment past `local`
+        middle = (below + above) // 2
+        past = datetime.fromtimestamp(middle, zone).replace(tzinfo=None) >= local
+        below, above = (below, middle) if past else (middle, above)
+    return datetime.fromtimestamp(above, zone)
+
+
+def jitter_s(identifier: str, due: float, most_s: float) -> float:
+    """How long a start is put off, s: evenly in [0, most_s), always the same for the same instant."""
+    digest = hashlib.sha256(f"{identifier} {due!r}".encode()).digest()
+    return most_s * int.from_bytes(digest[:7]) / 2**56
+
+
+def _zone(name: str) -> ZoneInfo:
+    try:
+        return ZoneInfo(name)
+    except (OSError, ValueError, KeyError):  # ZoneInfoNotFoundError is a KeyError
+        remedy = "use an IANA name like Europe/Berlin"
+        raise InputError(f"no time zone {name!r}", where="trigger.time_zone", remedy=remedy) from None

@@ -1,0 +1,232 @@
+"""The ledger on disk: schedules and one row per due instant, in SQLite.
+
+Every change is one transaction that is on the disk when the call returns (WAL, synchronous FULL): after a power loss
+all of it is there or nothing.  Schedule and instant are a key: no instant can stand in it twice.  A file that is no
+whole ledger is refused by name, and never replaced by an empty one.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from platform_daemon.schemas import ScheduleRequest, to_json
+from platform_daemon.store import StorageError
+
+_APPLICATION, _VERSION = 0x4D4D524C, 1  # "MMRL"
+_TABLES = """
+CREATE TABLE schedules (id TEXT PRIMARY KEY, request TEXT NOT NULL, created REAL NOT NULL, reached REAL NOT NULL,
+    off TEXT, failures INTEGER NOT NULL DEFAULT 0, removed INTEGER NOT NULL DEFAULT 0) STRICT;
+CREATE TABLE rows (number INTEGER PRIMARY KEY AUTOINCREMENT, schedule TEXT NOT NULL REFERENCES schedules(id),
+    due REAL NOT NULL, begins REAL NOT NULL, deadline REAL NOT NULL, state TEXT NOT NULL, reason TEXT, started REAL,
+    ended REAL, late_s REAL, job TEXT, recording TEXT, asked INTEGER NOT NULL DEFAULT 0, UNIQUE (schedule, due)) STRICT;
+CREATE INDEX open_rows ON rows (schedule, due) WHERE state IN ('due', 'started');
+"""
+_ROW = "number, schedule, due, begins, deadline, state, reason, started, ended, late_s, job, recording, asked"
+
+
+@dataclass(frozen=True)
+class Kept:
+    """A schedule as kept.  created, reached: s since 1970; off: why it starts nothing.
+
+    reached: all instants up to it stand in the ledger.
+    """
+
+    identifier: str
+    request: ScheduleRequest
+    created: float
+    reached: float
+    off: str | None
+    failures: int
+
+
+@dataclass(frozen=True)
+class Row:
+    """One due instant; times in s since 1970.  begins: due plus jitter; asked: started by hand."""
+
+    number: int
+    schedule: str
+    due: float
+    begins: float
+    deadline: float
+    state: str
+    reason: str | None
+    started: float | None
+    ended: float | None
+    late_s: float | None
+    job: str | None
+    recording: str | None
+    asked: int
+
+
+class Ledger:
+    """The file.  Not for several threads at once.  Raises StorageError: it is damaged, or the disk refuses."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        new = not path.exists()
+        beside = [path.with_name(path.name + end) for end in ("-wal", "-journal")]
+        if new and any(each.exists() for each in beside):
+            raise self._damaged("the file is gone, its log is there")
+        if not new:
+            self._check_length()
+        try:
+            self._sql = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+            self._open(new=new)
+        except sqlite3.DatabaseError as error:
+            if isinstance(error, sqlite3.OperationalError):
+                raise self._refused(error) from error
+            raise self._damaged(str(error)) from error
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._sql.close()
+
+    def add(self, kept: Kept) -> None:
+        """A new schedule."""
+        values = kept.identifier, to_json(kept.request), kept.created, kept.reached
+        with self._change():
+            self._sql.execute("INSERT INTO schedules (id, request, created, reached) VALUES (?, ?, ?, ?)", values)
+
+    def schedules(self, *, removed: bool = False) -> list[Kept]:
+        """Those that were not removed (removed: all), oldest first."""
+        which = "" if removed else "WHERE removed = 0"
+        query = f"SELECT id, request, created, reached, off, failures FROM schedules {which} ORDER BY rowid"
+        return [
+            Kept(i, ScheduleRequest.model_validate_json(text), *others) for i, text, *others in self._sql.execute(query)
+        ]
+
+    def remove(self, schedule: str) -> None:
+        """It starts nothing any more; its rows stay."""
+        with self._change():
+            self._sql.execute("UPDATE schedules SET removed = 1, off = 'removed' WHERE id = ?", (schedule,))
+            self._skip(schedule, "removed")
+
+    def switch(self, schedule: str, off: str | None) -> None:
+        """Switch it off, for that reason, or on (None), which forgets its failures."""
+        with self._change():
+            self._sql.execute("UPDATE schedules SET off = ?, failures = 0 WHERE id = ?", (off, schedule))
+
+    def reach(self, schedule: str, dues: list[tuple[float, float, float]], moment: float) -> None:
+        """Write down instants (due, begins, deadline), and that all up to `moment` are."""
+        rows = [(schedule, *due) for due in dues]
+        with self._change():
+            insert = "INSERT OR IGNORE INTO rows (schedule, due, begins, deadline, state) VALUES (?, ?, ?, ?, 'due')"
+            self._sql.executemany(insert, rows)
+            self._sql.execute("UPDATE schedules SET reached = max(reached, ?) WHERE id = ?", (moment, schedule))
+
+    def ask(self, schedule: str, now: float, deadline: float) -> int:
+        """A row for a start by hand, now; its number, of the row that is there already if there is one."""
+        with self._change():
+            insert = (
+                "INSERT OR IGNORE INTO rows (schedule, due, begins, deadline, state, reason, asked)"
+                " VALUES (?, ?, ?, ?, 'due', 'asked for', 1)"
+            )
+            self._sql.execute(insert, (schedule, now, now, deadline))
+        found = self._sql.execute("SELECT number FROM rows WHERE schedule = ? AND due = ?", (schedule, now))
+        return int(found.fetchone()[0])
+
+    def open_rows(self) -> list[Row]:
+        """Rows that are not final, by instant."""
+        query = f"SELECT {_ROW} FROM rows WHERE state IN ('due', 'started') ORDER BY due, number"
+        return [Row(*found) for found in self._sql.execute(query)]
+
+    def rows(self, schedule: str, after: int = 0, limit: int = 100) -> list[Row]:
+        """Rows of a schedule, removed ones too, with numbers above `after`."""
+        query = f"SELECT {_ROW} FROM rows WHERE schedule = ? AND number > ? ORDER BY number LIMIT ?"
+        return [Row(*found) for found in self._sql.execute(query, (schedule, after, limit))]
+
+    def close_rows(self, ends: list[tuple[int, str, str]]) -> None:
+        """Rows (number, state, reason) that were never started."""
+        with self._change():
+            update = "UPDATE rows SET state = ?, reason = ? WHERE number = ? AND state = 'due'"
+            self._sql.executemany(update, [(state, reason, number) for number, state, reason in ends])
+
+    def claim(self, row: Row, now: float) -> bool:
+        """Durable before anything moves; False: it was claimed already."""
+        late = max(0.0, now - row.begins)
+        with self._change():
+            update = "UPDATE rows SET state = 'started', started = ?, late_s = ? WHERE number = ? AND state = 'due'"
+            return self._sql.execute(update, (now, late, row.number)).rowcount == 1
+
+    def joined(self, row: Row, job: str) -> None:
+        """The job that a claimed row has become."""
+        with self._change():
+            self._sql.execute("UPDATE rows SET job = ? WHERE number = ?", (job, row.number))
+
+    def end(self, row: Row, state: str, now: float, reason: str | None, recording: str | None, off: str | None) -> None:
+        """A started row has ended; with it the count of failures, and off: why its schedule is switched off."""
+        with self._change():
+            update = "UPDATE rows SET state = ?, ended = ?, reason = ?, recording = ? WHERE number = ?"
+            self._sql.execute(update, (state, now, reason, recording, row.number))
+            count = "failures + 1" if state == "failed" else "0"
+            self._sql.execute(
+                f"UPDATE schedules SET failures = {count}, off = coalesce(?, off) WHERE id = ?", (off, row.schedule)
+            )
+
+    def _skip(self, schedule: str, reason: str) -> None:
+        update = "UPDATE rows SET state = 'skipped', reason = ? WHERE schedule = ? AND state = 'due'"
+        self._sql.execute(update, (reason, schedule))
+
+    def _open(self, *, new: bool) -> None:
+        self._sql.execute("PRAGMA journal_mode = WAL")
+        self._sql.execute("PRAGMA synchronous = FULL")
+        if new:
+            tables = f"BEGIN IMMEDIATE; {_TABLES} PRAGMA application_id = {_APPLICATION};"
+            self._sql.executescript(f"{tables} PRAGMA user_version = {_VERSION}; COMMIT;")
+            _sync_folder(self._path.parent)
+        found = self._sql.execute("PRAGMA quick_check(1)").fetchone()[0]
+        if found != "ok":
+            raise self._damaged(str(found))
+        ours = self._sql.execute("PRAGMA application_id").fetchone()[0]
+        version = self._sql.execute("PRAGMA user_version").fetchone()[0]
+        if (ours, version) != (_APPLICATION, _VERSION):
+            raise self._damaged(f"it is no ledger of version {_VERSION}")
+
+    def _check_length(self) -> None:
+        """Raises StorageError for a file shorter than it says: SQLite takes an empty one for a new one."""
+        size = self._path.stat().st_size
+        with self._path.open("rb") as file:
+            head = file.read(100)
+        wal = self._path.with_name(self._path.name + "-wal")
+        if wal.exists() and wal.stat().st_size:
+            if size:
+                return  # SQLite puts both together, and is asked whether the whole is sound
+            raise self._damaged("it is empty")
+        page = int.from_bytes(head[16:18]) if len(head) == 100 else 0
+        page = 65536 if page == 1 else page
+        if page == 0 or size < page * int.from_bytes(head[28:32]):
+            raise self._damaged(f"it has been cut off after {size} bytes")
+
+    @contextmanager
+    def _change(self) -> Iterator[None]:
+        """One transaction.  Raises StorageError: nothing of it was done."""
+        try:
+            self._sql.execute("BEGIN IMMEDIATE")
+            yield
+            self._sql.execute("COMMIT")
+        except sqlite3.Error as error:
+            if self._sql.in_transaction:
+                self._sql.execute("ROLLBACK")
+            raise self._refused(error) from error
+
+    def _refused(self, error: Exception) -> StorageError:
+        remedy = "free or repair the disk; nothing was started, it is tried again"
+        return StorageError("the ledger cannot be written", where=str(self._path), why=str(error), remedy=remedy)
+
+    def _damaged(self, why: str) -> StorageError:
+        remedy = "put back a copy of it, or move it away to begin a new ledger: what it says of earlier starts is lost"
+        return StorageError("the ledger of the schedules is damaged", where=str(self._path), why=why, remedy=remedy)
+
+
+def _sync_folder(folder: Path) -> None:
+    """A new name is durable once its folder is.  Raises OSError."""
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

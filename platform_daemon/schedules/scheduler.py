@@ -1,0 +1,155 @@
+"""What is done at one moment: a step follows what runs, writes down what is due, and starts at most one work."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import structlog
+
+from drivers.errors import InputError, PlatformError
+
+from .calendar import Calendar, jitter_s
+from .launcher import Launcher
+from .ledger import Kept, Ledger, Row
+
+log = structlog.get_logger()
+ON_TIME_S = 5.0
+"""A start is called late from then on, s after its instant and jitter."""
+AT_ONCE = 5000
+"""Instants of a schedule that one step writes down; the others follow with the next steps."""
+_CUT_OFF = "the daemon ended while it was started; it is not started twice"
+
+
+class Scheduler:
+    """Steps over a ledger.  Rows that an earlier run claimed without a job are ended first.  Raises StorageError."""
+
+    def __init__(self, ledger: Ledger, launcher: Launcher, now: float) -> None:
+        self._ledger, self._launcher = ledger, launcher
+        self._coming: dict[str, tuple[float, Iterator[float], float | None]] = {}
+        self._not_joined: dict[int, str] = {}  # jobs of rows that the disk would not take
+        schedules = {kept.identifier: kept for kept in ledger.schedules(removed=True)}
+        for row in ledger.open_rows():
+            if row.state == "started" and row.job is None:
+                self._failed(row, schedules[row.schedule], now, _CUT_OFF)
+
+    def step(self, now: float) -> bool:
+        """Do what is to be done at `now`, s since 1970; is there more to do at once?  Raises StorageError."""
+        everyone = {kept.identifier: kept for kept in self._ledger.schedules(removed=True)}
+        for row in self._ledger.open_rows():
+            if row.state == "started":
+                self._follow(row, everyone[row.schedule], now)
+        schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
+        behind = [self._write_down(kept, now) for kept in schedules.values()]
+        if any(behind):
+            return True  # none is judged before all are known
+        schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
+        self._sort_out(schedules, now)
+        return self._start_one(schedules, now)
+
+    def next_due(self, kept: Kept) -> float | None:
+        """The first instant that is not in the ledger yet; None: there is none."""
+        reached, coming, first = self._coming.get(kept.identifier, (None, iter(()), None))
+        if reached != kept.reached:
+            calendar = Calendar(kept.request, kept.created)
+            coming = calendar.after(kept.reached)
+            first = next(coming, None)
+            self._coming[kept.identifier] = kept.reached, coming, first
+        return first
+
+    def _write_down(self, kept: Kept, now: float) -> bool:
+        """Instants up to now; are there more?"""
+        first = self.next_due(kept)
+        if first is None or first > now:
+            return False
+        _, coming, _ = self._coming.pop(kept.identifier)
+        dues: list[tuple[float, float, float]] = []
+        after = None
+        for due in itertools.chain([first], coming):
+            if due > now or len(dues) == AT_ONCE:
+                after = due
+                break
+            begins = due + jitter_s(kept.identifier, due, kept.request.trigger.jitter_s)
+            dues.append((due, begins, begins + kept.request.grace_s))
+        self._ledger.reach(kept.identifier, dues, dues[-1][0])
+        self._coming[kept.identifier] = dues[-1][0], coming, after
+        return after is not None and after <= now
+
+    def _sort_out(self, schedules: dict[str, Kept], now: float) -> None:
+        """End what is not to be started: off, past its deadline, or by the policy of its schedule."""
+        rows = self._ledger.open_rows()
+        running = {row.schedule for row in rows if row.state == "started"}
+        ends: list[tuple[int, str, str]] = []
+        newest: dict[str, Row] = {}
+        for row in rows:
+            kept = schedules.get(row.schedule)
+            if row.state != "due" or kept is None:
+                continue
+            if now > row.deadline:
+                ends.append((row.number, "missed", f"nothing could start it until its deadline, {_why(kept, now)}"))
+            elif row.asked or now < row.begins:
+                continue
+            elif kept.off is not None:
+                ends.append((row.number, "skipped", kept.off))
+            elif kept.request.policy == "skip" and row.schedule in running:
+                ends.append((row.number, "skipped", "the one before it was still running"))
+            elif kept.request.policy != "run_all" and row.schedule in newest:
+                ends.append((newest[row.schedule].number, "skipped", "a later one was due before it could begin"))
+                newest[row.schedule] = row
+            else:
+                newest[row.schedule] = row
+        if ends:
+            self._ledger.close_rows(ends)
+
+    def _start_one(self, schedules: dict[str, Kept], now: float) -> bool:
+        rows = [r for r in self._ledger.open_rows() if r.schedule in schedules]
+        ready = [r for r in rows if r.state == "due" and r.begins <= now <= r.deadline]
+        if not ready or any(r.state == "started" for r in rows) or self._launcher.busy():
+            return False
+        row = min(ready, key=lambda r: (-schedules[r.schedule].request.priority, r.begins, r.number))
+        kept = schedules[row.schedule]
+        if not self._ledger.claim(row, now):
+            return True
+        try:
+            job = self._launcher.launch(kept.request.work)
+        except PlatformError as error:
+            log.error("scheduled_start_failed", schedule=kept.identifier, error=str(error))
+            off = str(error) if isinstance(error, InputError) else None  # it would fail for ever
+            self._failed(row, kept, now, str(error), off)
+            return True
+        self._not_joined[row.number] = job
+        self._ledger.joined(row, job)
+        del self._not_joined[row.number]
+        return False
+
+    def _follow(self, row: Row, kept: Kept, now: float) -> None:
+        job = row.job
+        if job is None:
+            job = self._not_joined.get(row.number)
+            if job is None:
+                self._failed(row, kept, now, "the disk refused to keep how its start ended")
+                return
+            self._ledger.joined(row, job)
+            del self._not_joined[row.number]
+        found = self._launcher.outcome(job)
+        if found.state == "done":
+            late = (row.late_s or 0.0) > ON_TIME_S
+            reason = "something else held the platform, or the daemon was away" if late else row.reason
+            self._ledger.end(row, "late" if late else "run", now, reason, found.recording, None)
+        elif found.state == "cancelled":
+            self._failed(row, kept, now, "it was stopped", "it was stopped", found.recording)
+        elif found.state == "failed":
+            self._failed(row, kept, now, found.reason or "its job failed", recording=found.recording)
+
+    def _failed(
+        self, row: Row, kept: Kept, now: float, why: str, off: str | None = None, recording: str | None = None
+    ) -> None:
+        if off is None and kept.failures + 1 >= kept.request.max_failures:
+            off = f"{kept.failures + 1} failures in a row, the last: {why}"
+        self._ledger.end(row, "failed", now, why, recording, off)
+        if off is not None:
+            log.error("schedule_switched_off", schedule=row.schedule, reason=off)
+
+
+def _why(kept: Kept, now: float) -> str:
+    return "the daemon was away, its clock leapt, or the platform was busy" if kept.off is None else kept.off

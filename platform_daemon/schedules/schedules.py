@@ -1,0 +1,209 @@
+"""All schedules of a data folder: what is asked of them, and the thread that steps."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import threading
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from secrets import token_hex
+
+import structlog
+
+from drivers.errors import DeviceStateError, InputError, PlatformError
+from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleRequest
+
+from .calendar import Calendar
+from .launcher import Launcher
+from .ledger import Kept, Ledger, Row
+from .scheduler import Scheduler
+
+log = structlog.get_logger()
+_STEP_S = 1.0
+_BY_HAND_S = 3600.0  # a start by hand waits so long for the platform
+
+
+class UnknownSchedule(InputError):
+    """No schedule has that id."""
+
+    title = "Unknown schedule"
+
+
+class Schedules:
+    """Schedules over the ledger at `path`.  clock: s since 1970.  Raises StorageError for a damaged ledger."""
+
+    def __init__(self, path: Path, launcher: Launcher, clock: Callable[[], float] = time.time) -> None:
+        self._launcher, self._clock = launcher, clock
+        self._ledger = Ledger(path)
+        self._scheduler = Scheduler(self._ledger, launcher, clock())
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._error = ""
+
+    def start(self) -> None:
+        """Step every second, in a thread, until closed."""
+        self._thread = threading.Thread(target=self._work, name="schedules", daemon=True)
+        self._thread.start()
+
+    def step(self) -> None:
+        """Do what is to be done now.  Raises StorageError: nothing was started that the ledger does not say."""
+        more = True
+        while more and not self._ended.is_set():
+            with self._lock:
+                more = self._scheduler.step(self._clock())
+
+    def stop_starting(self) -> None:
+        """From any thread, at once: outputs off must not wait for a step."""
+        self._ended.set()
+
+    def close(self) -> None:
+        """Start nothing more; what runs goes on.  Idempotent."""
+        self._ended.set()
+        if self._thread is not None:
+            self._thread.join()
+        with self._lock:
+            self._ledger.close()
+
+    def add(self, request: ScheduleRequest) -> Schedule:
+        """A new schedule.  Raises InputError: never due, no such zone, shorter than its work, work not possible."""
+        now = self._clock()
+        calendar = Calendar(request, now)
+        planned, gap = self._launcher.planned_s(request.work), calendar.shortest_gap_s()
+        if planned is not None and planned > gap:
+            why = f"the work takes {planned:.0f} s, and is due again after {gap:.0f} s"
+            remedy = "make it due less often, or the work shorter"
+            raise InputError("the interval is shorter than the work", where="trigger", why=why, remedy=remedy)
+        identifier = f"schedule-{datetime.fromtimestamp(now, UTC):%Y%m%dT%H%M%S}-{token_hex(3)}"
+        reached = math.nextafter(max(now, calendar.start), -math.inf)
+        kept = Kept(identifier, request, now, reached, None, 0)
+        with self._lock:
+            self._ledger.add(kept)
+            return self._shown(kept)
+
+    def list(self) -> tuple[Schedule, ...]:
+        """All that were not removed."""
+        with self._lock:
+            return tuple(map(self._shown, self._ledger.schedules()))
+
+    def get(self, identifier: str) -> Schedule:
+        """One of them.  Raises InputError."""
+        with self._lock:
+            return self._shown(self._kept(identifier))
+
+    def page(self, identifier: str, after: int = 0, limit: int = 100) -> LedgerPage:
+        """Rows of its ledger with numbers above `after`, of a removed one too.  Raises InputError."""
+        with self._lock:
+            self._kept(identifier, removed=True)
+            rows = self._ledger.rows(identifier, after, limit + 1)
+        return LedgerPage(rows=tuple(map(_shown_row, rows[:limit])), more=len(rows) > limit)
+
+    def pause(self, identifier: str) -> Schedule:
+        """What is due from now on is skipped; what runs goes on.  Raises InputError."""
+        return self._switched(identifier, "paused")
+
+    def resume(self, identifier: str) -> Schedule:
+        """Start again what is due from now on.  Raises InputError."""
+        self._step_past(identifier)
+        return self._switched(identifier, None)
+
+    def pause_all(self, reason: str) -> None:
+        """Stop was pressed: nothing starts by itself until somebody resumes it."""
+        with self._lock:
+            for kept in self._ledger.schedules():
+                if kept.off is None:
+                    self._ledger.switch(kept.identifier, reason)
+
+    def remove(self, identifier: str) -> Schedule:
+        """It starts nothing any more; its ledger stays.  As it was; raises InputError."""
+        with self._lock:
+            found = self._shown(self._kept(identifier))
+            self._ledger.remove(identifier)
+            return found
+
+    def run(self, identifier: str) -> LedgerRow:
+        """Start it once, now.  Raises InputError, DeviceStateError: the platform is busy."""
+        with self._lock:
+            self._kept(identifier)
+            if self._launcher.busy():
+                remedy = "wait until it has ended"
+                raise DeviceStateError("the platform is busy", where=identifier, remedy=remedy)
+            number = self._ledger.ask(identifier, self._clock(), self._clock() + _BY_HAND_S)
+            return _shown_row(self._ledger.rows(identifier, number - 1, 1)[0])
+
+    def preview(self, request: ScheduleRequest, count: int = 10) -> tuple[str, ...]:
+        """The first instants, ISO 8601 in the zone of the trigger; nothing is kept.  Raises InputError."""
+        now = self._clock()
+        calendar = Calendar(request, now)
+        self._launcher.planned_s(request.work)
+        dues = itertools.islice(calendar.after(max(now, calendar.start), inclusive=True), count)
+        return tuple(calendar.shown(due) for due in dues)
+
+    def _step_past(self, identifier: str) -> None:
+        """Write down what was due while it was off, as skipped: resuming must not start it."""
+        with self._lock:
+            self._kept(identifier)
+        self.step()
+
+    def _switched(self, identifier: str, off: str | None) -> Schedule:
+        with self._lock:
+            self._kept(identifier)
+            self._ledger.switch(identifier, off)
+            return self._shown(self._kept(identifier))
+
+    def _kept(self, identifier: str, *, removed: bool = False) -> Kept:
+        for kept in self._ledger.schedules(removed=removed):
+            if kept.identifier == identifier:
+                return kept
+        raise UnknownSchedule(f"no schedule {identifier!r}", where=identifier, remedy="list the schedules")
+
+    def _shown(self, kept: Kept) -> Schedule:
+        return Schedule(
+            identifier=kept.identifier,
+            request=kept.request,
+            created=_iso(kept.created),
+            active=kept.off is None,
+            reason=kept.off,
+            failures=kept.failures,
+            next_due=_iso_or_none(self._scheduler.next_due(kept)),
+        )
+
+    def _work(self) -> None:
+        while not self._ended.wait(_STEP_S):
+            try:
+                self.step()
+                self._error = ""
+            except PlatformError as error:  # tried again: a disk may be freed, a device come back
+                if str(error) != self._error:
+                    self._error = str(error)
+                    log.error("schedules_cannot_start", error=self._error)
+            except Exception as error:  # the thread must outlive what nobody thought of
+                log.error("schedules_step_failed", error=str(error), exc_info=True)
+
+
+def _shown_row(row: Row) -> LedgerRow:
+    return LedgerRow.model_validate(
+        {
+            "number": row.number,
+            "due": _iso(row.due),
+            "deadline": _iso(row.deadline),
+            "state": row.state,
+            "reason": row.reason,
+            "started": _iso_or_none(row.started),
+            "ended": _iso_or_none(row.ended),
+            "late_s": row.late_s,
+            "job": row.job,
+            "recording": row.recording,
+        }
+    )
+
+
+def _iso(moment: float) -> str:
+    return datetime.fromtimestamp(moment, UTC).isoformat()
+
+
+def _iso_or_none(moment: float | None) -> str | None:
+    return None if moment is None else _iso(moment)

@@ -1,0 +1,163 @@
+"""What is measured by the calendar, and what became of each start."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import ConfigDict, Field
+from typing_extensions import TypeAliasType
+
+from .base import Request, Root, Schema, example
+from .procedures import AnyProcedureRequest
+from .requests import AcquisitionRequest, CalibrationRequest
+
+SchedulePolicy = TypeAliasType("SchedulePolicy", Literal["coalesce", "skip", "run_all"])
+"""What becomes of starts that could not begin in time: only the newest, none beside one that runs, or each in turn."""
+LedgerState = TypeAliasType("LedgerState", Literal["due", "started", "run", "late", "skipped", "missed", "failed"])
+"""due: waits until it may begin; started: claimed, its job runs or waits; the others are final."""
+
+
+class TriggerRequest(Request):
+    """When: exactly one of `every_s`, `cron` and `at`."""
+
+    every_s: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = None
+    """Interval, s, counted from the start of the schedule; daylight saving does not move it."""
+    cron: str | None = None
+    """Five fields as in Debian's cron: minute, hour, day, month, weekday."""
+    at: tuple[str, ...] | None = None
+    """Local times, ISO 8601, or with an offset of their own."""
+    time_zone: str = "UTC"
+    """IANA name of the zone that `cron` and `at` are in."""
+    jitter_s: Annotated[float, Field(ge=0, le=86_400, allow_inf_nan=False)] = 0.0
+    """Each start is put off by up to this, s; the same instant always by the same."""
+
+
+class SeriesWorkRequest(Request):
+    """A series."""
+
+    kind: Literal["acquisition"]
+    """Kind of the job."""
+    request: AcquisitionRequest
+    """As `POST /acquisitions` takes it."""
+
+
+class ProcedureWorkRequest(Request):
+    """A sweep, tune, ramp or characterisation."""
+
+    kind: Literal["procedure"]
+    """Kind of the job."""
+    request: AnyProcedureRequest
+    """As `POST /procedures` takes it."""
+
+
+class CalibrationWorkRequest(Request):
+    """A calibration."""
+
+    kind: Literal["calibration"]
+    """Kind of the job."""
+    request: CalibrationRequest
+    """As `POST /calibrations` takes it."""
+
+
+AnyWorkRequest = Annotated[
+    SeriesWorkRequest | ProcedureWorkRequest | CalibrationWorkRequest, Field(discriminator="kind")
+]
+
+
+class ScheduleRequest(Request):
+    """A work that is started by the calendar."""
+
+    model_config = ConfigDict(json_schema_extra=example("schedule_request"))
+
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    """What people call it."""
+    trigger: TriggerRequest
+    """When it is due."""
+    work: AnyWorkRequest
+    """What is started."""
+    grace_s: Annotated[float, Field(gt=0, le=31_536_000, allow_inf_nan=False)] = 3600.0
+    """A start that could not begin so long after its instant is missed, s."""
+    policy: SchedulePolicy = "coalesce"
+    """What becomes of starts that had to wait."""
+    priority: Annotated[int, Field(ge=-100, le=100)] = 0
+    """Of several that wait the highest begins first."""
+    start: str | None = None
+    """Not before, ISO 8601 in the zone of the trigger; null: now."""
+    until: str | None = None
+    """Not after, ISO 8601 in the zone of the trigger; null: for ever."""
+    max_failures: Annotated[int, Field(ge=1, le=1000)] = 3
+    """So many failures in a row switch it off until somebody resumes it."""
+
+
+class Schedule(Schema):
+    """A schedule as it is."""
+
+    model_config = ConfigDict(json_schema_extra=example("schedule"))
+
+    identifier: str
+    """Id."""
+    request: ScheduleRequest
+    """What was asked for."""
+    created: str
+    """Since when, ISO 8601, UTC."""
+    active: bool
+    """Does it start anything?"""
+    reason: str | None
+    """Why not: paused, stopped, failed too often; null: it is active."""
+    failures: int
+    """In a row, until now."""
+    next_due: str | None
+    """Next instant, ISO 8601, UTC; null: there is none."""
+
+
+class ScheduleListing(Root[tuple[Schedule, ...]]):
+    """All schedules, oldest first."""
+
+    model_config = ConfigDict(json_schema_extra=example("schedule", listed=True))
+
+
+class SchedulePreview(Schema):
+    """When a schedule would start."""
+
+    model_config = ConfigDict(json_schema_extra=example("schedule_preview"))
+
+    due: tuple[str, ...]
+    """Its first instants, ISO 8601 in the zone of its trigger."""
+
+
+class LedgerRow(Schema):
+    """What became of one due instant.  Times are ISO 8601, UTC; null: not yet, or never."""
+
+    model_config = ConfigDict(json_schema_extra=example("ledger_row"))
+
+    number: int
+    """Of the row, for paging."""
+    due: str
+    """The instant."""
+    deadline: str
+    """Until when it may begin."""
+    state: LedgerState
+    """Where it is."""
+    reason: str | None
+    """Why it is not plainly `run`."""
+    started: str | None
+    """When it was claimed, before its job was made."""
+    ended: str | None
+    """When the job was seen to have ended."""
+    late_s: float | None
+    """How long after its instant, jitter included, it was claimed, s."""
+    job: str | None
+    """Id of its job."""
+    recording: str | None
+    """Id of what it recorded."""
+
+
+class LedgerPage(Schema):
+    """Some rows, oldest first."""
+
+    model_config = ConfigDict(json_schema_extra=example("ledger_page"))
+
+    rows: tuple[LedgerRow, ...]
+    """The rows."""
+    more: bool
+    """Are there further ones?"""

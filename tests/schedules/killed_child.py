@@ -1,0 +1,48 @@
+"""Works through simulated minutes as fast as it can until it is killed; each start is a line of its own on the disk."""
+
+import json
+import os
+import sqlite3
+import sys
+from pathlib import Path
+
+from platform_daemon.schedules import JobOutcome, Schedules
+from platform_daemon.schemas import ScheduleRequest
+
+folder = Path(sys.argv[1])
+clock_file = folder / "clock"
+now = float(clock_file.read_text()) if clock_file.exists() and clock_file.read_text() else 1.8e9
+started = os.open(folder / "started", os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+
+
+class Owner:
+    def planned_s(self, work):
+        return 1.0
+
+    def busy(self):
+        return False
+
+    def launch(self, work):
+        seen = sqlite3.connect(folder / "schedules.db")  # a connection of its own sees what is committed only
+        rows = seen.execute("SELECT number, due FROM rows WHERE state = 'started'").fetchall()
+        seen.close()
+        assert len(rows) == 1, "it moves before the claim is committed"
+        os.write(started, f"{rows[0][1]}\n".encode())
+        return f"acquisition-{rows[0][0]}"
+
+    def outcome(self, job):
+        return JobOutcome("done", None, job)
+
+
+all_schedules = Schedules(folder / "schedules.db", Owner(), lambda: now)
+if not all_schedules.list():
+    work = {"kind": "acquisition", "request": {"resonator": "jewel"}}
+    asked = {"name": "minute", "trigger": {"every_s": 60.0}, "work": work, "policy": "run_all", "max_failures": 1000}
+    all_schedules.add(ScheduleRequest.model_validate_json(json.dumps(asked)))
+print("at work", flush=True)
+while True:
+    now += 60.0
+    part = folder / "clock.part"
+    part.write_text(repr(now))
+    part.rename(clock_file)
+    all_schedules.step()

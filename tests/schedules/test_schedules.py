@@ -1,0 +1,264 @@
+"""Calendar, ledger and scheduler, with a clock that the tests turn."""
+
+import json
+import math
+import os
+import random
+import signal
+import sqlite3
+import subprocess
+import sys
+from collections import Counter
+from datetime import UTC, datetime
+from itertools import islice, pairwise
+from pathlib import Path
+
+import pytest
+
+from drivers.errors import DeviceLost, InputError
+from platform_daemon.schedules import JobOutcome, Schedules
+from platform_daemon.schedules.calendar import Calendar
+from platform_daemon.schemas import ScheduleRequest
+from platform_daemon.store import StorageError
+
+T0 = datetime(2026, 3, 1, tzinfo=UTC).timestamp()
+DAY = 86_400.0
+
+
+def asked(trigger, **others):
+    work = {"kind": "acquisition", "request": {"resonator": "jewel", "shots": 1}}
+    text = json.dumps({"name": "night", "trigger": trigger, "work": work} | others)
+    return ScheduleRequest.model_validate_json(text)
+
+
+class Owner:
+    """A queue that keeps one job; `takes_s` long."""
+
+    def __init__(self, clock, takes_s=10.0):
+        self.clock, self.takes_s, self.jobs, self.next_fails = clock, takes_s, {}, None
+        self.ends = "done"
+
+    def planned_s(self, work):
+        return self.takes_s
+
+    def busy(self):
+        return any(self.outcome(job).state == "running" for job in list(self.jobs)[-1:])
+
+    def launch(self, work):
+        if self.next_fails is not None:
+            raise self.next_fails
+        job = f"acquisition-{len(self.jobs)}"
+        self.jobs[job] = self.clock()
+        return job
+
+    def outcome(self, job):
+        running = abs(self.clock() - self.jobs[job]) < self.takes_s
+        return JobOutcome("running" if running else self.ends, None, None if running else job)
+
+
+class Bench:
+    def __init__(self, folder):
+        self.now, self.path = T0, folder / "schedules.db"
+        self.owner = Owner(self.clock)
+        self.all = Schedules(self.path, self.owner, self.clock)
+
+    def clock(self):
+        return self.now
+
+    def until(self, end, step=60.0):
+        while self.now < end:
+            self.now += step
+            self.all.step()
+
+    def restart(self):
+        self.all.close()
+        self.all = Schedules(self.path, self.owner, self.clock)
+
+    def rows(self, identifier):
+        return self.all.page(identifier, limit=100_000).rows
+
+
+@pytest.fixture
+def bench(tmp_path):
+    made = Bench(tmp_path)
+    yield made
+    made.all.close()
+
+
+def local(trigger, start, count):
+    calendar = Calendar(asked(trigger, start=start), T0)
+    return [calendar.shown(due) for due in islice(calendar.after(calendar.start, inclusive=True), count)]
+
+
+def test_a_time_that_daylight_saving_leaves_out_is_due_at_the_next_moment_and_a_doubled_one_once():
+    berlin = {"cron": "30 2 * * *", "time_zone": "Europe/Berlin"}
+    spring = local(berlin, "2026-03-28T00:00", 3)
+    assert spring == ["2026-03-28T02:30:00+01:00", "2026-03-29T03:00:00+02:00", "2026-03-30T02:30:00+02:00"]
+    autumn = local(berlin, "2026-10-24T00:00", 3)
+    assert autumn == ["2026-10-24T02:30:00+02:00", "2026-10-25T02:30:00+02:00", "2026-10-26T02:30:00+01:00"]
+    at = {"at": ["2026-03-29T02:30", "2026-10-25T02:30"], "time_zone": "Europe/Berlin"}
+    assert local(at, "2026-03-01T00:00", 3) == ["2026-03-29T03:00:00+02:00", "2026-10-25T02:30:00+02:00"]
+
+
+@pytest.mark.parametrize("zone", ["UTC", "Europe/Berlin", "America/New_York", "Australia/Lord_Howe", "Africa/Cairo"])
+@pytest.mark.parametrize("cron", ["30 2 * * *", "*/30 * * * *", "0 1-3 * * *", "15 */2 * * 1-5"])
+def test_the_instants_do_not_depend_on_where_one_begins_to_ask(zone, cron):
+    calendar = Calendar(asked({"cron": cron, "time_zone": zone}, until="2027-03-05T00:00"), T0)
+    everything = list(calendar.after(T0))
+    assert all(a < b for a, b in pairwise(everything))
+    chance = random.Random(1)
+    for number in chance.sample(range(len(everything) - 3), 100):
+        assert list(islice(calendar.after(everything[number]), 2)) == everything[number + 1 : number + 3]
+
+
+@pytest.mark.parametrize(
+    ("trigger", "others", "said"),
+    [
+        ({"cron": "0 0 30 2 *"}, {}, "trigger.cron"),
+        ({"cron": "0 0 31 4,6 *"}, {}, "trigger.cron"),
+        ({"cron": "every night"}, {}, "trigger.cron"),
+        ({"cron": "0 2 * * *", "time_zone": "Europe/Atlantis"}, {}, "no time zone"),
+        ({"every_s": 60.0}, {"start": "2026-05-01T00:00", "until": "2026-04-01T00:00"}, "ends before it starts"),
+        ({"every_s": 60.0, "cron": "0 2 * * *"}, {}, "one of every_s, cron and at"),
+        ({}, {}, "one of every_s, cron and at"),
+        ({"at": ["tomorrow"]}, {}, "is no time"),
+        ({"at": ["2020-01-01T00:00"]}, {}, "never due"),
+        ({"every_s": 5.0}, {}, "shorter than the work"),
+    ],
+)
+def test_bad_input_is_told(bench, trigger, others, said):
+    with pytest.raises(InputError, match=said):
+        bench.all.add(asked(trigger, **others))
+    assert bench.all.list() == ()
+
+
+def test_a_night_runs_and_what_is_paused_is_skipped(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}))
+    bench.until(T0 + 3.5 * 3600)
+    bench.all.pause(made.identifier)
+    bench.until(T0 + 5.5 * 3600)
+    bench.all.resume(made.identifier)
+    bench.until(T0 + 6.5 * 3600)
+    states = [row.state for row in bench.rows(made.identifier)]
+    assert states == ["late", *["run"] * 3, "skipped", "skipped", "run"]  # the first step came after 60 s
+    assert len(bench.owner.jobs) == 5
+
+
+@pytest.mark.parametrize(
+    ("policy", "states"), [("coalesce", Counter(missed=19, skipped=4, late=1, run=0)), ("run_all", None)]
+)
+def test_after_a_sleep_the_policy_decides(bench, policy, states):
+    made = bench.all.add(asked({"every_s": 3600.0}, policy=policy, grace_s=5 * 3600.0 - 120))
+    bench.now += 0.5
+    bench.all.step()
+    bench.until(T0 + 100.0)
+    bench.now = T0 + DAY + 60
+    bench.until(bench.now + 600)
+    found = Counter(row.state for row in bench.rows(made.identifier))
+    assert found["run"] == 1
+    if policy == "coalesce":
+        assert found == {"run": 1, "missed": 19, "skipped": 4, "late": 1}
+    else:
+        assert found == {"run": 1, "missed": 19, "late": 5}
+
+
+def test_failures_in_a_row_and_a_stop_switch_it_off_until_it_is_resumed(bench):
+    made = bench.all.add(asked({"every_s": 600.0}, max_failures=2))
+    bench.owner.next_fails = DeviceLost("unplugged")
+    bench.until(T0 + 3000)
+    shown = bench.all.get(made.identifier)
+    assert not shown.active
+    assert "2 failures in a row" in shown.reason
+    bench.owner.next_fails, bench.owner.ends = None, "cancelled"
+    bench.all.resume(made.identifier)
+    bench.until(T0 + 5000)
+    assert bench.all.get(made.identifier).reason == "it was stopped"
+    assert len(bench.owner.jobs) == 1
+
+
+def test_of_several_the_highest_priority_begins_first(bench):
+    low = bench.all.add(asked({"every_s": 3600.0}))
+    high = bench.all.add(asked({"every_s": 3600.0}, priority=5))
+    bench.until(T0 + 200)
+    first, second = bench.rows(high.identifier)[0], bench.rows(low.identifier)[0]
+    assert (first.job, second.job) == ("acquisition-0", "acquisition-1")
+
+
+def test_leaping_clocks_leave_every_instant_in_the_ledger_once_and_start_none_twice(bench):
+    made = bench.all.add(asked({"cron": "0 * * * *", "time_zone": "Europe/Berlin", "jitter_s": 30.0}, grace_s=1800.0))
+    furthest, chance = T0, random.Random(3)
+    for _ in range(400):
+        leap = chance.choice([60.0, 600.0, 3600.0, -3600.0, DAY, -3653 * DAY])
+        before, bench.now = bench.now, bench.now + leap
+        furthest = max(furthest, bench.now)
+        bench.all.step()
+        if chance.random() < 0.2:
+            bench.restart()
+        if leap < -DAY:
+            bench.now = before
+    rows = bench.rows(made.identifier)
+    calendar = Calendar(made.request, T0)
+    expected = [due for due in islice(calendar.after(T0, inclusive=True), 10 * len(rows) + 10) if due <= furthest]
+    assert [datetime.fromisoformat(row.due).timestamp() for row in rows] == expected
+    jobs = [row.job for row in rows if row.job]
+    assert len(set(jobs)) == len(jobs) == len(bench.owner.jobs) > 20
+
+
+def test_a_ledger_cut_anywhere_is_refused_by_name_and_stays_as_it_is(bench):
+    made = bench.all.add(asked({"every_s": 60.0}))
+    bench.until(T0 + 20_000)
+    bench.all.close()
+    assert not bench.path.with_name("schedules.db-wal").exists()
+    whole = bench.path.read_bytes()
+    for size in (0, 1, 99, 100, 4095, 4096, len(whole) // 2, len(whole) - 1):
+        bench.path.write_bytes(whole[:size])
+        with pytest.raises(StorageError, match=r"schedules\.db.*damaged"):
+            Schedules(bench.path, bench.owner, bench.clock)
+        assert bench.path.read_bytes() == whole[:size]
+    bench.path.write_bytes(whole)
+    bench.restart()
+    assert len(bench.rows(made.identifier)) > 300
+
+
+def test_nothing_is_started_that_the_disk_does_not_take_and_it_is_tried_again(bench):
+    made = bench.all.add(asked({"every_s": 7200.0}))
+    other = sqlite3.connect(bench.path, isolation_level=None)
+    other.execute("CREATE TRIGGER full BEFORE UPDATE OF started ON rows BEGIN SELECT RAISE(ABORT, 'full'); END")
+    bench.now += 60
+    with pytest.raises(StorageError, match="cannot be written"):
+        bench.all.step()
+    assert not bench.owner.jobs
+    other.execute("DROP TRIGGER full")
+    other.close()
+    bench.until(T0 + 300)
+    assert [row.state for row in bench.rows(made.identifier)] == ["late"]
+
+
+CHILD = Path(__file__).with_name("killed_child.py")
+
+
+def test_kills_at_any_point_lose_no_start_and_double_none(tmp_path):
+    kills = int(os.environ.get("SCHEDULE_KILLS", "25"))
+    chance = random.Random(7)
+    for _ in range(kills):
+        child = subprocess.Popen([sys.executable, str(CHILD), str(tmp_path)], stdout=subprocess.PIPE)
+        child.stdout.readline()  # it is at work
+        try:
+            child.wait(chance.uniform(0, 0.1))
+        except subprocess.TimeoutExpired:
+            child.send_signal(signal.SIGKILL)
+        child.wait()
+        child.stdout.close()
+    started = (tmp_path / "started").read_text().split()
+    assert len(started) > kills
+    ledger = sqlite3.connect(tmp_path / "schedules.db")
+    rows = ledger.execute("SELECT due, state, job, reason FROM rows ORDER BY due").fetchall()
+    dues = [due for due, *_ in rows]
+    assert all(math.isclose(b - a, 60.0) for a, b in pairwise(dues)), "an instant is missing or doubled"
+    assert max(Counter(started).values()) == 1, "one was started twice"
+    claimed = {state for _, state, job, _ in rows if job}
+    assert claimed <= {"run", "late", "started"}
+    without_job = [reason for _, state, job, reason in rows if state == "failed"]
+    assert len(without_job) <= kills
+    assert len(started) <= sum(1 for _, _, job, _ in rows if job) + len(without_job)
+    ledger.close()
