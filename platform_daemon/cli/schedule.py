@@ -112,9 +112,8 @@ def ledger(
     page = _daemon(data).ledger(identifier, after, limit)
     for row in page.rows:
         late = "" if row.late_s is None else f"  {row.late_s:.1f} s late"
-        print(
-            f"{row.number:>6}  {row.due}  {row.state:<8}{late}  {row.recording or row.job or ''}  {row.reason or ''}".rstrip()
-        )
+        what = f"{row.recording or row.job or ''}  {row.reason or ''}"
+        print(f"{row.number:>6}  {row.due}  {row.state:<8}{late}  {what}".rstrip())
     if page.more:
         print(f"more: --after {page.rows[-1].number}")
     if json_file is not None:
@@ -149,6 +148,9 @@ def remove(identifier: IdArgument, data: DataOption = DATA) -> None:
 def _daemon(data: Path) -> RemoteHardware:
     from platform_daemon.link import RemoteHardware
 
+    if not (data / "hardware.sock").exists():
+        remedy = f"start it (platform-daemon serve --data {data}), or name the folder of the one that runs with --data"
+        raise InputError("no daemon works in this folder", where=str(data), remedy=remedy)
     return RemoteHardware(data)
 
 

@@ -13,6 +13,7 @@ ShuttingDown: The daemon takes no work any more.
 UnknownId: No job or recording has that id.
 JobRecords: One JSON file per job in `folder`.
 record_of: What is kept of a job, as it is now.
+DAEMON_ENDED: The warning of a job that no person has cancelled.
 AnyJob: A job of whatever kind.
 Job: One piece of work.
 reduce_latency: Search for garbage once more, now, and from here on only in what is made later.
@@ -38,7 +39,7 @@ from .catalogue import Catalogue, Shelf, open_catalogue
 from .engine import Engine, ShuttingDown
 from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
-from .jobs import AnyJob, Job
+from .jobs import DAEMON_ENDED, AnyJob, Job
 from .latency import reduce_latency
 from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
@@ -52,6 +53,7 @@ from .work.series import AcquisitionJob
 
 __all__ = [
     "ANALYSES",
+    "DAEMON_ENDED",
     "AcquisitionJob",
     "AnalysisJobs",
     "AnyJob",

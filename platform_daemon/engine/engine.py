@@ -35,7 +35,7 @@ from .hardware_thread import HardwareThread, run_job
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
-from .jobs import AnyJob, Job, RequestT, ResultT, Work
+from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
@@ -258,6 +258,9 @@ class Engine:
         self._closed.set()  # no lock yet: none may hold up outputs off
         if keep_queue:
             self._registry.leave_waiting()
+        for job in self._registry.stoppable():
+            if job.state is JobState.RUNNING:
+                job.warnings.append(DAEMON_ENDED)
         try:
             self.outputs_off()
         finally:

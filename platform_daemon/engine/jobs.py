@@ -19,6 +19,10 @@ log = structlog.get_logger()
 RESTING_STEP_S = 0.05
 
 
+DAEMON_ENDED = "stopped because the daemon was told to end"
+"""The warning of a job that no person has cancelled."""
+
+
 class Cancelled(Exception):
     """Somebody asked the job to stop, and it did at a safe point."""
 

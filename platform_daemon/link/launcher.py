@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from drivers.errors import InputError
+from platform_daemon.engine import DAEMON_ENDED
 from platform_daemon.schedules import JobOutcome, Launcher
 from platform_daemon.schemas import AnyWorkRequest, JobState
 
@@ -49,6 +50,8 @@ class HardwareLauncher(Launcher):
             return JobOutcome("running")
         recording = getattr(found.result, "recording", None)
         if found.state is JobState.CANCELLED:
+            if DAEMON_ENDED in found.record.warnings:
+                return JobOutcome("failed", DAEMON_ENDED, recording)
             return JobOutcome("cancelled", recording=recording)
         reason = None if found.error is None else str(found.error)
         return JobOutcome("failed" if found.state is JobState.FAILED else "done", reason, recording)

@@ -16,8 +16,8 @@ from tests.kit.command_line import COMMAND
 class Served:
     """A daemon and its processes."""
 
-    def __init__(self, process, address, stop):
-        self.process, self.address, self.stop = process, address, stop
+    def __init__(self, process, address, stop, folder):
+        self.process, self.address, self.stop, self.folder = process, address, stop, folder
 
     def pid(self, name):
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
@@ -46,7 +46,7 @@ def served(data, *options):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
         try:
             address, stop = (process.stdout.readline().split()[-1] for _ in range(2))
-            yield Served(process, address, stop)
+            yield Served(process, address, stop, data)
         finally:
             process.send_signal(signal.SIGTERM)
             process.stdout.read()

@@ -238,7 +238,7 @@ CHILD = Path(__file__).with_name("killed_child.py")
 
 
 def test_kills_at_any_point_lose_no_start_and_double_none(tmp_path):
-    kills = int(os.environ.get("SCHEDULE_KILLS", "25"))
+    kills = int(os.environ.get("SCHEDULE_KILLS", "8"))
     chance = random.Random(7)
     for _ in range(kills):
         child = subprocess.Popen([sys.executable, str(CHILD), str(tmp_path)], stdout=subprocess.PIPE)

@@ -1,0 +1,154 @@
+"""Schedules of a daemon, by REST and on the command line."""
+
+import signal
+
+import httpx2
+import pytest
+
+from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.command_line import assert_one_line_error, run, wait_for
+from tests.kit.served import served
+
+WORK = {"kind": "acquisition", "request": SHORT_JEWEL}
+QUICK = {"name": "quick", "trigger": {"every_s": 2}, "work": WORK}
+
+
+@pytest.fixture(scope="module")
+def daemon(tmp_path_factory):
+    with served(tmp_path_factory.mktemp("served") / "data") as running:
+        yield running
+
+
+def rows(daemon, identifier):
+    return daemon.get(f"/schedules/{identifier}/ledger").json()["rows"]
+
+
+def command(daemon, *words):
+    return run("schedule", *words, "--data", daemon.folder)
+
+
+def test_what_is_due_is_run_and_stands_in_the_ledger_with_its_recording(daemon):
+    made = daemon.post("/schedules", QUICK)
+    assert made.status_code == 201
+    at = made.headers["location"]
+    identifier = made.json()["identifier"]
+    assert at == f"/schedules/{identifier}"
+    wait_for(lambda: sum(row["state"] in ("run", "late") for row in rows(daemon, identifier)) >= 2, 60)
+    paused = httpx2.post(f"{daemon.address}{at}/pause", json={}, timeout=30).json()
+    assert (paused["active"], paused["reason"]) == (False, "paused")
+    done = [row for row in rows(daemon, identifier) if row["state"] in ("run", "late")]
+    assert len({row["due"] for row in done}) == len(done)
+    for row in done:
+        assert daemon.get(f"/recordings/{row['recording']}").status_code == 200
+    assert daemon.get(f"{at}/ledger?limit=1").json()["more"] is True
+    assert httpx2.delete(f"{daemon.address}{at}", timeout=30).status_code == 200
+    assert daemon.get(at).status_code == 404
+    assert rows(daemon, identifier)  # it is what became of it, whoever removed it
+
+
+def test_a_stop_switches_every_schedule_off_until_somebody_resumes_it(daemon):
+    at = daemon.post("/schedules", {**QUICK, "trigger": {"cron": "0 0 1 1 *"}}).headers["location"]
+    assert httpx2.post(daemon.stop, timeout=30).status_code == 200
+    assert daemon.get(at).json()["active"] is False
+    resumed = httpx2.post(f"{daemon.address}{at}/resume", json={}, timeout=30).json()
+    assert (resumed["active"], resumed["next_due"][5:]) == (True, "01-01T00:00:00+00:00")
+    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+
+
+def test_one_start_by_hand(daemon):
+    at = daemon.post("/schedules", {**QUICK, "trigger": {"cron": "0 0 1 1 *"}}).headers["location"]
+    wait_for(lambda: daemon.get("/platform").json()["running"] is None)
+    assert httpx2.post(f"{daemon.address}{at}/run", json={}, timeout=30).status_code == 202
+    wait_for(lambda: [row["state"] for row in daemon.get(f"{at}/ledger").json()["rows"]] == ["run"], 60)
+    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+
+
+@pytest.mark.parametrize(
+    ("change", "where"),
+    [
+        ({"trigger": {"cron": "0 0 30 2 *"}}, "trigger"),
+        ({"trigger": {"cron": "61 0 * * *"}}, "trigger"),
+        ({"trigger": {"cron": "0 0 * * *", "time_zone": "Mars/Base"}}, "time_zone"),
+        ({"trigger": {}}, "trigger"),
+        ({"trigger": {"every_s": 5, "cron": "0 0 * * *"}}, "trigger"),
+        ({"trigger": {"every_s": 0}}, "every_s"),
+        ({"trigger": {"at": ["2001-01-01T00:00:00"]}}, "trigger"),
+        ({"until": "2001-01-01T00:00:00"}, "until"),
+        ({"work": {"kind": "acquisition", "request": {"resonator": "nobody"}}}, "nobody"),
+        ({"work": {"kind": "dream", "request": {}}}, "work"),
+        ({"work": {"kind": "acquisition", "request": {**SHORT_JEWEL, "shots": 1000}}}, "trigger"),
+        ({"policy": "never"}, "policy"),
+        ({"grace_s": -1}, "grace_s"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_the_place_and_a_remedy(daemon, change, where):
+    answer = daemon.post("/schedules", {**QUICK, **change})
+    assert answer.status_code == 422, answer.text
+    assert where in answer.json()["detail"]
+    assert answer.json()["remedy"]
+    assert daemon.get("/schedules").json() == []
+
+
+def test_a_preview_keeps_nothing(daemon):
+    asked = {**QUICK, "trigger": {"cron": "30 2 * * *", "time_zone": "Europe/Berlin"}}
+    found = daemon.post("/schedules/preview?count=400", asked).json()["due"]
+    assert len(found) == 400
+    spring = [due for due in found if due.startswith("2027-03-28")]
+    assert spring == ["2027-03-28T03:00:00+02:00"]  # half past two is left out that night
+    assert daemon.get("/schedules").json() == []
+
+
+def test_the_command_line_asks_the_daemon(daemon, tmp_path):
+    work = tmp_path / "work.toml"
+    work.write_text('kind = "acquisition"\n[request]\nresonator = "jewel"\nshots = 1\nsequence = { rx_s = 0.6 }\n')
+    made = command(daemon, "add", "mine", "--cron", "0 22 * * *", "--time-zone", "Europe/Berlin", "--work", work)
+    assert made.returncode == 0, made.stderr
+    identifier = made.stdout.split(":")[0]
+    assert identifier in command(daemon, "list").stdout
+    assert "off: paused" in command(daemon, "pause", identifier).stdout
+    assert "next " in command(daemon, "resume", identifier).stdout
+    assert command(daemon, "run", identifier).returncode == 0
+    wait_for(lambda: " run " in command(daemon, "ledger", identifier).stdout, 60)
+    assert (
+        len(command(daemon, "preview", "--every-s", "60", "--resonator", "jewel", "--count", "3").stdout.split()) == 3
+    )
+    assert command(daemon, "remove", identifier).returncode == 0
+    assert_one_line_error(command(daemon, "pause", identifier), 2, "no schedule")
+    assert_one_line_error(command(daemon, "add", "x", "--every-s", "60"), 2, "--work FILE")
+    work.write_text("kind = ")
+    assert_one_line_error(command(daemon, "add", "x", "--every-s", "60", "--work", work), 2, "work.toml")
+
+
+def test_without_a_daemon_the_command_says_how_to_start_one(tmp_path):
+    assert_one_line_error(run("schedule", "list", "--data", tmp_path), 2, "no daemon", "serve --data")
+
+
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+def test_a_schedule_goes_on_after_a_restart_and_no_instant_is_there_twice(tmp_path, end):
+    data = tmp_path / "data"
+    with served(data) as daemon:
+        identifier = daemon.post("/schedules", QUICK).json()["identifier"]
+        wait_for(lambda: any(row["state"] == "run" for row in rows(daemon, identifier)), 60)
+        daemon.process.send_signal(end)
+        daemon.process.wait(60)
+    with served(data) as daemon:
+        before = rows(daemon, identifier)
+        wait_for(lambda: sum(row["state"] in ("run", "late") for row in rows(daemon, identifier)) >= 3, 60)
+        found = rows(daemon, identifier)
+        assert len({row["due"] for row in found}) == len(found)
+        assert [row["due"] for row in found][: len(before)] == [row["due"] for row in before]
+        assert daemon.get(f"/schedules/{identifier}").json()["active"] is True
+
+
+def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_path):
+    data = tmp_path / "data"
+    with served(data) as daemon:
+        daemon.post("/schedules", QUICK)
+    ledger = data / "schedules.db"
+    ledger.write_bytes(ledger.read_bytes()[:3000])
+    with served(data) as daemon:
+        told = daemon.get("/schedules")
+        assert told.status_code == 507
+        assert "restore it" in told.json()["remedy"]
+        assert daemon.post("/acquisitions", SHORT_JEWEL).status_code == 202
+    assert ledger.stat().st_size == 3000
