@@ -18,6 +18,7 @@ from cronsim import CronSim, CronSimError
 from drivers.errors import InputError
 from platform_daemon.schemas import ScheduleRequest, TriggerRequest
 
+_CRON = "minute 0-59, hour 0-23, day 1-31, month 1-12, weekday 0-7, as in '0 22 * * 1-5', and a day that its month has"
 _BACK = timedelta(hours=26)  # cron begins so long before: no rule about a changed clock begins in its middle
 
 
@@ -34,7 +35,8 @@ class Calendar:
         given = [k for k in ("every_s", "cron", "at") if getattr(request.trigger, k) is not None]
         if len(given) != 1:
             why = "none of them is given" if not given else f"given are {' and '.join(given)}"
-            raise InputError("a trigger has one of every_s, cron and at", where="trigger", why=why)
+            remedy = "give every_s: 3600, cron: '0 22 * * *' or at: ['2027-01-01T08:00']"
+            raise InputError("a trigger has one of every_s, cron and at", where="trigger", why=why, remedy=remedy)
         if next(self.after(self.start, inclusive=True), None) is None:
             remedy = "preview another expression; dates have to lie between start and until"
             raise InputError("the schedule is never due", where=f"trigger.{given[0]}", remedy=remedy)
@@ -69,13 +71,15 @@ class Calendar:
     def _cron(self, trigger: TriggerRequest, near: float) -> Iterator[float]:
         assert trigger.cron is not None
         if len(trigger.cron.split()) != 5:
-            raise InputError("a cron expression has five fields", where="trigger.cron", why=f"it is {trigger.cron!r}")
+            why = f"it is {trigger.cron!r}"
+            raise InputError("a cron expression has five fields", where="trigger.cron", why=why, remedy=_CRON)
         try:
             found = CronSim(trigger.cron, datetime.fromtimestamp(near, UTC).astimezone(self._zone) - _BACK)
         except CronSimError as error:
-            raise InputError("no cron expression", where="trigger.cron", why=str(error)) from None
+            raise InputError("no cron expression", where="trigger.cron", why=str(error), remedy=_CRON) from None
         except (OverflowError, ValueError, OSError) as error:
-            raise InputError("a time outside the calendar", where="start", why=str(error)) from None
+            remedy = "choose a start between 1970 and 9999"
+            raise InputError("a time outside the calendar", where="start", why=str(error), remedy=remedy) from None
         last = -math.inf
         for local in found:
             due = local.timestamp()
