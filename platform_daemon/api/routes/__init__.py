@@ -10,6 +10,7 @@ diagnoses: Diagnoses of stored recordings as jobs.
 fits: Fits of stored recordings as jobs.
 models: Adopted models: listed, shown with their evidence, retired, never deleted.
 platform: What the platform is and does: state, readiness, stop, the kinds of problems.
+schedules: Work by the calendar, and what became of each start.
 procedures: Procedures as jobs: ask (202), watch step by step, pause, resume, cancel.
 recordings: Recordings on disk: list, describe, download, calibrated dm/dt for plots and in full.
 """
