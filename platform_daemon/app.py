@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
-
-import structlog
+from typing import TYPE_CHECKING
 
 from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import ConfigError
 from drivers.platform import Platform
 from drivers.registry import build_platform
 from platform_daemon.analysis import Library
-from platform_daemon.api import Context
 from platform_daemon.engine import AnalysisJobs, CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
-from platform_daemon.estimation import warm_up
 from platform_daemon.link import Hardware
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
 from platform_daemon.supervisor import guard_for
+from platform_daemon.workers import Computer, InThisProcess, Pool, WorkerLimits, WorkerProcess
 
-log = structlog.get_logger()
+if TYPE_CHECKING:
+    from platform_daemon.api import Context
+
+_NICE_FITS, _NICE_ANALYSES = 5, 10  # what somebody waits for comes first, and shots before all of it
+_PREVIEWS = 2
+_PREVIEW_PATIENCE_S = 20.0
 
 
 def start_engine(
@@ -28,11 +30,14 @@ def start_engine(
     journal: JobRecords | None = None,
     models: Library | None = None,
     catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
+    online: Computer = InThisProcess(),  # noqa: B008 without state
+    computing: Computer = InThisProcess(),  # noqa: B008 without state
     data: Path | None = None,
 ) -> Engine:
     """An engine on the platform that the file describes; outputs are off.
 
-    data: data folder of a daemon.  Raises ConfigError, DeviceError, DeviceDenied if another process owns the devices.
+    online: computes on-line fits and plans; computing: what takes longer; data: data folder of a daemon.  Raises
+    ConfigError, DeviceError, DeviceDenied if another process owns the devices.
     """
     calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
@@ -46,7 +51,8 @@ def start_engine(
     platform.guard = guard
     try:
         guard.watch()
-        return Engine(platform, file.limits, file.text, journal, models, file.self_test, named, catalogue)
+        known = journal, models, file.self_test, named, catalogue
+        return Engine(platform, file.limits, file.text, *known, online, computing)
     except BaseException:  # Ctrl-C too
         platform.close()
         raise
@@ -63,20 +69,32 @@ def _built(
         raise ConfigError(error.what, where=where, why=error.why, remedy=error.remedy) from None
 
 
-def create_context(hardware: Hardware, data: DataFolder, catalogue: Catalogue) -> Context:
-    """What the API serves; compiles the fit in the background and says so under /ready."""
-    models, warm = Library(data.models), {"estimator": False}
+def create_context(
+    hardware: Hardware,
+    data: DataFolder,
+    catalogue: Catalogue,
+    limits: WorkerLimits = WorkerLimits(),  # noqa: B008 frozen
+) -> Context:
+    """What the API serves.
+
+    limits: of the processes that compute what is asked for.
+    """
+    from platform_daemon.api import Context  # here, because the process that owns the hardware needs no web
+
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
-    analyses = AnalysisJobs(JobRecords(data.jobs))
-    context = Context(hardware, catalogue, analyses, *folders, models, data.calibrations, warm)
-    threading.Thread(target=_warm_up, args=(context.warm,), name="warm-up", daemon=True).start()
-    return context
+    analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs))
+    previews = preview_workers(limits)
+    return Context(hardware, catalogue, analyses, previews, *folders, Library(data.models), data.calibrations)
 
 
-def _warm_up(parts: dict[str, bool]) -> None:
-    """Compile or load the estimator's kernels."""
-    try:
-        log.info("estimator_warm", seconds=round(warm_up(), 2))
-        parts["estimator"] = True
-    except Exception as error:  # a warm-up must never keep the daemon from serving
-        log.error("warm_up_failed", error=str(error))
+def hardware_workers(limits: WorkerLimits) -> tuple[WorkerProcess, WorkerProcess]:
+    """Who computes for the process that owns the hardware: on-line fits and plans, and what takes longer."""
+    return WorkerProcess("fits", limits, _NICE_FITS), WorkerProcess("procedures", limits, _NICE_FITS)
+
+
+def preview_workers(limits: WorkerLimits) -> Pool:
+    """Who computes what a request waits for."""
+    from platform_daemon.api import too_many_previews
+
+    each = [WorkerProcess(f"preview-{k}", limits, _NICE_FITS) for k in range(_PREVIEWS)]
+    return Pool([*each], _PREVIEW_PATIENCE_S, too_many_previews)

@@ -19,20 +19,14 @@ characterisation_task: Everything that can be checked before the first fit.
 characterise: Fit every shot in both windows and make the tables.
 check_held_in_n50: What it raises of losses that cannot be held.
 shown_shot: The shot of the figures with its D30 fit.
-derived_report: Of every frame and of the series.
-frame_envelopes: Envelopes of v and u, A(t) and f(t) - f_nat over the window of a good frame.
 NothingToDiagnoseError: The files can be read, but none of their shots can be diagnosed.
 OBSERVABLES: What a recording can hold: dm/dt or an angle.
 Observable: One of OBSERVABLES.
 check_diagnosis_input: What load_diagnosis_input raises before it has looked at any frame.
 diagnose_input: Diagnose, and add what was seen while reading.
 load_diagnosis_input: Read recordings or angle series of one specimen.
-file_report: The report of a file from those of its frames.
-fit_frame: Calibrate and fit one RX window, (c, n) V.
 fit_measurement: Fit every frame of a file, or those chosen.
-frame_report: One frame as it is told.
 FitRefused: A fit that everything else rests on was refused.
-FitRequest: How to fit.
 FitSettings: How to fit any file.
 NAMED_WINDOWS: Evaluation windows that have a name.
 checked_variant: The name of a declared model with further torque terms.
@@ -40,10 +34,11 @@ why_refused: Why a report has no good frame, each reason once.
 chosen_frames: The frames asked for, in order, each once.
 Harmonics: What the harmonics of a shot tell, or why they cannot be read.
 frame_harmonics: Of a stored frame, with its number.
-shot_harmonics: Frequency, amplitude, moment, orientation and decay in the first periods of (c, n) V, or why there
-    are none.
-BLANK: Why a blank shot is not fitted.
-Measurement: Frames of one file, whatever was measured.
+CheckModel: Is there such a model?
+NamedModel: A model by its label.
+OnlineFit: Reads a stored shot, learns from its noise and fits it.
+SeriesTable: Puts the fits of a series together.
+Warmth: Compiles or loads the estimator's kernels.
 VoltageMeasurement: A recording of coil voltages.
 open_for_fit: A file as the settings want it, and what to ask of it.
 open_measurement: A recording under this calibration or its own, or an angle.
@@ -54,10 +49,7 @@ file_digests: Name, size and SHA-256 of files.
 Library: The adopted models in a folder.
 UnknownModel: No adopted model has that name or version.
 ModelChoice: A declared model by its name, or an adopted one.
-label_of: What results are marked with.
-model_of: What a fit takes.
 resolve: A declared name as it is, an adopted one as its model.
-learn_noise: Let a series' noise learn from one RX window, (c, n) V, unless it is clipped.
 RingDownPlotData: What a picture shows.
 min_max_decimate: Smallest and largest value per bucket, (c, buckets) each, and samples per bucket.
 RINGING_SPAN: A line is looked for from the expected frequency divided by this to its multiple.
@@ -75,10 +67,13 @@ ForceCurves: What a picture of a defect shows.
 force_curves: Perpendicular force over the size of a defect.
 defects_report: Every size of a defect at every deflection.
 design_report: What follows from magnets and bearing alone, and the paper's procedure in six steps.
-fit_table: On-line fits of a series.
 amplitude_course: (start in s, phi_max in degrees, its standard deviation) of the good windows.
 flatness_lines: For the terminal.
 slide_frame: Fit a frame window by window.
+preview_derived: Derived quantities of a stored fit.
+preview_envelopes: Envelopes of a fitted frame.
+preview_harmonics: Harmonics of a frame.
+preview_sliding: Sliding windows along one ring-down.
 sliding_report: Every window with its estimates or the reason of its refusal, and how flat each constant is.
 """
 

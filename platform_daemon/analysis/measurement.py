@@ -12,6 +12,7 @@ from pathlib import Path
 from drivers.calibration import ReceiveCalibration
 from drivers.errors import InputError, RecordingError
 from platform_daemon.estimation import Conditions, RingDownRecord, SeriesNoise
+from platform_daemon.schemas import BLANK
 from platform_daemon.store import AngleSeries, Recording, is_time_series, open_recording, read_angles
 
 from .calibrated import FrameSignal, calibrated_signal
@@ -23,8 +24,6 @@ from .model_registry.resolve import ModelChoice, with_receiver_correction
 from .noise import recording_noise
 
 PENDULUM = "thread"  # of which an angle is taken unless a variant is named
-BLANK = "a blank shot, without excitation"
-"""Why a blank shot is not fitted."""
 UNCALIBRATED = "no calibration: only voltage-domain quantities can be estimated (f_nat, lambda, T_f/I, phi_max, psi)"
 Calibration = tuple[ReceiveCalibration, str]
 """One in the place of a file's own, and where it came from."""

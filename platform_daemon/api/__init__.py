@@ -3,12 +3,14 @@
 Context: What every route needs.
 certificate_of: The files of TLS, both or none.
 rules: The rules for a server on an address.
+too_many_previews: All processes that compute what requests wait for are busy.
 served: An application on its socket, in a thread of its own.
 create_api: The application over the owner of the hardware and the data folder.
 create_stop_api: An application that can do nothing but stop, by the same rules.
 """
 
 from .context import Context
+from .network.lanes import too_many_previews
 from .network.listening import certificate_of, rules
 from .network.served import served
 from .server import create_api, create_stop_api
@@ -20,4 +22,5 @@ __all__ = [
     "create_stop_api",
     "rules",
     "served",
+    "too_many_previews",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,10 @@ from fastapi import Body, Depends, Request
 from fastapi import Path as InPath
 
 from platform_daemon.analysis import Library
-from platform_daemon.engine import ANALYSES, AnalysisJobs, Catalogue
+from platform_daemon.engine import ANALYSES, AnalysisJobs, Catalogue, ShuttingDown
 from platform_daemon.link import Hardware, JobHolder, LocalJobs
 from platform_daemon.schemas import Confirmation
+from platform_daemon.workers import Computer, Stopped, Task
 
 ResultT = TypeVar("ResultT")
 EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
@@ -22,12 +24,16 @@ EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
 
 @dataclass(frozen=True)
 class Context:
-    """The owner of the hardware, what can be measured, analyses asked for, folders of recordings, fit results,
-    diagnoses, characterisations and logs of procedures, adopted models, folder of calibrations, what has warmed up."""
+    """What routes work with.
+
+    hardware: its owner; catalogue: what can be measured; analyses: those asked for; previews: who computes what a
+    request waits for; then folders; models: adopted ones.
+    """
 
     hardware: Hardware
     catalogue: Catalogue
     analyses: AnalysisJobs
+    previews: Computer
     recordings: Path
     fits: Path
     diagnoses: Path
@@ -35,7 +41,18 @@ class Context:
     procedures: Path
     models: Library
     calibrations: Path
-    warm: dict[str, bool]
+
+    def close(self) -> None:
+        """The processes that compute end.  Idempotent."""
+        self.analyses.close()
+        self.previews.close()
+
+    def computed(self, task: Task[ResultT]) -> ResultT:
+        """What a request waits for.  Raises OverBounds, Busy, ShuttingDown, and what the task raises."""
+        try:
+            return self.previews.compute("preview", task, lambda done, what: None, threading.Event())
+        except Stopped:
+            raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew") from None
 
     def holder(self, kind: str) -> JobHolder:
         """Who holds the jobs of a kind."""

@@ -20,6 +20,7 @@ from platform_daemon.engine import ShuttingDown, UnknownId
 from platform_daemon.link import HardwareAway
 from platform_daemon.schemas import Problem, UnreadableFile, to_json
 from platform_daemon.store import Broken, StorageError, UnknownRecording
+from platform_daemon.workers import OverBounds, WorkerLost
 
 from .network.refusals import (
     BodyTooLarge,
@@ -50,6 +51,8 @@ STATUS: dict[type[errors.PlatformError], int] = {
     Unauthenticated: 401,
     TooManyRequests: 429,
     Busy: 503,
+    OverBounds: 413,
+    WorkerLost: 500,
     StorageError: 507,
     errors.InputError: 422,
     errors.DeviceTimeout: 504,
@@ -68,7 +71,7 @@ WHEN = {
     404: "There is nothing of that id or name",
     409: "It does not fit the state that the platform is in",
     408: "The body did not come in time",
-    413: "The body is too large",
+    413: "The body is too large, or what was asked for takes more than one request may",
     415: "The body is not said to be JSON",
     421: "The request names a host that this server is not",
     422: "The request is wrong, or cannot be carried out; nothing has moved",

@@ -167,7 +167,7 @@ def _conclude(job: AcquisitionJob, out: Path, json_file: Path | None, interrupte
 
 def _refuse_unusable(result: AcquisitionResult) -> None:
     """Exit code 3 if shots were fitted and not one gave a result."""
-    from platform_daemon.analysis import BLANK
+    from platform_daemon.schemas import BLANK
 
     excited = [] if result.fit is None else [f for f in result.fit.frames if f.reason != BLANK]
     if excited and not any(f.good for f in excited):

@@ -34,6 +34,12 @@ KeyOption = Annotated[Path | None, typer.Option(help="Its key, PEM, without a pa
 InsecureOption = Annotated[
     bool, typer.Option("--insecure-network", help="Listen without TLS where others can read along.")
 ]
+LimitOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--worker-limit", help="Memory or time of a kind of work, as diagnosis:8000MB or fit:600s; may be repeated."
+    ),
+]
 NameOption = Annotated[
     list[str] | None, typer.Option("--allowed-host", help="A further name that clients call it by; may be repeated.")
 ]
@@ -52,6 +58,10 @@ def serve(
     tls_key: KeyOption = None,
     insecure_network: InsecureOption = False,
     allowed_host: NameOption = None,
+    forget_queue: Annotated[
+        bool, typer.Option("--forget-queue", help="Cancel what waited when the daemon ended; else it waits on.")
+    ] = False,
+    worker_limit: LimitOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.serving import Daemon, ServeOptions, listen, listen_for_stop
@@ -68,6 +78,8 @@ def serve(
         tls_cert=tls_cert,
         tls_key=tls_key,
         insecure_network=insecure_network,
+        forget_queue=forget_queue,
+        worker_limits=tuple(worker_limit or ()),
     )
     with listen(host, port) as listener, listen_for_stop(host, stop_port, listener.getsockname()[1]) as stop_listener:
         # A second signal must not cut short what the first one began: a series is put together.

@@ -26,6 +26,8 @@ plan_procedure: The work of a procedure for `Engine.conduct`, every known step c
 CharacterisationFiles: Where report and page of a characterisation are kept.
 CharacterisationWork: Makes the tables of a recording.
 DiagnosisWork: Says what the declared model lacks in these frames of files.
+DiagnosisTask: What a diagnosis computes.
+FitTask: What a fit computes.
 FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
 """
@@ -44,8 +46,8 @@ from .procedures.planned import plan_procedure
 from .procedures.tune import NotTuned
 from .tuned_presets import TunedPresets
 from .work.characterisation import CharacterisationFiles, CharacterisationWork
-from .work.diagnosis import DiagnosisWork
-from .work.fit import FitWork
+from .work.diagnosis import DiagnosisTask, DiagnosisWork
+from .work.fit import FitTask, FitWork
 from .work.series import AcquisitionJob
 
 __all__ = [
@@ -59,8 +61,10 @@ __all__ = [
     "Catalogue",
     "CharacterisationFiles",
     "CharacterisationWork",
+    "DiagnosisTask",
     "DiagnosisWork",
     "Engine",
+    "FitTask",
     "FitWork",
     "Job",
     "JobRecords",

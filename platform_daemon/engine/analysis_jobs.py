@@ -5,6 +5,8 @@ from __future__ import annotations
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
+from platform_daemon.workers import Computer
+
 from .engine import ShuttingDown
 from .job_records import JobRecords
 from .job_registry import ANALYSES, JobRegistry
@@ -12,9 +14,10 @@ from .jobs import AnyJob, Job, RequestT, ResultT, Work
 
 
 class AnalysisJobs:
-    """Takes and keeps them."""
+    """Takes and keeps them.  computer: does what they compute; cancelled, its process is killed."""
 
-    def __init__(self, journal: JobRecords | None = None) -> None:
+    def __init__(self, computer: Computer, journal: JobRecords | None = None) -> None:
+        self.computer = computer
         self._registry = JobRegistry(journal or JobRecords(None), ANALYSES)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="analyses")
         self._lock, self._closed = threading.Lock(), False
@@ -44,3 +47,4 @@ class AnalysisJobs:
         for job in self._registry.all():
             job.request_cancel()
         self._thread.shutdown(wait=True, cancel_futures=True)
+        self.computer.close()

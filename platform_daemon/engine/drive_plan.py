@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from sequences.lobes import Lobes
 from sequences.request import SequenceRequest
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis import ModelChoice
+    from platform_daemon.analysis import ModelChoice, NamedModel
     from platform_daemon.estimation import RingDownModel
 
 _ALWAYS = ("f_nat_hz", "m_r_am2")
@@ -29,6 +29,22 @@ class DrivePlan:
 
     lobes: Lobes
     phi_max_rad: float
+
+
+@dataclass(frozen=True)
+class DriveTask:
+    """See plan_drive.  A task for whoever computes."""
+
+    sequence: SequenceRequest
+    tx_s: float
+    specimen: Specimen
+    model: NamedModel
+    lag_s: float
+    fitted: Mapping[str, float] | None = None
+
+    def __call__(self, tell: Callable[[float, str], None]) -> DrivePlan:
+        """Raises SequenceRejected."""
+        return plan_drive(self.sequence, self.tx_s, self.specimen, self.model.choice(), self.lag_s, self.fitted)
 
 
 def plan_drive(

@@ -15,6 +15,7 @@ import structlog
 
 from drivers.errors import DeviceStateError, PlatformError
 from drivers.platform import Platform
+from platform_daemon import analysis
 from platform_daemon.schemas import (
     AcquisitionRequest,
     ActivationRequest,
@@ -22,14 +23,17 @@ from platform_daemon.schemas import (
     CalibrationsInUse,
     DeviceListing,
     FaultReset,
+    JobState,
     PlatformStatus,
     SelfTestOptions,
 )
+from platform_daemon.workers import Computer, InThisProcess
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
+from .computed import computed_surely
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
@@ -62,8 +66,10 @@ class Engine:
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
     before each series and each transmit calibration; files: of calibrations, as the platform file names them;
-    catalogue: what can be measured by name.  On-line fits and procedures have a thread each, so that
-    none holds up a shot nor the others.  Raises SequenceRejected if the self-test leaves the limits.
+    catalogue: what can be measured by name; online: computes on-line fits and plans; computing: what takes longer.
+
+    On-line fits and procedures have a thread each, so that none holds up a shot nor the others.  Raises
+    SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -76,6 +82,8 @@ class Engine:
         self_test: SelfTestOptions | None = None,
         files: CalibrationFiles = CalibrationFiles(),  # noqa: B008 frozen
         catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
+        online: Computer = InThisProcess(),  # noqa: B008 without state
+        computing: Computer = InThisProcess(),  # noqa: B008 without state
     ) -> None:
         self.platform = platform
         self.config_text = config_text
@@ -83,6 +91,7 @@ class Engine:
         self.catalogue = catalogue
         self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
+        self.online, self.computing = online, computing
         self._registry = JobRegistry(journal or JobRecords(None), ON_HARDWARE)
         self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
@@ -91,7 +100,7 @@ class Engine:
         self._hardware = threading.Lock()  # held while a job moves something
         self._closed = threading.Event()
         self._interlock = Interlock(platform)
-        self._warm = threading.Event()
+        self._warm, self._fits_warm = threading.Event(), threading.Event()
         self._readback = Readback(platform)
         self._readback.refresh()
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
@@ -104,10 +113,16 @@ class Engine:
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
-        return plan_acquisition(request, self.side, self._models, self.catalogue)
+        return plan_acquisition(request, self.side, self._models, self.catalogue, self.online)
 
     def acquire(
-        self, plan: AcquisitionPlan, target: Path | None, folder: Path, *, overwrite: bool = False
+        self,
+        plan: AcquisitionPlan,
+        target: Path | None,
+        folder: Path,
+        *,
+        overwrite: bool = False,
+        again: AnyJob | None = None,
     ) -> AcquisitionJob:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
 
@@ -118,30 +133,33 @@ class Engine:
                 raise DeviceStateError(
                     "the transmit calibration has changed since the plan was made", remedy="plan anew"
                 )
-            return self.submit(SeriesWork(self.series_bench, plan, OwnFile(target, folder, overwrite=overwrite)))
+            work = SeriesWork(self.series_bench, plan, OwnFile(target, folder, overwrite=overwrite))
+            return self.submit(work, again=again)
 
     @property
     def series_bench(self) -> SeriesBench:
         """What a series is made with now."""
         self_test = self._calibration_in_use.self_test
         in_shot = partial(self._refresh, busy=True)
-        return SeriesBench(self.platform, self.config_text, self._online, self.live, in_shot, self_test)
+        return SeriesBench(self.platform, self.config_text, self._online, self.online, self.live, in_shot, self_test)
 
-    def calibrate(self, request: CalibrationRequest, folder: Path) -> CalibrationJob:
+    def calibrate(self, request: CalibrationRequest, folder: Path, again: AnyJob | None = None) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
             self_test = self._calibration_in_use.self_test
-            return self.submit(calibration_work(self.platform, request, self.side, folder, self_test))
+            return self.submit(calibration_work(self.platform, request, self.side, folder, self_test), again=again)
 
-    def submit(self, work: Work[RequestT, ResultT], within: AnyJob | None = None) -> Job[RequestT, ResultT]:
+    def submit(
+        self, work: Work[RequestT, ResultT], within: AnyJob | None = None, again: AnyJob | None = None
+    ) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
 
-        within: the procedure that it is a step of; whatever stops one of them stops both.  Raises ShuttingDown,
-        InterlockError while a fault stands.
+        within: the procedure that it is a step of; whatever stops one of them stops both; again: the job of an earlier
+        run that it takes the place of.  Raises ShuttingDown, InterlockError while a fault stands.
         """
         self._interlock.refuse()
         with self._planning:
-            job = Job.of(work, within)
+            job = Job.of(work, within, again)
             self._register(job, moving=True)
             self._queue.put((job, partial(self._interlock.run, work)))
             return job
@@ -159,14 +177,14 @@ class Engine:
             self._calibration_in_use.activate(request, folder)
             return self._calibration_in_use.in_use()
 
-    def conduct(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
+    def conduct(self, work: Work[RequestT, ResultT], again: AnyJob | None = None) -> Job[RequestT, ResultT]:
         """Run a procedure, which submits its steps itself, in a thread for procedures, after that before it.
 
         Raises ShuttingDown.
         """
         self._interlock.refuse()
         with self._planning:
-            job = Job.of(work)
+            job = Job.of(work, again=again)
             self._register(job, conducting=True)
             self._procedures.submit(self._run, job, work)
             return job
@@ -189,9 +207,22 @@ class Engine:
         return DeviceListing(devices=self._readback.devices)
 
     @property
-    def warm(self) -> bool:
-        """True once the platform has done what takes long the first time; jobs wait for it."""
-        return self._warm.is_set()
+    def warm(self) -> dict[str, bool]:
+        """By part: has it done what takes long the first time?  Jobs wait for the platform."""
+        return {"platform": self._warm.is_set(), "estimator": self._fits_warm.is_set()}
+
+    def warm_up_fits(self) -> None:
+        """Have the estimator's kernels loaded, or compiled, there where on-line fits are made, before the first."""
+        self._online.submit(self._load_estimator)
+
+    def _load_estimator(self) -> None:
+        try:
+            seconds = computed_surely(self.online, "planning", analysis.Warmth())
+        except Exception as error:  # the first fit will meet the same error and report it
+            log.error("warm_up_failed", error=str(error))
+            return
+        log.info("estimator_warm", seconds=round(seconds, 2))
+        self._fits_warm.set()
 
     def outputs_off(self) -> None:
         """Everything off, now, from any thread; all that moves something or waits to is cancelled."""
@@ -229,11 +260,24 @@ class Engine:
             self._refresh()
             self._hardware.release()
 
-    def close(self) -> None:
-        """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent."""
+    def left_waiting(self) -> list[AnyJob]:
+        """Jobs of an earlier run that had not begun, oldest first."""
+        return self._registry.left_waiting()
+
+    def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None = None) -> None:
+        """A job of an earlier run will not be done."""
+        self._registry.end_left(job, state, error)
+
+    def close(self, *, keep_queue: bool = False) -> None:
+        """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent.
+
+        keep_queue: what has not begun stays on disk as it is, for the next start.
+        """
         if self._closed.is_set():
             return
         self._closed.set()  # no lock yet: none may hold up outputs off
+        if keep_queue:
+            self._registry.leave_waiting()
         try:
             self.outputs_off()
         finally:
@@ -247,6 +291,8 @@ class Engine:
                 self.platform.close()
         for each in (self._procedures, self._online):
             each.shutdown(wait=True, cancel_futures=True)
+        for computer in (self.online, self.computing):
+            computer.close()
 
     def _register(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
         if self._closed.is_set():

@@ -1,7 +1,7 @@
 """Jobs on disk, so that an id that was given out still answers after a restart.
 
-A job that was waiting or running when the daemon died comes back as failed: outputs are never switched on again by a
-restart, and a client that asks learns what happened and where its shots are.
+A job that was running when the daemon died comes back as failed: a client that asks learns what happened and where its
+shots are.  One that waited for the hardware waits on; all others that waited are failed.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class JobRecords:
             record = to_json(record_of(job), indent=1, allow_nan=True)
             write_file(self._folder / f"{job.identifier}.json", record.encode())
 
-    def load(self, kinds: frozenset[str] | None = None) -> list[AnyJob]:
+    def load(self, kinds: frozenset[str] | None = None, waiting: frozenset[str] = frozenset()) -> list[AnyJob]:
         """All jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.
 
-        Bad files are logged.
+        waiting: kinds of which those that had not begun are as they were.  Bad files are logged.
         """
         found = []
         for path in sorted(self._folder.glob("*.json")) if self._folder else []:
@@ -45,7 +45,8 @@ class JobRecords:
             except (OSError, ValueError) as error:
                 log.error("job_record_unreadable", file=path.name, error=str(error))
         for job in found:
-            if not job.state.final:
+            waits = job.state is JobState.QUEUED and job.kind in waiting and job.within is None
+            if not job.state.final and not waits:
                 job.end(JobState.FAILED, _cut_off(job))
                 self.save(job)
         return sorted(found, key=lambda job: job.created.isoformat() if job.created else "")
@@ -63,7 +64,7 @@ def record_of(job: AnyJob) -> StoredJob:
     """What is kept of a job, as it is now."""
     times = JobTimes(created=iso(job.created), started=iso(job.started), finished=iso(job.finished))
     error = None if job.error is None else _error_record(job.error)
-    names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings")
+    names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings", "within")
     return StoredJob.model_validate({n: getattr(job, n) for n in names} | {"times": times, "error": error})
 
 
@@ -79,6 +80,7 @@ def _job(record: AnyJobRecord) -> AnyJob:
         phase=str(record.state),
         done=record.done,
         warnings=list(record.warnings),
+        within=record.within,
     )
     job.created, job.started, job.finished = (
         None if text is None else datetime.fromisoformat(text)

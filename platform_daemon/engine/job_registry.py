@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import structlog
 
-from drivers.errors import InputError
+from drivers.errors import InputError, PlatformError
 from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
 
@@ -29,14 +29,15 @@ class JobRegistry:
 
     def __init__(self, journal: JobRecords, kinds: frozenset[str]) -> None:
         self._journal = journal
-        self._jobs = {job.identifier: job for job in journal.load(kinds)}
+        found = journal.load(kinds, ON_HARDWARE)
+        self._jobs = {job.identifier: job for job in found}
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._conducting: list[AnyJob] = []  # procedures that wait, or make steps
 
     def add(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
-        """Keep a job from now on; moving: it wants the hardware; conducting: it submits those that do.
+        """Keep a job from now on, or one of an earlier run again.
 
-        Raises StorageError.
+        moving: it wants the hardware; conducting: it submits those that do.  Raises StorageError.
         """
         self._journal.save(job)
         job.on_change = self._keep
@@ -46,6 +47,11 @@ class JobRegistry:
         if conducting:
             self._conducting = [*(each for each in self._conducting if not each.state.final), job]
         self._jobs[job.identifier] = job
+
+    def left_waiting(self) -> list[AnyJob]:
+        """Jobs of an earlier run that had not begun, and that nobody has queued again; oldest first."""
+        known = {id(job) for job in self.stoppable()}
+        return [job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known]
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
@@ -66,6 +72,16 @@ class JobRegistry:
     def stoppable(self) -> list[AnyJob]:
         """What moves something, or will: procedures first, so that none submits another step."""
         return [*self._conducting, *self._moving]
+
+    def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None) -> None:
+        """A job of an earlier run will not be done."""
+        job.on_change = self._keep
+        job.end(state, error)
+
+    def leave_waiting(self) -> None:
+        """From now on nothing is kept of what becomes of jobs that have not begun: on disk they wait."""
+        for job in self.stoppable():
+            job.leave_waiting()
 
     @property
     def running(self) -> str | None:

@@ -62,7 +62,7 @@ class Job(Generic[RequestT, ResultT]):
     """One piece of work.  Its worker thread writes it, anybody may read it.
 
     request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
-    do before it goes on, None: nothing.
+    do before it goes on, None: nothing; within: id of the procedure that it is a step of.
     """
 
     kind: str
@@ -84,6 +84,7 @@ class Job(Generic[RequestT, ResultT]):
     ended: threading.Event = field(default_factory=threading.Event)
     on_change: Callable[[Job[Any, Any]], None] = lambda job: None
     question: str | None = None
+    within: str | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _started_s: float = 0.0
@@ -97,10 +98,19 @@ class Job(Generic[RequestT, ResultT]):
         self.identifier = self.identifier or f"{self.kind}-{stamp}-{secrets.token_hex(3)}"
 
     @classmethod
-    def of(cls, work: Work[RequestT, ResultT], within: AnyJob | None = None) -> Job[RequestT, ResultT]:
-        """The job that will do this work.  within: the procedure that it is a step of, None: of none."""
+    def of(
+        cls, work: Work[RequestT, ResultT], within: AnyJob | None = None, again: AnyJob | None = None
+    ) -> Job[RequestT, ResultT]:
+        """The job that will do this work.
+
+        within: the procedure that it is a step of, None: of none; again: the job of an earlier run, whose id and time
+        it has.
+        """
         job = cls(work.kind, work.request, work.no_result, work.total, work.unit)
+        if again is not None:
+            job.identifier, job.created = again.identifier, again.created
         if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
+            job.within = within.identifier
             job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested
         return job
 
@@ -167,6 +177,13 @@ class Job(Generic[RequestT, ResultT]):
         with self._lock:
             if self.state is JobState.QUEUED:
                 self.end(JobState.CANCELLED)
+
+    def leave_waiting(self) -> None:
+        """If it has not begun, what becomes of it in this process is not kept any more."""
+        with self._lock:
+            if self.state is JobState.QUEUED and self.within is None:
+                self.on_change = lambda job: None
+                self.cancel_requested.set()  # so that it does not begin
 
     def end(self, state: JobState, error: Exception | None = None) -> None:
         """Final state, once."""

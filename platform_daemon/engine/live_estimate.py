@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from drivers.calibration import ReceiveCalibration
-from platform_daemon import analysis
 from platform_daemon.schemas import ShotHarmonics
 
 
@@ -15,14 +10,6 @@ class LiveEstimate:
 
     latest: ShotHarmonics | None = None
 
-    def see(
-        self,
-        acquisition: str,
-        shot: int,
-        rx_volts: NDArray[np.float64],
-        rate_hz: float,
-        calibration: ReceiveCalibration,
-    ) -> None:
-        """Look at shot number `shot` (from 1) of an acquisition."""
-        found = analysis.shot_harmonics(rx_volts, rate_hz, calibration)
-        self.latest = ShotHarmonics(found.model_copy(update={"acquisition": acquisition, "shot": shot}))
+    def see(self, acquisition: str, shot: int, found: ShotHarmonics) -> None:
+        """Those of shot number `shot` (from 1) of an acquisition."""
+        self.latest = ShotHarmonics(found.root.model_copy(update={"acquisition": acquisition, "shot": shot}))

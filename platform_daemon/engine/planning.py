@@ -15,15 +15,17 @@ from drivers.validation import validated
 from platform_daemon import analysis
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
 from platform_daemon.settings import load_sequence, refuse_foreign_preset
+from platform_daemon.workers import Computer, InThisProcess
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot, loop_lag_s, tx_window_s
 from sequences.request import SequenceRequest
 
 from .catalogue import Catalogue
-from .drive_plan import plan_drive
+from .computed import computed_surely
+from .drive_plan import DriveTask
 from .settling import Settling, settling
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis import Library, ModelChoice
+    from platform_daemon.analysis import Library, NamedModel
 
 log = structlog.get_logger()
 
@@ -36,7 +38,7 @@ class AcquisitionPlan:
     request: AcquisitionRequest
     specimen: Specimen
     specimen_text: str
-    model: ModelChoice
+    model: NamedModel
     sequence: SequenceRequest
     excited: ShotPlan
     blank: ShotPlan
@@ -58,6 +60,11 @@ class AcquisitionPlan:
         made = [excited[k % len(excited)] for k in range(self.sequence.repetitions)]
         return [self.blank] * self.sequence.blank_shots + made
 
+    @property
+    def disk_bytes(self) -> int:
+        """Of all samples, uncompressed."""
+        return sum(s.timeline.total_samples for s in self.shots) * 3 * 4
+
     def changes_of(self, shot: int) -> list[tuple[str, Any]] | None:
         """What the shot of this number, from 0, differs in; None: in nothing."""
         changes, excited = self.request.shot_changes, shot - self.sequence.blank_shots
@@ -69,12 +76,12 @@ class AcquisitionPlan:
         return AcquisitionSummary(
             resonator=self.specimen.name,
             variant=self.specimen.variant,
-            model=analysis.label_of(self.model),
+            model=self.model.label,
             shots=total,
             shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
             shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
             duration_s=sum(s.timeline.duration_s for s in self.shots) + total * self.sequence.pause_s,
-            disk_bytes=sum(s.timeline.total_samples for s in self.shots) * 3 * 4,
+            disk_bytes=self.disk_bytes,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
             warnings=self.warnings,
         )
@@ -85,24 +92,23 @@ def plan_acquisition(
     side: TransmitSide,
     models: Library | None = None,
     catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
+    computer: Computer = InThisProcess(),  # noqa: B008 without state
 ) -> AcquisitionPlan:
-    """The checked plan.
+    """The checked plan.  computer: looks models up and plans drives.
 
     Raises ConfigError for a wrong key, InputError for an unknown model, SequenceRejected outside the envelope;
     nothing moves.
     """
     specimen, text = catalogue.resonators.load(request.resonator)
-    model = analysis.resolve(request.variant or specimen.variant, models)
-    assert model is not None
-    if isinstance(model, str):
-        model = analysis.checked_variant(model)
+    asked = analysis.NamedModel(request.variant or specimen.variant, None if models is None else models.folder)
+    model = computed_surely(computer, "planning", analysis.CheckModel(asked))
     tuned, stale = catalogue.tuned.keys_for(request.resonator, specimen)
     sequence = _sequence(request, specimen, catalogue, tuned.changes())
     if sequence.repetitions + sequence.blank_shots == 0:
         raise SequenceRejected("no shot was asked for", where="shots", remedy="ask for at least one shot or blank shot")
     _check_side_modes(request, specimen, sequence)
     changed = _changed(request, sequence)
-    planned = [excited_shot(each, side, specimen, model) for each in changed or (sequence,)]
+    planned = [excited_shot(each, side, specimen, model, computer) for each in changed or (sequence,)]
     excited, reached = planned[0]
     blank = compile_shot(excited.request, side, blank=True)
     # Of the shot that swings furthest, which takes longest to come to rest.
@@ -136,7 +142,8 @@ def excited_shot(
     sequence: SequenceRequest,
     side: TransmitSide,
     specimen: Specimen,
-    model: ModelChoice,
+    model: NamedModel,
+    computer: Computer,
     fitted: Mapping[str, float] | None = None,
 ) -> tuple[ShotPlan, float | None]:
     """The checked shot, and the deflection that the model reaches under a planned drive, rad; None: it is not planned.
@@ -145,7 +152,8 @@ def excited_shot(
     """
     if sequence.phase_plan == "none":
         return compile_shot(sequence, side), None
-    plan = plan_drive(sequence, tx_window_s(sequence, side), specimen, model, loop_lag_s(sequence, side), fitted)
+    task = DriveTask(sequence, tx_window_s(sequence, side), specimen, model, loop_lag_s(sequence, side), fitted)
+    plan = computed_surely(computer, "planning", task)
     return compile_shot(sequence, side, planned=plan.lobes), plan.phi_max_rad
 
 

@@ -8,6 +8,7 @@ OwnedHardware: The contract on an engine in this process.
 LinkServer: Answers others on a local socket.
 RemoteHardware: The contract over the socket.
 HardwareAway: The process that owns the hardware does not answer.
+take_up_queue: Queue again what an earlier run has left.
 LocalJobs: The jobs of this process, as shown to others.
 """
 
@@ -16,6 +17,7 @@ from .errors import HardwareAway
 from .hardware import Hardware, JobHolder
 from .jobs import LocalJobs, ShownJob
 from .owner import Folders, OwnedHardware
+from .queue import take_up_queue
 from .server import LinkServer
 
 __all__ = [
@@ -28,4 +30,5 @@ __all__ = [
     "OwnedHardware",
     "RemoteHardware",
     "ShownJob",
+    "take_up_queue",
 ]

@@ -77,9 +77,10 @@ class RemoteHardware:
         found: DeviceListing = self._asked("devices")
         return found
 
-    def warm(self) -> bool:
+    def warm(self) -> dict[str, bool]:
         """See Hardware."""
-        return bool(self._asked("warm"))
+        found: dict[str, bool] = self._asked("warm")
+        return found
 
     def last_harmonics(self) -> ShotHarmonics | None:
         """See Hardware."""

@@ -51,8 +51,8 @@ class Hardware(JobHolder, Protocol):
     def devices(self) -> DeviceListing:
         """Each device as last read back."""
 
-    def warm(self) -> bool:
-        """True once the platform has done what takes long the first time."""
+    def warm(self) -> dict[str, bool]:
+        """By part: has it done what takes long the first time?"""
 
     def last_harmonics(self) -> ShotHarmonics | None:
         """Of the last excited shot; None: there was none."""
@@ -67,16 +67,16 @@ class Hardware(JobHolder, Protocol):
         """Clear the fault of a dead owner.  Raises InputError without a name, DeviceError."""
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
-        """Queue a series.  Raises InputError; nothing moves then."""
+        """Queue a series.  Raises InputError, StorageUnusable; nothing moves then."""
 
     def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
-        """The same checks; nothing moves.  Raises InputError."""
+        """The same checks; nothing moves.  Raises InputError, StorageUnusable."""
 
     def conduct(self, request: AnyProcedureRequest) -> ShownJob:
-        """Queue a procedure.  Raises InputError; nothing moves then."""
+        """Queue a procedure.  Raises InputError, StorageUnusable; nothing moves then."""
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
-        """The same checks; nothing moves.  Raises InputError."""
+        """The same checks; nothing moves.  Raises InputError, StorageUnusable."""
 
     def pause(self, kind: str, identifier: str) -> ShownJob:
         """Rest at the next safe point.  Raises UnknownId, DeviceStateError for a job that has ended."""

@@ -30,8 +30,10 @@ from platform_daemon.schemas import (
     ProcedureSummary,
     ShotHarmonics,
 )
+from platform_daemon.store import check_room
 
 from .jobs import LocalJobs, ShownJob
+from .queue import take_up_queue
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         return self._engine.devices()
 
-    def warm(self) -> bool:
+    def warm(self) -> dict[str, bool]:
         """See Hardware."""
         return self._engine.warm
 
@@ -77,25 +79,36 @@ class OwnedHardware(LocalJobs):
 
     def unlock(self, request: FaultUnlock) -> FaultCleared:
         """See Hardware."""
-        return FaultCleared(fault=self._engine.unlock(request.by, request.reason), by=request.by)
+        fault = self._engine.unlock(request.by, request.reason)
+        if fault is not None:  # what waited when the daemon was started
+            take_up_queue(self._engine, self, forget=False)
+        return FaultCleared(fault=fault, by=request.by)
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
         """See Hardware."""
         self._only_named(request.resonator)
-        return ShownJob.of(self._engine.acquire(self._engine.plan(request), None, self._folders.recordings))
+        plan = self._engine.plan(request)
+        check_room(self._folders.recordings, plan.disk_bytes)
+        return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings))
 
     def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
         """See Hardware."""
         self._only_named(request.resonator)
-        return self._engine.plan(request).summary()
+        plan = self._engine.plan(request)
+        check_room(self._folders.recordings, plan.disk_bytes)
+        return plan.summary()
 
     def conduct(self, request: AnyProcedureRequest) -> ShownJob:
         """See Hardware."""
-        return ShownJob.of(self._engine.conduct(self._planned(request)))
+        work = self._planned(request)
+        check_room(self._folders.recordings, work.summary().disk_bytes)
+        return ShownJob.of(self._engine.conduct(work))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
-        return self._planned(request).summary()
+        found = self._planned(request).summary()
+        check_room(self._folders.recordings, found.disk_bytes)
+        return found
 
     def pause(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
@@ -116,6 +129,16 @@ class OwnedHardware(LocalJobs):
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """See Hardware."""
         return self._engine.activate(request, self._folders.calibrations)
+
+    def take_up(self, job: AnyJob) -> None:
+        """Queue a job of an earlier run again, under its id.  Raises InputError."""
+        match job.request:
+            case AcquisitionRequest():
+                self._engine.acquire(self._engine.plan(job.request), None, self._folders.recordings, again=job)
+            case CalibrationRequest():
+                self._engine.calibrate(job.request, self._folders.calibrations, again=job)
+            case _:
+                self._engine.conduct(self._planned(job.request), again=job)
 
     def _only_named(self, resonator: str) -> None:
         """Raises InputError for a path: over the network none is given as one."""

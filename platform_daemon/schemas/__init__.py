@@ -79,6 +79,7 @@ TentativeEffect: An effect that gains, and was not accepted.
 TriedEffect: A candidate by itself beside the declared model.
 UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.
+BLANK: Why a blank shot is not fitted.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
 FileDigest: A file and what identifies its content.
@@ -185,6 +186,7 @@ RecordingInfo: What a recording holds.
 RecordingLinks: Where the parts of a recording are.
 RecordingListing: Everything in the folder of recordings, by name.
 RecordingSummary: One line of the list of recordings.
+RecoveryReport: What became of shots that were kept in single files.
 ShotWindows: The three windows of a shot, one after the other.
 WindowLength: Length of one window of a shot.
 AcquisitionRequest: A series of shots on one resonator.

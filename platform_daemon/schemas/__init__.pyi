@@ -76,6 +76,7 @@ from .diagnosis import TentativeEffect as TentativeEffect
 from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement
+from .fits import BLANK as BLANK
 from .fits import ErrorSummary as ErrorSummary
 from .fits import FileDigest as FileDigest
 from .fits import FileError as FileError
@@ -182,6 +183,7 @@ from .recordings import RecordingInfo as RecordingInfo
 from .recordings import RecordingLinks as RecordingLinks
 from .recordings import RecordingListing as RecordingListing
 from .recordings import RecordingSummary as RecordingSummary
+from .recordings import RecoveryReport as RecoveryReport
 from .recordings import ShotWindows as ShotWindows
 from .recordings import WindowLength as WindowLength
 from .requests import AcquisitionRequest as AcquisitionRequest

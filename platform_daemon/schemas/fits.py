@@ -88,6 +88,10 @@ class FrameFit(Schema):
         return {name: estimate.value for name, estimate in self.parameters.items()}
 
 
+BLANK = "a blank shot, without excitation"
+"""Why a blank shot is not fitted."""
+
+
 def unfitted(frame: int, reason: str) -> FrameFit:
     """A frame that could not even be offered to the fit."""
     return FrameFit(

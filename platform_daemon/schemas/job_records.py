@@ -8,7 +8,7 @@ from pydantic import Field
 
 from .acquisitions import AcquisitionResult
 from .analysis_requests import DiagnosisRequest, RecordingFitRequest
-from .base import NoResult, Root, Schema
+from .base import Absent, NoResult, Root, Schema
 from .calibrations import CalibrationReport
 from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
@@ -55,6 +55,8 @@ class JobRecord(Schema, Generic[RequestT, ResultT]):
     """When."""
     error: ErrorRecord | None
     """Why it failed; null: it did not."""
+    within: Absent[str] = None
+    """Id of the procedure that it is a step of; missing: it stands for itself."""
 
 
 class AcquisitionRecord(JobRecord[AcquisitionRequest, AcquisitionResult]):

@@ -225,6 +225,17 @@ class RecordingListing(Schema):
     """Files that cannot, each with the reason."""
 
 
+class RecoveryReport(Schema):
+    """What became of shots that were kept in single files."""
+
+    model_config = ConfigDict(json_schema_extra=example("recovery_report"))
+
+    recordings: tuple[str, ...]
+    """Ids of the recordings that were made of them."""
+    failed: tuple[UnreadableFile, ...]
+    """Those that are still kept so, each with the reason."""
+
+
 class DmdtSeries(Schema):
     """Calibrated dm/dt of one frame for a plot: per bucket the smallest and the largest value, so that no peak is lost;
     the volts at the ADC if the recording has no calibration."""

@@ -4,4 +4,5 @@ import sys
 
 from .process import main
 
-sys.exit(main(sys.argv[1], sys.argv[2], tuple(map(int, sys.argv[3:]))))
+if __name__ == "__main__":  # a worker imports this file too
+    sys.exit(main(sys.argv[1], sys.argv[2], tuple(map(int, sys.argv[3:]))))

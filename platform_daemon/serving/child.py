@@ -16,12 +16,15 @@ import threading
 import time
 from collections.abc import Sequence
 
+import structlog
+
 from drivers.errors import PlatformError
 
 from .options import ServeOptions
 
 CHECKED, READY, GO = b"checked\n", b"ready\n", b"go\n"
 _REFUSES, _FAILED = b"refuses\n", b"failed\n"
+log = structlog.get_logger()
 _START_S = 120.0  # on a busy computer
 
 
@@ -102,16 +105,23 @@ class Life:
     """The process's own end.  Standard output is given up to what is said here; prints go to the log."""
 
     def __init__(self) -> None:
+        self._ready = False
         self._says = os.dup(sys.stdout.fileno())
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
     def say(self, word: bytes) -> None:
         """Tell the parent."""
+        self._ready = self._ready or word == READY
         with contextlib.suppress(OSError):  # it is gone, which `follow` sees
             os.write(self._says, word)
 
     def fails(self, error: str, *, nothing_moved: bool) -> None:
-        """Tell the parent why the process ends; error: one line; nothing_moved: by what it was asked for."""
+        """Tell the parent why the process ends; error: one line; nothing_moved: by what it was asked for.
+
+        After the start nobody reads that any more, and it goes to the log.
+        """
+        if self._ready:
+            log.error("process_failed", error=error)
         self.say((_REFUSES if nothing_moved else _FAILED) + error.encode(errors="replace"))
 
     def wait_to_go(self) -> bool:
@@ -125,4 +135,4 @@ class Life:
     def _follow(self) -> None:
         while os.read(sys.stdin.fileno(), 100):
             pass
-        os.kill(os.getpid(), signal.SIGTERM)
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)

@@ -10,14 +10,16 @@ import structlog
 
 from drivers.errors import DeviceError, DeviceLost
 from platform_daemon.analysis import Library
-from platform_daemon.app import start_engine
+from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.engine import Engine, JobRecords, open_catalogue
-from platform_daemon.link import Folders, Hardware, LinkServer, OwnedHardware
+from platform_daemon.link import Folders, Hardware, LinkServer, OwnedHardware, take_up_queue
 from platform_daemon.settings import load_platform
 from platform_daemon.store import DataFolder, open_data_folder
+from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
 from .options import ServeOptions
+from .process import wait_for_signals
 
 log = structlog.get_logger()
 _AGAIN_S = 1.0  # devices that did not open are tried at most so often
@@ -31,15 +33,19 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     folder = open_data_folder(options.data)
     life.follow()
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
+    kept = JobRecords(folder.jobs), Library(folder.models), catalogue
+    limits = WorkerLimits().changed(options.worker_limits)
     opening = Opening(
-        lambda: start_engine(file, JobRecords(folder.jobs), Library(folder.models), catalogue, options.data), folder
+        lambda: start_engine(file, *kept, *hardware_workers(limits), data=options.data),
+        folder,
+        forget=options.forget_queue,
     )
     server = None
     try:
         opening.open()
         server = LinkServer(opening.hardware, options.data)
         life.say(READY)
-        threading.Event().wait()
+        wait_for_signals()
     except KeyboardInterrupt:
         pass
     finally:
@@ -51,11 +57,11 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
 class Opening:
     """The engine, once its devices have opened; until then every request tries again.
 
-    start: makes the engine.
+    start: makes the engine; forget: cancel what waited when the daemon ended.
     """
 
-    def __init__(self, start: Callable[[], Engine], folder: DataFolder) -> None:
-        self._start = start
+    def __init__(self, start: Callable[[], Engine], folder: DataFolder, *, forget: bool) -> None:
+        self._start, self._forget = start, forget
         self._folders = Folders(folder.recordings, folder.procedures, folder.characterisations, folder.calibrations)
         self._engine: Engine | None = None
         self._hardware: Hardware | None = None
@@ -71,7 +77,10 @@ class Opening:
                 return
             try:
                 self._engine = self._start()
-                self._hardware = OwnedHardware(self._engine, self._folders)
+                owned = OwnedHardware(self._engine, self._folders)
+                take_up_queue(self._engine, owned, forget=self._forget)
+                self._engine.warm_up_fits()
+                self._hardware = owned
             except DeviceError as error:
                 if str(error) != str(self._error):  # said once
                     log.error("devices_not_open", error=str(error))
@@ -87,8 +96,8 @@ class Opening:
         return self._hardware
 
     def close(self) -> None:
-        """Outputs off, all jobs cancelled, devices let go.  Idempotent."""
+        """Outputs off, what runs cancelled, what waits left for the next start, devices let go.  Idempotent."""
         with self._lock:
             self._closed = True
         if self._engine is not None:
-            self._engine.close()
+            self._engine.close(keep_queue=True)

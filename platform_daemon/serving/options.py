@@ -13,7 +13,8 @@ class ServeOptions(BaseModel):
     platform: a platform file or the name of one that ships; overrides: KEY=VALUE; endpoints: file of addresses;
     data: data folder; resonators: folder of further resonator files; host: address that the web process listens on;
     allowed_hosts: further names of it; tls_cert, tls_key: PEM files; insecure_network: listen without TLS where others
-    can read along.
+    can read along; forget_queue: cancel what waited when the daemon ended;
+    worker_limits: KIND:NUMBERMB or KIND:NUMBERs.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -28,3 +29,5 @@ class ServeOptions(BaseModel):
     tls_cert: Path | None = None
     tls_key: Path | None = None
     insecure_network: bool = False
+    forget_queue: bool = False
+    worker_limits: tuple[str, ...] = ()

@@ -5,9 +5,9 @@ from __future__ import annotations
 import logging
 import os
 import signal
+import time
 from types import FrameType
-
-import structlog
+from typing import NoReturn
 
 from drivers.errors import PlatformError
 
@@ -15,7 +15,7 @@ from .child import Life
 from .logs import log_from
 from .options import ServeOptions
 
-log = structlog.get_logger()
+_LOOK_S = 0.2
 _ENDING = (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
 
 
@@ -38,11 +38,9 @@ def main(name: str, options: str, sockets: tuple[int, ...]) -> int:
         return 0
     except PlatformError as error:
         life.fails(str(error), nothing_moved=error.nothing_moved)
-        log.error("process_failed", error=str(error))
         return 2 if error.nothing_moved else 1
     except OSError as error:
         life.fails(f"{error.filename or ''}: {error.strerror or error}", nothing_moved=False)
-        log.error("process_failed", error=str(error))
         return 1
     return 0
 
@@ -57,6 +55,12 @@ def _first(number: int, frame: FrameType | None) -> None:
     for each in _ENDING:
         signal.signal(each, signal.SIG_IGN)
     raise KeyboardInterrupt
+
+
+def wait_for_signals() -> NoReturn:
+    """Until a signal ends the process: one that reaches another thread does not wake this one."""
+    while True:
+        time.sleep(_LOOK_S)
 
 
 def step_back(nice: int) -> None:

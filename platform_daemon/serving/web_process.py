@@ -9,6 +9,7 @@ from platform_daemon.app import create_context
 from platform_daemon.engine import open_catalogue
 from platform_daemon.link import RemoteHardware
 from platform_daemon.store import audit_log_in, data_paths, tokens_in
+from platform_daemon.workers import WorkerLimits
 
 from .child import CHECKED, READY, Life
 from .options import ServeOptions
@@ -30,6 +31,7 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
         tokens=tokens,
         audit=audit,
     )
+    bounds = WorkerLimits().changed(options.worker_limits)
     main, stop = (socket.socket(fileno=number) for number in sockets)
     life.say(CHECKED)
     if not life.wait_to_go():
@@ -37,11 +39,14 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     life.follow()
     folder = data_paths(options.data)
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
-    context = create_context(RemoteHardware(options.data), folder, catalogue)
+    context = create_context(RemoteHardware(options.data), folder, catalogue, bounds)
     limits = network.limits
     with (
         served(create_stop_api(context, network), stop, limits, certificate),
         served(create_api(context, network), main, limits, certificate) as server,
     ):
-        life.say(READY)
-        server.wait()
+        try:
+            life.say(READY)
+            server.wait()
+        finally:
+            context.close()

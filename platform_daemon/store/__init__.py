@@ -22,6 +22,9 @@ dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `c
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
 write_new_file: The same, but never in the place of another file.
 NotFinite: A sample is NaN or infinite.
+check_room: Raises StorageUnusable where the disk cannot take a recording.
+kept_series: Series whose shots are safe but were never put together.
+recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
 UnknownRecording: No recording of that id exists in the folder.
 FitTable: Fit results of a series under one window and model, one row per frame.
@@ -59,8 +62,11 @@ from .errors import NotFinite, StorageError, UnknownRecording
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import Broken, list_recordings, resolve
 from .joined_fits import joined_fits
+from .leftovers import kept_series
 from .reader import open_recording, read_calibration
 from .recording import RESONATOR, Excitation, Recording, SequenceInfo, StepLabel
+from .recovery import recover_all
+from .room import check_room
 from .series_writer import SeriesWriter
 from .tokens import TokenFile, has_expired
 from .versioned import Version, VersionedFolder
@@ -89,18 +95,21 @@ __all__ = [
     "add_transmit_calibration",
     "audit_log_in",
     "check_calibration_name",
+    "check_room",
     "data_paths",
     "describe",
     "dmdt_file",
     "has_expired",
     "is_time_series",
     "joined_fits",
+    "kept_series",
     "list_recordings",
     "open_data_folder",
     "open_recording",
     "read_angles",
     "read_calibration",
     "read_transmit_calibration",
+    "recover_all",
     "resolve",
     "tokens_in",
     "write_file",

@@ -10,6 +10,7 @@ from typing import TextIO
 from drivers.errors import InputError
 
 from .audit import AuditLog
+from .leftovers import sweep
 from .recovery import recover
 from .tokens import TokenFile
 
@@ -66,6 +67,7 @@ def open_data_folder(folder: Path) -> DataFolder:
         remedy = "stop it, or give this one another --data folder"
         raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
     made = data_paths(folder, lock)
+    sweep([folder, *(folder / name for name in _NAMES)])
     recover(made.recordings)
     return made
 

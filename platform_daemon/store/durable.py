@@ -49,7 +49,7 @@ def write_new_file(target: Path, content: bytes) -> bool:
 
 
 def _part_of(target: Path) -> Path:
-    return target.with_name(f".{target.name}.{token_hex(4)}{PART}")
+    return target.with_name(f".{target.name}.{os.getpid()}-{token_hex(4)}{PART}")
 
 
 def reserve(part: Path, content: bytes, size: int) -> None:

@@ -2,6 +2,8 @@
 
 PlatformError
 ├── StorageError                  the disk refused: full, read-only, unplugged; what was acknowledged stays safe
+│   ├── StorageUnusable           found before anything moved
+│   └── NotAssembled              shots are safe, the recording is not there yet
 └── InputError
     ├── UnknownRecording          no recording of that id in the folder (REST: 404)
     └── RecordingError
@@ -17,6 +19,22 @@ class StorageError(PlatformError):
     """The disk refused to keep data.  Acknowledged shots stay in the staging folder until `recover` finds them."""
 
     title = "Storage failed"
+
+
+class StorageUnusable(StorageError):
+    """The disk cannot take what is to be measured: too little room, read-only, or it does not keep what it is given.
+
+    Found before anything moved.
+    """
+
+    title = "Storage unusable"
+    nothing_moved = True
+
+
+class NotAssembled(StorageError):
+    """Acknowledged shots are safe, each in a file of its own, but could not be put together to a recording."""
+
+    title = "Recording not put together"
 
 
 class UnknownRecording(InputError):

@@ -90,8 +90,13 @@ def _files(folder: Path) -> Iterator[Path]:
     if not folder.is_dir():
         return
     for path in sorted(folder.iterdir()):
-        if path.suffix in SUFFIXES and not path.name.startswith(".") and path.is_file():
+        if path.suffix in SUFFIXES and not path.name.startswith(".") and path.is_file() and _stays_in(path, folder):
             yield path
+
+
+def _stays_in(path: Path, folder: Path) -> bool:
+    """A link may lead to another name in the folder, and nowhere else: what is served is what lies here."""
+    return not path.is_symlink() or path.resolve().parent == folder.resolve()
 
 
 def _entry(path: Path) -> Entry:

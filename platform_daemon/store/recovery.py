@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import structlog
@@ -12,31 +13,48 @@ import structlog
 from drivers.errors import PlatformError, RecordingError
 
 from .assembly import assemble, header_of
+from .leftovers import not_assembled
 from .reader import open_recording
 from .staging import Staging, abandoned_series
 
 _log = structlog.get_logger(__name__)
 
 
+@dataclass(frozen=True)
+class Recovered:
+    """Series files that were made, and what kept others from being made, by the path they would have."""
+
+    made: tuple[Path, ...]
+    failed: tuple[tuple[Path, PlatformError], ...]
+
+
 def recover(folder: Path | str) -> list[Path]:
-    """Put together every series in `folder` whose writer died; returns the series files made.
+    """See recover_all; what failed is logged."""
+    return list(recover_all(folder).made)
+
+
+def recover_all(folder: Path | str) -> Recovered:
+    """Put together every series in `folder` whose writer died.
 
     Series that are being written are left alone.  A file that exists is never replaced: the recovered one is then
     called `<name>.recovered.h5`.  Never raises for one bad series: it is logged, stays as it is, and is tried again at
     the next start.
     """
-    made = []
+    made: list[Path] = []
+    failed: list[tuple[Path, PlatformError]] = []
     for staging in abandoned_series(Path(folder)):
         try:
             target = recover_series(staging)
         except (PlatformError, OSError) as error:
             staging.release()
             _log.error("series_not_recovered", folder=str(staging.folder), error=str(error))
+            why = error.why if isinstance(error, PlatformError) else str(error)
+            failed.append((staging.target, not_assembled(staging.folder, len(staging.shots()), why)))
             continue
         if target is not None:
             _log.warning("series_recovered", path=str(target))
             made.append(target)
-    return made
+    return Recovered(tuple(made), tuple(failed))
 
 
 def recover_series(staging: Staging, spare_target: bool = False) -> Path | None:

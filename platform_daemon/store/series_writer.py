@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import secrets
-import shutil
 import stat
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,8 +12,11 @@ from drivers.errors import InputError
 
 from .assembly import assemble
 from .durable import write_file
+from .errors import StorageError
 from .header import FitTable, SeriesHeader, ShotRecord
+from .leftovers import not_assembled
 from .recovery import recover_series
+from .room import check_room
 from .staging import Staging, busy, claim, claim_abandoned, folder_of
 from .validate import check_fit, check_header
 from .writer import shot_file
@@ -41,8 +43,8 @@ class SeriesWriter:
         most_bytes: of all samples, None: as planned shots like the first are.
 
         Shots that a crash left behind for the same target are recovered to a file of their own first.  Raises
-        InputError: target exists (unless `overwrite`), is a directory or in use, its folder is missing, not writable
-        or too full for the planned shots, or the header is wrong.
+        InputError: target exists (unless `overwrite`), is a directory or in use, its folder is missing or not
+        writable, or the header is wrong; StorageUnusable: the disk cannot take the planned shots.
         """
         target = Path(target).absolute()
         check_header(header)
@@ -107,7 +109,7 @@ class SeriesWriter:
         incomplete: why there are fewer shots than planned, "": there are not, None: as the number of shots says.
 
         A series without a single shot leaves nothing behind and returns None.  Raises InputError (a fit table of the
-        wrong size; a target that someone else created meanwhile) or StorageError; the shots stay safe then, and
+        wrong size; a target that someone else created meanwhile) or NotAssembled; the shots stay safe then, and
         `finish` may be called again.
         """
         for fit in fits:
@@ -117,7 +119,10 @@ class SeriesWriter:
             return None
         _check_target(self.target, self._overwrite)
         shots = [self._staging.shot_file(number) for number in range(1, self._shots + 1)]
-        assemble(shots, self._staging.part, self.target, fits=fits, incomplete=incomplete)
+        try:
+            assemble(shots, self._staging.part, self.target, fits=fits, incomplete=incomplete)
+        except StorageError as error:
+            raise not_assembled(self._staging.folder, self._shots, error.why) from error
         self._staging.remove()
         return self.target
 
@@ -171,8 +176,4 @@ def _check_space(target: Path, header: SeriesHeader, most_bytes: int | None) -> 
     if header.planned_shots is None or not target.parent.is_dir():
         return
     # Twice: the shot files and the series file exist together for a moment.  Compression is not counted on.
-    needed = 2 * (most_bytes or header.planned_shots * header.channels * header.sequence.total * 4)
-    free = shutil.disk_usage(target.parent).free
-    if free < needed:
-        what = f"{header.planned_shots} shots may need {needed >> 20} MiB, {free >> 20} MiB are free"
-        raise InputError(what, where=str(target.parent), remedy="free the disk, or record fewer or shorter shots")
+    check_room(target.parent, most_bytes or header.planned_shots * header.channels * header.sequence.total * 4)

@@ -19,6 +19,7 @@ import httpx2
 
 from platform_daemon.api.context import EXAMPLE_RECORDING
 from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.command_line import wait_for
 from tests.kit.daemon_process import daemon
 from tests.kit.data import DATA
 from tests.kit.rest import finished, pages
@@ -31,6 +32,9 @@ PATIENCE_S = 1.0  # a job may run so long, so that no series of a million shots 
 def attack(folder: Path, *runs: Sequence[str]) -> list[subprocess.CompletedProcess[str]]:
     """Attack a daemon whose data are in `folder`, once with the options of each run; what schemathesis says."""
     with daemon(folder / "data") as address, httpx2.Client(base_url=address, timeout=60) as client:
+        # Whoever attacks waits ten seconds for an answer; what is loaded once may take longer on a busy computer.
+        wait_for(lambda: client.get("/ready").status_code == 200, 120)
+        client.post("/predict", json={"resonator": "jewel"})
         _prepare(client, folder / "data/recordings")
         ended = threading.Event()
         thread = threading.Thread(target=_cancel_all, args=(client, ended), daemon=True)

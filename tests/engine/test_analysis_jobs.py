@@ -6,12 +6,13 @@ import pytest
 
 from platform_daemon.engine import AnalysisJobs, ShuttingDown
 from platform_daemon.schemas import JobState
-from tests.engine.test_engine import TIMEOUT_S, Walk, ended
+from platform_daemon.workers import InThisProcess
+from tests.kit.walks import TIMEOUT_S, Walk, ended
 
 
 @pytest.fixture
 def analyses():
-    made = AnalysisJobs()
+    made = AnalysisJobs(InThisProcess())
     yield made
     made.close()
 

@@ -6,7 +6,6 @@ import threading
 from collections.abc import Callable
 from concurrent import futures
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 
 import pytest
 
@@ -15,31 +14,12 @@ from platform_daemon.engine.engine import Engine, ShuttingDown
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import AnyJob, Cancelled, Job
 from platform_daemon.schemas.jobs import JobState
-
-TIMEOUT_S = 20
-
-
-@dataclass
-class Walk:
-    """Work of a kind that the engine has never heard of."""
-
-    do: Callable[[AnyJob], None] = lambda job: None
-    begun: threading.Event = field(default_factory=threading.Event)
-    kind, request, total, unit, no_result = "walk", "to the corner", 3, "steps", None
-
-    def __call__(self, job: AnyJob) -> None:
-        self.begun.set()
-        self.do(job)
+from tests.kit.walks import TIMEOUT_S, Walk, ended
 
 
 @pytest.fixture
 def engine(engine_with: Callable[..., Engine]) -> Engine:
     return engine_with()
-
-
-def ended(job: AnyJob) -> AnyJob:
-    assert job.ended.wait(TIMEOUT_S)
-    return job
 
 
 def until_cancelled(job: AnyJob) -> None:

@@ -17,7 +17,7 @@ from drivers.errors import InputError, RecordingError
 from platform_daemon.schemas.base import to_json
 from platform_daemon.store import durable as durable_module
 from platform_daemon.store.describe import describe
-from platform_daemon.store.errors import StorageError
+from platform_daemon.store.errors import StorageError, StorageUnusable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import SequenceInfo
 from platform_daemon.store.recovery import recover
@@ -89,7 +89,7 @@ def test_each_shot_is_synced_then_renamed_then_its_folder_synced(tmp_path: Path,
 
     def noting_sync(fd: int) -> None:
         name = Path(os.readlink(f"/proc/self/fd/{fd}")).name
-        calls.append(("sync", re.sub(r"\.[0-9a-f]{8}\.part$", ".*.part", name)))
+        calls.append(("sync", re.sub(r"\.[0-9]+-[0-9a-f]{8}\.part$", ".*.part", name)))
         sync(fd)
 
     def noting_rename(a: Path, b: Path) -> None:
@@ -99,6 +99,7 @@ def test_each_shot_is_synced_then_renamed_then_its_folder_synced(tmp_path: Path,
     monkeypatch.setattr(durable_module.os, "fsync", noting_sync)
     monkeypatch.setattr(durable_module.os, "replace", noting_rename)
     with SeriesWriter.create(tmp_path / "a.h5", header()) as writer:
+        calls.clear()  # what was tried before the first shot
         writer.add_shot(shot(1))
         writer.finish()
     assert calls == [
@@ -208,12 +209,17 @@ def test_a_shot_that_does_not_fit_is_refused_and_the_series_goes_on(tmp_path: Pa
         {"channel_names": ("x",)},
         {"start_time": "noon"},
         {"excitation": replace(EXCITATION, axis=np.ones(2))},
-        {"planned_shots": 10**12},
     ],
 )
 def test_a_wrong_header_is_refused_before_anything_is_written(tmp_path: Path, changes: dict) -> None:
     with pytest.raises(InputError):
         SeriesWriter.create(tmp_path / "a.h5", header(**changes))
+    assert files(tmp_path) == []
+
+
+def test_more_than_the_disk_can_take_is_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(StorageUnusable):
+        SeriesWriter.create(tmp_path / "a.h5", header(planned_shots=10**12))
     assert files(tmp_path) == []
 
 

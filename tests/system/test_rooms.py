@@ -77,7 +77,15 @@ def test_no_name_of_a_face_is_that_of_a_module_in_the_room_but_where_the_face_bi
         assert callable(getattr(face, name))
 
 
-@pytest.mark.parametrize("module", ["platform_daemon.engine", "platform_daemon.store", "platform_daemon.settings"])
+@pytest.mark.parametrize(
+    "module",
+    [
+        "platform_daemon.engine",
+        "platform_daemon.store",
+        "platform_daemon.settings",
+        "platform_daemon.serving.hardware_process",
+    ],
+)
 def test_what_the_hardware_process_imports_loads_neither_compiler_nor_pictures_nor_web(module):
     heavy = "numba", "matplotlib", "fastapi", "scipy.stats"
     code = f"import sys, {module}; print([m for m in {heavy!r} if m in sys.modules])"

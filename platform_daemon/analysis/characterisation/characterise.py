@@ -12,6 +12,7 @@ from statistics import median
 from drivers.errors import InputError
 from platform_daemon import __version__
 from platform_daemon.schemas import (
+    BLANK,
     CharacterisationReport,
     EnvelopesReport,
     FitDataset,
@@ -32,7 +33,7 @@ from ..batch.run import Advanced, Finished, fit_files
 from ..derived import frame_envelopes
 from ..fit_request import FitRequest, FitSettings
 from ..frames import chosen_frames
-from ..measurement import BLANK, VoltageMeasurement, open_for_fit, open_voltages
+from ..measurement import VoltageMeasurement, open_for_fit, open_voltages
 from ..model_registry.resolve import ModelChoice, label_of, model_of
 from ..plot_data import RingDownPlotData, ring_down_plot_data
 from .comparison import Pairs, compare

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -51,6 +51,10 @@ class AdoptedModel:
     def label(self) -> str:
         """What results and recordings are marked with."""
         return f"{self.name}@{self.version}"
+
+    def __getstate__(self) -> dict[str, Any]:
+        """On its way to another process: what it is, not what was made of it, which holds compiled code."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @cached_property
     def model(self) -> RingDownModel:

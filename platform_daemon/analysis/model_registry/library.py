@@ -7,14 +7,15 @@ import re
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from drivers.errors import InputError
 from drivers.validation import Model, validated
-from platform_daemon.estimation import MODELS
 from platform_daemon.schemas import AdoptedModelRecord, Retirement, to_json
 from platform_daemon.store import Broken, Version, VersionedFolder, write_new_file
 
-from .adopted_model import AdoptedModel, from_record
+if TYPE_CHECKING:
+    from .adopted_model import AdoptedModel
 
 _NAME = re.compile(r"[a-z][a-z0-9_-]{0,63}")
 
@@ -91,11 +92,15 @@ def check_name(name: str) -> None:
     if not _NAME.fullmatch(name):
         remedy = "small letters, digits, _ and -, a letter first, at most 64"
         raise InputError(f"{name!r} cannot name a model", where="name", remedy=remedy)
+    from platform_daemon.estimation import MODELS  # here: whoever only names a model need not load what it is made of
+
     if name in MODELS:
         raise InputError(f"{name!r} is a declared model", where="name", remedy="choose another name")
 
 
 def _read(version: Version) -> AdoptedModel:
+    from .adopted_model import from_record
+
     try:
         found = from_record(_parsed(AdoptedModelRecord, version.path))
         if (found.name, found.version) != (version.name, version.number):

@@ -80,6 +80,7 @@ ACCESS: dict[str, Access] = {
     "adopt_calibration": GOVERN,
     "list_recordings": VIEW_FILES,
     "get_recording": VIEW_FILES,
+    "recover_recordings": Access(Role.OPERATOR, Takes.DOWNLOAD, audited=True, confirmed=True),
     "download_recording": VIEW_FILES,
     "get_dmdt": DOWNLOAD,
     "get_dmdt_npy": DOWNLOAD,

@@ -72,5 +72,10 @@ class Lanes:
             yield
 
 
+def too_many_previews() -> Busy:
+    """All processes that compute what requests wait for have been busy for too long."""
+    return _busy("those before it take too long")
+
+
 def _busy(why: str) -> Busy:
     return Busy("the server is busy with requests like this one", why=why, remedy="ask again in some seconds")

@@ -15,7 +15,7 @@ from .connections import BoundedServer, bounded_config
 from .limits import Limits
 
 _END_S = 5.0
-_STEP_S = 0.01
+_STEP_S, _LOOK_S = 0.01, 0.2
 
 
 class Serving:
@@ -27,7 +27,7 @@ class Serving:
     def wait(self) -> None:
         """Until it ends, or an interrupt."""
         while self._thread.is_alive():
-            self._thread.join(3600)
+            self._thread.join(_LOOK_S)  # a signal that reaches another thread does not wake this one
 
     def wait_until_it_answers(self) -> None:
         """Until it takes requests, or has ended."""

@@ -46,9 +46,8 @@ def start_characterisation(body: CharacterisationRequest, response: Response, co
     path = path_of(context.recordings, body.recording)
     task = characterisation_task(path, settings, body.held_in_n50 or None, body.alpha)
     files = CharacterisationFiles(reports.characterisation_html, context.characterisations)
-    return CHARACTERISATIONS.accepted(
-        ShownJob.of(context.analyses.analyse(CharacterisationWork(body, task, files))), response
-    )
+    work = CharacterisationWork(body, task, files, context.analyses.computer)
+    return CHARACTERISATIONS.accepted(ShownJob.of(context.analyses.analyse(work)), response)
 
 
 CHARACTERISATIONS.add_routes(router)

@@ -8,23 +8,9 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query
 
 from drivers.errors import InputError
-from platform_daemon.analysis import (
-    FitRefused,
-    checked_variant,
-    derived_report,
-    frame_envelopes,
-    frame_harmonics,
-    model_of,
-    open_measurement,
-    open_voltages,
-    planned_precision,
-    resolve,
-    slide_frame,
-    sliding_report,
-    why_refused,
-)
+from platform_daemon import analysis  # not its parts: they load what only the workers need
+from platform_daemon.analysis import FitRefused, why_refused
 from platform_daemon.engine import UnknownId
-from platform_daemon.estimation import RingDownModel, SlidingBounds
 from platform_daemon.schemas import (
     PAPER_DEFLECTION_DEG,
     DerivedReport,
@@ -36,9 +22,10 @@ from platform_daemon.schemas import (
     SlidingReport,
 )
 from platform_daemon.store import resolve as path_of
+from platform_daemon.workers import Call
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
-from ..costs import MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES, check_file, check_frame
+from ..costs import MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES, check_file
 from ..job_routes import result_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
@@ -54,8 +41,8 @@ def get_derived(identifier: JobId, context: Shared) -> DerivedReport:
     Keys as `platform-daemon fit --derived` writes them.
     """
     report, recording = _report(identifier, context)
-    measurement = open_measurement(path_of(context.recordings, recording))
-    return derived_report(_model(report, context), report.frames, measurement.times_s())
+    path = path_of(context.recordings, recording)
+    return context.computed(Call(analysis.preview_derived, (report, path, context.models)))
 
 
 @router.get(
@@ -71,17 +58,8 @@ def get_envelopes(
     if chosen is None or not chosen.good:
         why = "it does not exist" if chosen is None else chosen.reason or ""
         raise InputError("the frame has no fit", where=where, why=why, remedy="choose a frame that is good")
-    try:
-        return frame_envelopes(_model(report, context), chosen, points)
-    except ValueError as error:
-        raise InputError("no envelopes", where=where, why=str(error), remedy="fit with a calibration") from None
-
-
-def _model(report: FitReport, context: Context) -> RingDownModel:
-    """The model that a stored fit used.  Raises InputError if it was adopted elsewhere."""
-    variant = resolve(report.variant, context.models)
-    assert variant is not None
-    return model_of(variant)
+    asked = chosen, report.variant, context.models, points, where
+    return context.computed(Call(analysis.preview_envelopes, asked))
 
 
 def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
@@ -115,10 +93,10 @@ def get_sliding(
     """
     path = path_of(context.recordings, identifier)
     check_file(path)
-    bounds = SlidingBounds(MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES)
-    measurement, terms = open_measurement(path), term or ()
-    found = slide_frame(measurement, frame, variant, window_s, step_s, damping, terms=terms, bounds=bounds)
-    return sliding_report(found).model_copy(update={"recording": identifier, "frame": frame})
+    most = MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES
+    asked = path, frame, variant, window_s, step_s, damping, tuple(term or ()), most
+    found = context.computed(Call(analysis.preview_sliding, asked))
+    return found.model_copy(update={"recording": identifier, "frame": frame})
 
 
 @router.get(
@@ -126,10 +104,10 @@ def get_sliding(
 )
 def get_harmonics(identifier: RecordingId, frame: Frame, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    measurement = open_voltages(path_of(context.recordings, identifier))
-    check_frame(measurement.recording)
-    found = frame_harmonics(measurement, frame)
-    return ShotHarmonics(found.model_copy(update={"recording": identifier}))
+    path = path_of(context.recordings, identifier)
+    check_file(path)
+    found = context.computed(Call(analysis.preview_harmonics, (path, frame)))
+    return ShotHarmonics(found.root.model_copy(update={"recording": identifier}))
 
 
 @router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))
@@ -146,13 +124,12 @@ def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
     """Smallest standard deviations that a measurement can reach (Cramer-Rao bound, white noise), per window."""
     specimen = context.catalogue.resonators.named(body.resonator)
     deflection = body.phi_max_rad or math.radians(PAPER_DEFLECTION_DEG[specimen.variant])
-    return planned_precision(
-        specimen,
-        body.windows,
-        phi_max_rad=deflection,
-        noise_am2_per_s=body.noise_am2_per_s,
-        sampling_rate_hz=body.sampling_rate_hz,
-        fixed=tuple(body.fixed),
-        variant=checked_variant(body.variant or specimen.variant, body.terms),
-        expected=body.expected,
-    )
+    asked = {
+        "phi_max_rad": deflection,
+        "noise_am2_per_s": body.noise_am2_per_s,
+        "sampling_rate_hz": body.sampling_rate_hz,
+        "fixed": tuple(body.fixed),
+        "variant": analysis.checked_variant(body.variant or specimen.variant, body.terms),
+        "expected": body.expected,
+    }
+    return context.computed(Call(analysis.planned_precision, (specimen, body.windows), asked))

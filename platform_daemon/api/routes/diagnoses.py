@@ -7,7 +7,7 @@ from fastapi.responses import FileResponse, HTMLResponse
 
 from platform_daemon import analysis, reports  # not their parts, which load half of scipy and matplotlib
 from platform_daemon.analysis import ModelChoice, resolve
-from platform_daemon.engine import DiagnosisWork
+from platform_daemon.engine import DiagnosisTask, DiagnosisWork
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import (
     AdoptedModelRecord,
@@ -49,8 +49,9 @@ def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared)
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
     files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
     model: ModelChoice | None = resolve(body.base or body.variant, context.models)
+    task = DiagnosisTask(body, files, model, reports.diagnosis_html)
     analysis.check_diagnosis_input(list(files), model, body.observable, frames=files)
-    job = context.analyses.analyse(DiagnosisWork(body, files, model, context.diagnoses, reports.diagnosis_html))
+    job = context.analyses.analyse(DiagnosisWork(body, task, context.diagnoses, context.analyses.computer))
     return DIAGNOSES.accepted(ShownJob.of(job), response)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 
 from platform_daemon.analysis import FitSettings, chosen_frames, open_for_fit, resolve
-from platform_daemon.engine import FitWork
+from platform_daemon.engine import FitTask, FitWork
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import FitJob, FitJobs, RecordingFitRequest
 from platform_daemon.store import resolve as path_of
@@ -41,10 +41,12 @@ def start_fit(body: RecordingFitRequest, response: Response, context: Shared) ->
         hold_if_inseparable=body.hints or None,
         terms=tuple(body.terms),
     )
-    measurement, ask = open_for_fit(path, settings)
+    measurement, _ = open_for_fit(path, settings)
     frames = chosen_frames(measurement, body.frames)
 
-    job = context.analyses.analyse(FitWork(body, measurement, ask, frames, context.fits))
+    job = context.analyses.analyse(
+        FitWork(body, FitTask(path, settings, frames), context.fits, context.analyses.computer)
+    )
     return FITS.accepted(ShownJob.of(job), response)
 
 

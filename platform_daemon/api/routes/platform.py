@@ -52,16 +52,16 @@ def get_health() -> Health:
 )
 def get_readiness(context: Shared, response: Response) -> Readiness:
     """200 once every part has warmed up, 503 before, naming the parts; requests are served all the same."""
-    parts = {"platform": _warm(context), **context.warm}
+    parts = _warm(context)
     response.status_code = 200 if all(parts.values()) else 503
     return Readiness(ready=all(parts.values()), warm=parts)
 
 
-def _warm(context: Context) -> bool:
+def _warm(context: Context) -> dict[str, bool]:
     try:
         return context.hardware.warm()
     except PlatformError:  # it is being started, or its devices do not open, which GET /platform tells
-        return False
+        return {"platform": False, "estimator": False}
 
 
 @router.get("/platform", summary="State of every device, and the job that runs")

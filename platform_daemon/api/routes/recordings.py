@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Annotated, Any, Literal
 from urllib.parse import quote
@@ -21,14 +22,24 @@ from platform_daemon.schemas import (
     RecordingLinks,
     RecordingListing,
     RecordingSummary,
+    RecoveryReport,
 )
-from platform_daemon.store import Recording, describe, dmdt_file, open_recording, resolve
+from platform_daemon.store import (
+    Broken,
+    Recording,
+    describe,
+    dmdt_file,
+    kept_series,
+    open_recording,
+    recover_all,
+    resolve,
+)
 from platform_daemon.store import list_recordings as recordings_in
 
-from ..context import Frame, RecordingId, Shared
+from ..context import CONFIRMED, Confirmed, Context, Frame, RecordingId, Shared
 from ..costs import check_frame, check_sent
 from ..network.routes import GuardedRoute
-from ..pages import NEXT, Paged
+from ..pages import NEXT, Page, Paged
 from ..problems import problems, unreadable
 
 router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=GuardedRoute)
@@ -46,7 +57,10 @@ def opened(identifier: str, context: Shared) -> Recording:
 
 @router.get("", summary="All recordings", responses={**NEXT, **problems(422)})
 def list_recordings(context: Shared, page: Paged) -> RecordingListing:
-    """Every recording, and every file that cannot be read with the reason; by name, page by page."""
+    """Every recording, and every file that cannot be read with the reason; by name, page by page.
+
+    Among the latter, on the first page, are shots that could not be put together: POST /recordings/recover does.
+    """
     found = recordings_in(context.recordings, after=page.after or "", limit=page.limit)
     if found.last is not None:
         page.goes_on_after(found.last)
@@ -54,8 +68,24 @@ def list_recordings(context: Shared, page: Paged) -> RecordingListing:
         recordings=tuple(
             RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
         ),
-        broken=tuple(map(unreadable, found.broken)),
+        broken=tuple(map(unreadable, (*found.broken, *_kept(context, page)))),
     )
+
+
+def _kept(context: Context, page: Page) -> Sequence[Broken]:
+    """Shots that were never put together, on the first page."""
+    return () if page.after else kept_series(context.recordings)
+
+
+@router.post("/recover", summary="Put kept shots together", responses=problems(415, 422, 507))
+def recover_recordings(context: Shared, body: Confirmed = CONFIRMED) -> RecoveryReport:
+    """Make recordings of the acknowledged shots that a full disk or a crash has left in single files.
+
+    The daemon does so whenever it starts; series that run are left alone.  `failed`: what is still kept, and why.
+    """
+    found = recover_all(context.recordings)
+    failed = tuple(unreadable(Broken(path.stem, path, error)) for path, error in found.failed)
+    return RecoveryReport(recordings=tuple(path.stem for path in found.made), failed=failed)
 
 
 @router.get("/{identifier}", summary="What a recording holds", responses=problems(404, 422))

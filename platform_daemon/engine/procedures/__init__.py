@@ -12,6 +12,7 @@ step_report: What a step has brought, from the jobs that made it.
 sweep: A sweep: the same acquisition with other values of some keys, all combinations, until a rule ends it.
 sweep_keys: The keys that a sweep may go over, and the names that people use for them.
 ramp: The field is raised until side modes show in the z channel.
+computed_side_modes: The z channel of its shots, looked at by whoever computes for the engine.
 kept_limits: What a ramp has found, kept with the specimen.
 tune: From the design's natural frequency to the measured one, and to the sequence that suits the resonator.
 tune_shots: What one shot of it tells.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +17,16 @@ from platform_daemon.schemas import (
     ProcedureResult,
     ProcedureSummary,
 )
+from platform_daemon.workers import Computer, Stopped
 
-from ..work.characterisation import CharacterisationFiles, characterise_to_disk
+from ..jobs import Cancelled
+from ..work.characterisation import CharacterisationFiles, Tables, keep_tables
 from .procedure import ProcedureJob, ShotFiles, Step, StepSequence
 from .ramp import Ramp
 from .tune import Tune
 
 if TYPE_CHECKING:
-    from platform_daemon.analysis import ModelChoice
+    from platform_daemon.analysis import CharacterisationTask, NamedModel
 
 _FITS_S = 1.0
 """About what both fits of a shot take, s."""
@@ -108,16 +111,45 @@ class Characterise:
 
 
 @dataclass(frozen=True)
+class RecordedShots:
+    """Some shots of a recording, as what is to be characterised.  Made by whoever computes."""
+
+    recording: Path
+    model: NamedModel
+    frames: tuple[int, ...]
+    held: Mapping[str, float] | None
+    alpha: float
+
+    def __call__(self) -> CharacterisationTask:
+        """Raises InputError, RecordingError."""
+        settings = analysis.FitSettings(self.model.choice(), frames=self.frames)
+        return analysis.characterisation_task(self.recording, settings, self.held, self.alpha)
+
+
+@dataclass(frozen=True)
+class CheckHeld:
+    """Can these losses be held?  A task for whoever computes."""
+
+    model: NamedModel
+    held: Mapping[str, float]
+
+    def __call__(self, tell: Callable[[float, str], None]) -> None:
+        """Raises InputError."""
+        analysis.check_held_in_n50(self.model.choice(), self.held)
+
+
+@dataclass(frozen=True)
 class CharacteriseConclusion:
     """See Conclusion: fits both windows of every shot and keeps tables and page.
 
-    model: of the fits, None: what the recording says; procedure: with its ramp.
+    model: of the fits; procedure: with its ramp; computer: fits.
     """
 
     request: CharacteriseRequest
-    model: ModelChoice | None
+    model: NamedModel
     files: CharacterisationFiles | None
     procedure: Characterise
+    computer: Computer
 
     def share(self, outline: ProcedureSummary) -> float:
         """See Conclusion."""
@@ -127,11 +159,20 @@ class CharacteriseConclusion:
     def __call__(self, job: ProcedureJob, recording: Path, tell: Callable[[str, float], None]) -> None:
         """See Conclusion."""
         frames = job.result.steps[-1].frames
-        settings = analysis.FitSettings(self.model, frames=frames)
-        held = self.request.held_in_n50 or None
-        task = analysis.characterisation_task(recording, settings, held, self.request.alpha)
-        report = characterise_to_disk(task, self.files, job, tell)
+        shots = RecordedShots(recording, self.model, frames, self.request.held_in_n50 or None, self.request.alpha)
+        tables = Tables(shots, None if self.files is None else self.files.page)
+        try:
+            told = partial(_other_way_round, tell)
+            report, page = self.computer.compute("procedure", tables, told, job.cancel_requested)
+        except Stopped:
+            raise Cancelled from None
+        keep_tables(report, page, self.files, job)
+        tell("write", 1.0)
         tune = None if self.procedure.tune is None else self.procedure.tune.outcome
         ramp = None if self.procedure.ramp is None else self.procedure.ramp.outcome
         outcome = CharacteriseOutcome(kind="characterise", tune=tune, ramp=ramp, report=report)
         job.result = job.result.model_copy(update={"outcome": outcome})
+
+
+def _other_way_round(tell: Callable[[str, float], None], done: float, what: str) -> None:
+    tell(what, done)

@@ -25,7 +25,7 @@ from platform_daemon.store import write_file
 from ..engine import ShuttingDown
 from ..jobs import Cancelled
 from ..work.series import AcquisitionJob
-from .procedure import Conclusion, Fits, OnlineFits, Procedure, ProcedureJob, ReadsShots, Steps
+from .procedure import Conclusion, Fits, Procedure, ProcedureJob, ReadsShots, Steps
 from .step_report import StepAttempts
 from .step_series import StepSeries
 
@@ -73,12 +73,12 @@ class ProcedureWork:
         procedure: Procedure,
         steps: Steps,
         files: ProcedureFiles,
-        fits: Fits | None = None,
+        fits: Fits,
         conclusion: Conclusion | None = None,
     ) -> None:
         files.check()
         self.request = procedure.request
-        self._procedure, self._steps, self._files, self._fits = procedure, steps, files, fits or OnlineFits()
+        self._procedure, self._steps, self._files, self._fits = procedure, steps, files, fits
         self._outline = self._checked()
         self._conclusion = conclusion
         self.total: float = self._outline.shots

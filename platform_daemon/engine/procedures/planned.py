@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from drivers.errors import InputError
 from drivers.specimen import Specimen
-from platform_daemon import analysis
 from platform_daemon.schemas import (
     AnyProcedureRequest,
     CharacteriseRequest,
@@ -14,14 +13,16 @@ from platform_daemon.schemas import (
     TuneRequest,
 )
 
+from ..computed import computed_surely
 from ..engine import Engine
 from ..planning import untuned_sequence
 from ..work.characterisation import CharacterisationFiles
-from .characterise import Characterise, CharacteriseConclusion
+from .characterise import Characterise, CharacteriseConclusion, CheckHeld
+from .computed_side_modes import ComputedSideModes
 from .conductor import ProcedureFiles, ProcedureWork
 from .engine_steps import EngineSteps
 from .kept_limits import Keep, keep_beside, keep_in
-from .procedure import Procedure
+from .procedure import OnlineFits, Procedure
 from .ramp import Ramp, RampBasis
 from .sweep import Sweep
 from .tune import Tune, TuneBench
@@ -36,7 +37,8 @@ def plan_procedure(
     """
     if isinstance(request, CharacteriseRequest):
         return _characterise(engine, request, files, tables)
-    return ProcedureWork(_procedure(engine, request, files), EngineSteps(engine), files)
+    fits = OnlineFits(engine.computing)
+    return ProcedureWork(_procedure(engine, request, files), EngineSteps(engine), files, fits)
 
 
 def _procedure(engine: Engine, request: AnyProcedureRequest, files: ProcedureFiles) -> Procedure:
@@ -67,7 +69,8 @@ def _ramp(engine: Engine, request: RampRequest, files: ProcedureFiles) -> Ramp:
         limit_t = min(limit_t, earlier.max_field_t)
     preset = engine.plan(asked.model_copy(update={"beyond_side_modes": True, "sequence": SequencePatch()})).sequence
     basis = RampBasis(planned.sequence, limit_t, preset.rx_s + preset.pause_s)
-    return Ramp(request, basis, _keep(engine, request.acquisition.resonator, planned.specimen, files))
+    keep = _keep(engine, request.acquisition.resonator, planned.specimen, files)
+    return Ramp(request, basis, keep, ComputedSideModes(engine.computing))
 
 
 def _characterise(
@@ -75,13 +78,13 @@ def _characterise(
 ) -> ProcedureWork:
     """After tune and a ramp, if asked for; else at the field that an earlier ramp has kept with the specimen."""
     plan = engine.plan(request.acquisition)
-    analysis.check_held_in_n50(plan.model, request.held_in_n50)
+    computed_surely(engine.online, "planning", CheckHeld(plan.model, request.held_in_n50))
     tune = _tune(engine, request.tune_request()) if request.tune else None
     ramp = None if request.ramp is None else _ramp(engine, request.ramp_request(), files)
     kept = plan.specimen.side_modes
     procedure = Characterise(request, tune, ramp, None if kept is None else kept.operating_field_t)
-    conclusion = CharacteriseConclusion(request, plan.model, tables, procedure)
-    return ProcedureWork(procedure, EngineSteps(engine), files, conclusion=conclusion)
+    conclusion = CharacteriseConclusion(request, plan.model, tables, procedure, engine.computing)
+    return ProcedureWork(procedure, EngineSteps(engine), files, OnlineFits(engine.computing), conclusion)
 
 
 def _keep(engine: Engine, name: str, specimen: Specimen, files: ProcedureFiles) -> Keep:

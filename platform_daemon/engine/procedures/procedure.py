@@ -26,7 +26,9 @@ from platform_daemon.schemas import (
     SweptValue,
 )
 from platform_daemon.store import StepLabel
+from platform_daemon.workers import Computer
 
+from ..computed import computed_surely
 from ..jobs import AnyJob, Job
 from ..work.destination import Destination
 from ..work.series import AcquisitionJob
@@ -146,8 +148,23 @@ class Fits(Protocol):
         """What rings in the shot of this file near a frequency, fitted or not; None: nothing."""
 
 
+@dataclass(frozen=True)
+class Ringing:
+    """What rings in a shot.  A task for whoever computes."""
+
+    shot: Path
+    near_hz: float
+
+    def __call__(self, tell: Callable[[float, str], None]) -> RingingLine | None:
+        """Raises RecordingError."""
+        return analysis.ringing_line(self.shot, self.near_hz)
+
+
 class OnlineFits:
-    """The fits that ran beside the shots and came with the job."""
+    """The fits that ran beside the shots and came with the job.  computer: looks for what rings."""
+
+    def __init__(self, computer: Computer) -> None:
+        self._computer = computer
 
     def of(self, made: AcquisitionResult) -> FitReport | None:
         """See Fits."""
@@ -155,4 +172,4 @@ class OnlineFits:
 
     def ringing(self, shot: Path, near_hz: float) -> RingingLine | None:
         """See Fits."""
-        return analysis.ringing_line(shot, near_hz)
+        return computed_surely(self._computer, "procedure", Ringing(shot, near_hz))

@@ -66,7 +66,7 @@ class RampBasis:
 class Ramp:
     """See Procedure.  Raises InputError for fields that cannot be."""
 
-    def __init__(self, request: RampRequest, basis: RampBasis, keep: Keep, looks: SideModes | None = None) -> None:
+    def __init__(self, request: RampRequest, basis: RampBasis, keep: Keep, looks: SideModes) -> None:
         start = request.start_t or round(_START_SHARE * basis.sequence.field_t / request.step_t) * request.step_t
         most = request.max_t or basis.limit_t
         if most > basis.limit_t:
@@ -90,7 +90,7 @@ class Ramp:
         self._pause_s = max(0.0, basis.period_s - self._rx_s)
         self._given = request.acquisition.sequence.changes()
         self._keep, self._kept = keep, ""
-        self._looks = looks or analysis.RecordedSideModes()
+        self._looks = looks
         self._files: ShotFiles | None = None
         self._known = False  # the noise
         self._unseen: list[Path] = []  # shots at the first field, made before it

@@ -8,8 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from statistics import median, stdev
 
-from platform_daemon import analysis
-from platform_daemon.schemas import FrameFit, StepEstimate, StepReport
+from platform_daemon.schemas import BLANK, FrameFit, StepEstimate, StepReport
 
 from ..work.series import AcquisitionJob
 from .procedure import Fits, Step
@@ -80,7 +79,7 @@ class StepAttempts:
 
 
 def _reason(frames: Sequence[FrameFit]) -> str:
-    return next((f.reason for f in frames if f.reason and f.reason != analysis.BLANK), "no shot was made")
+    return next((f.reason for f in frames if f.reason and f.reason != BLANK), "no shot was made")
 
 
 def _results(good: Sequence[FrameFit]) -> dict[str, StepEstimate]:

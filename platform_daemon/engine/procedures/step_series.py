@@ -8,7 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from platform_daemon.schemas import ProcedureSummary
-from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord, joined_fits, open_recording
+from platform_daemon.store import (
+    FitTable,
+    SeriesHeader,
+    SeriesWriter,
+    ShotRecord,
+    check_room,
+    joined_fits,
+    open_recording,
+)
 
 
 class StepSeries:
@@ -53,6 +61,10 @@ class StepSeries:
         info = open_recording(self.file(frame)).frame_info[0]
         return info.blank and info.verdict == "good"
 
+    def check(self, planned_bytes: int) -> None:
+        """See Destination."""
+        check_room(self.target.parent, planned_bytes)
+
     @contextmanager
     def open(self, header: SeriesHeader, job: str) -> Iterator[StepSink]:
         """See Destination."""
@@ -90,6 +102,11 @@ class StepSink:
     def target(self) -> Path:
         """See ShotSink."""
         return self._writer.target
+
+    @property
+    def last_shot(self) -> Path:
+        """See ShotSink."""
+        return self._writer.last_shot
 
     @property
     def header(self) -> SeriesHeader:

@@ -13,6 +13,7 @@ self_test: The self-test before a series: a low tone per coil, heard through the
     contacts.
 series: A series of shots: each is on disk before it counts, fits run beside, and what was made is kept whatever
     happens.
+series_fits: The on-line fits of a series, from the stored files of its shots.
 series_records: A series and its shots as the store keeps them.
 shots_in_turn: The shots of a series one after the other: what each is to be, and the next drive from the last fit.
 transmit_calibration: Calibration of the transmit side as a job: a field probe in the rotor's place gives the field

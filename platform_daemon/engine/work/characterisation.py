@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 from platform_daemon import analysis
 from platform_daemon.schemas import CharacterisationReport, CharacterisationRequest, NoResult, to_json
 from platform_daemon.store import write_file
+from platform_daemon.workers import Computer
 
-from ..jobs import AnyJob, Cancelled
+from ..computed import computed
+from ..jobs import AnyJob
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import CharacterisationTask, RingDownPlotData
@@ -40,23 +42,50 @@ class CharacterisationFiles:
         return self.folder / f"{job}.json", self.folder / f"{job}.html"
 
 
-def characterise_to_disk(
-    task: CharacterisationTask, files: CharacterisationFiles | None, job: AnyJob, tell: Callable[[str, float], None]
-) -> CharacterisationReport:
-    """Fit in this process, frame after frame, and keep report and page.  Raises what `tell` raises, StorageError."""
-    with analysis.in_this_process() as workers:
-        found = analysis.characterise(task, workers, tell)
-    report = found.model_copy(update={"file": task.path.name})
+@dataclass(frozen=True)
+class Tables:
+    """Fits in both windows, and the paper's tables.  A task for whoever computes.
+
+    task: makes what is to be characterised; page: makes the page, None: none is wanted.
+    """
+
+    task: Callable[[], CharacterisationTask]
+    page: Page | None
+
+    def __call__(self, tell: Callable[[float, str], None]) -> tuple[CharacterisationReport, bytes | None]:
+        """Report and page.  Raises what `task` raises, PlatformError if no frame can be read."""
+        task = self.task()
+        with analysis.in_this_process() as workers:
+            found = analysis.characterise(task, workers, lambda what, share: tell(share, what))
+        report = found.model_copy(update={"file": task.path.name})
+        if self.page is None:
+            return report, None
+        tell(0.99, "page")
+        return report, self.page(report, analysis.shown_shot(task, report))
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is to be characterised, checked already."""
+
+    task: CharacterisationTask
+
+    def __call__(self) -> CharacterisationTask:
+        """It."""
+        return self.task
+
+
+def keep_tables(
+    report: CharacterisationReport, page: bytes | None, files: CharacterisationFiles | None, job: AnyJob
+) -> None:
+    """Report and page onto the disk.  Raises StorageError."""
     target, html = (None, None) if files is None else files.named(job.identifier)
-    if files is not None and html is not None:
-        tell("page", 0.99)
-        write_file(html, files.page(report, analysis.shown_shot(task, report)))
+    if html is not None and page is not None:
+        write_file(html, page)
     if target is not None:
         write_file(target, to_json(report, indent=1).encode())
-    tell("write", 1.0)
     if not (report.n50.good or report.d30.good):
         job.warnings.append("every shot was refused in both windows")
-    return report
 
 
 @dataclass(frozen=True)
@@ -66,14 +95,12 @@ class CharacterisationWork:
     request: CharacterisationRequest
     task: CharacterisationTask
     files: CharacterisationFiles
+    computer: Computer
     kind, unit, total, no_result = "characterisation", "share", 1.0, NoResult()
 
     def __call__(self, job: AnyJob) -> None:
-        """Raises Cancelled between fits, StorageError."""
-
-        def tell(what: str, share: float) -> None:
-            job.at(share, what)
-            if job.cancel_requested.is_set():
-                raise Cancelled
-
-        job.result = characterise_to_disk(self.task, self.files, job, tell)
+        """Raises Cancelled, OverBounds, WorkerLost, StorageError."""
+        report, page = computed(self.computer, self.kind, Tables(Known(self.task), self.files.page), job)
+        keep_tables(report, page, self.files, job)
+        job.at(1.0, "write")
+        job.result = report

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Protocol
 
-from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord
+from platform_daemon.store import FitTable, SeriesHeader, SeriesWriter, ShotRecord, check_room
 
 
 class ShotSink(Protocol):
@@ -20,6 +20,10 @@ class ShotSink(Protocol):
     @property
     def target(self) -> Path:
         """The recording that they will be in."""
+
+    @property
+    def last_shot(self) -> Path:
+        """The file of the last shot on disk, a recording of its own until the series is put together."""
 
     @property
     def header(self) -> SeriesHeader:
@@ -42,6 +46,9 @@ class Destination(Protocol):
     def goes_on(self) -> bool:
         """Shots have been made before in the same recording: the first one waits as long as all others."""
 
+    def check(self, planned_bytes: int) -> None:
+        """Before anything moves: can the disk take so much?  Raises StorageUnusable."""
+
     def open(self, header: SeriesHeader, job: str) -> AbstractContextManager[ShotSink]:
         """Begin, once the header is known; job: id of the job.  Raises InputError."""
 
@@ -53,6 +60,10 @@ class OwnFile:
 
     def __init__(self, target: Path | None, folder: Path, *, overwrite: bool = False) -> None:
         self._target, self._folder, self._overwrite = target, folder, overwrite
+
+    def check(self, planned_bytes: int) -> None:
+        """See Destination."""
+        check_room(self._folder if self._target is None else self._target.parent, planned_bytes)
 
     def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
         """See Destination."""

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING
 from platform_daemon import analysis, diagnosis
 from platform_daemon.schemas import DiagnosisReport, DiagnosisRequest, NoResult, to_json
 from platform_daemon.store import write_file
+from platform_daemon.workers import Computer
 
-from ..jobs import AnyJob, Cancelled
+from ..computed import computed
+from ..jobs import AnyJob
 
 if TYPE_CHECKING:
     from platform_daemon.analysis import ModelChoice
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class DiagnosisWork:
-    """Says what the declared model lacks in these frames of files; report and page are kept in `folder`.
+class DiagnosisTask:
+    """Says what the declared model lacks in these frames of files.  A task for whoever computes.
 
     page: makes the page.
     """
@@ -28,26 +30,33 @@ class DiagnosisWork:
     request: DiagnosisRequest
     files: Mapping[Path, Sequence[int] | None]
     model: ModelChoice | None
-    folder: Path
     page: Callable[[DiagnosisReport, ResidualComparison], bytes]
+
+    def __call__(self, tell: Callable[[float, str], None]) -> tuple[DiagnosisReport, bytes]:
+        """Report and page.  Raises NothingToDiagnoseError."""
+        tell(0.0, "reading")
+        files = list(self.files)
+        specimen = analysis.load_diagnosis_input(files, self.model, self.request.observable, frames=self.files)
+        found = analysis.diagnose_input(specimen, lambda what, share: tell(share, what))
+        known = {"files": tuple(f.name for f in files), "recordings": analysis.file_digests(files)}
+        report = diagnosis.diagnosis_report(found).model_copy(update=known)
+        tell(0.95, "page")
+        return report, self.page(report, diagnosis.compare_residuals(found))
+
+
+@dataclass(frozen=True)
+class DiagnosisWork:
+    """Says what the declared model lacks; report and page are kept in `folder`."""
+
+    request: DiagnosisRequest
+    task: DiagnosisTask
+    folder: Path
+    computer: Computer
     kind, unit, total, no_result = "diagnosis", "share", 1.0, NoResult()
 
     def __call__(self, job: AnyJob) -> None:
-        """Raises Cancelled between steps, NothingToDiagnoseError, StorageError."""
-
-        def tell(what: str, share: float) -> None:
-            job.at(share, what)
-            if job.cancel_requested.is_set():
-                raise Cancelled
-
-        tell("reading", 0.0)
-        files = list(self.files)
-        specimen = analysis.load_diagnosis_input(files, self.model, self.request.observable, frames=self.files)
-        found = analysis.diagnose_input(specimen, tell)
-        known = {"files": tuple(f.name for f in files), "recordings": analysis.file_digests(files)}
-        report = diagnosis.diagnosis_report(found).model_copy(update=known)
-        tell("page", 0.95)
-        page = self.page(report, diagnosis.compare_residuals(found))
+        """Raises Cancelled, OverBounds, WorkerLost, NothingToDiagnoseError, StorageError."""
+        report, page = computed(self.computer, self.kind, self.task, job)
         job.at(1.0, "write")
         write_file(self.folder / f"{job.identifier}.html", page)
         write_file(self.folder / f"{job.identifier}.json", to_json(report, indent=1).encode())

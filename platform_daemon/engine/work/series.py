@@ -5,19 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-import numpy as np
 import structlog
 
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
-from platform_daemon import analysis, estimation
-from platform_daemon.design import expected_moment
-from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FrameFit, unfitted
-from platform_daemon.store import ShotRecord, StepLabel
+from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FitReport, FrameFit
+from platform_daemon.store import FitTable, ShotRecord, StepLabel
+from platform_daemon.workers import Computer
 from sequences.compiler import ShotPlan
 
 from ..jobs import Cancelled, Job
@@ -27,11 +25,9 @@ from ..planning import AcquisitionPlan
 from ..shot import RawShot, run_shot
 from .destination import Destination, ShotSink
 from .self_test import SelfTest
+from .series_fits import SeriesFits
 from .series_records import header_of_shot, series_header, shot_record, store_calibration
 from .shots_in_turn import ShotsInTurn
-
-if TYPE_CHECKING:
-    from platform_daemon.estimation import FitResult
 
 log = structlog.get_logger()
 AcquisitionJob = Job[AcquisitionRequest, AcquisitionResult]
@@ -43,13 +39,14 @@ PAUSE_STEP_S = 0.1
 class SeriesBench:
     """What every series of an engine is made with.
 
-    config_text: stored in every recording; fits: runs on-line fits, one at a time; live: is told every shot; in_shot:
-    called once in every RX window; self_test: comes first, None: none.
+    config_text: stored in every recording; fits: runs on-line fits, one at a time; online: computes them and plans
+    drives; live: is told every shot; in_shot: called once in every RX window; self_test: comes first, None: none.
     """
 
     platform: Platform
     config_text: str
     fits: Executor
+    online: Computer
     live: LiveEstimate
     in_shot: Callable[[], None] = lambda: None
     self_test: SelfTest | None = None
@@ -65,24 +62,23 @@ class SeriesWork:
     ) -> None:
         self.request, self.total = plan.request, len(plan.shots)
         self._bench, self._platform, self._plan = bench, bench.platform, plan
-        self._destination, self._turns = destination, ShotsInTurn(plan, step)
+        self._destination, self._turns = destination, ShotsInTurn(plan, step, bench.online)
         self._calibration = store_calibration(bench.platform)
-        undone = plan.model.receiver if isinstance(plan.model, analysis.AdoptedModel) else ()
-        self._of_fits = replace(self._calibration, receiver=undone)
-        self._fits: list[Future[FitResult] | str] = []
-        self._noise = estimation.SeriesNoise()  # grows in the fits' one thread, ahead of each fit
+        self._fits = SeriesFits(plan, bench.fits, bench.online, bench.live, self._calibration)
         self._refused_in_a_row = self._refused = 0
         self._left: Callable[[], None] | None = None
-        self._storing: Future[None] | None = None
+        self._storing: Future[Path] | None = None
         self._told = plan.excited  # by the header
 
     def __call__(self, job: AcquisitionJob) -> None:
         """Mount, test the chain, shoot, store, fit.
 
-        Raises SelfTestFailed before there is a file, Cancelled, DeviceError, OSError; shots already stored stay in it.
+        Raises StorageUnusable before anything moves, SelfTestFailed before there is a file, Cancelled, DeviceError,
+        OSError; shots already stored stay in it.
         """
         if job.pause_requested.is_set():
             return  # while it waited; nothing moves, not even for the self-test
+        self._destination.check(self._plan.disk_bytes)
         job.warnings += self._plan.warnings
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)
@@ -122,7 +118,7 @@ class SeriesWork:
         if self._turns.waits_for_fits:
             self._catch_up()
             job.at(done, f"shot {done + 1}: plan the drive")
-        shot = self._turns.shot(done, self._fits)
+        shot = self._turns.shot(done, self._fits.frames)
         job.warnings += self._turns.warnings
         self._turns.warnings = []
         return shot
@@ -134,7 +130,10 @@ class SeriesWork:
         _raise_failure(self._storing)
         self._storing = disk.submit(self._store, job, series, shot, shot_record(shot, raw, self._turns.label(done)))
         self._storing.add_done_callback(_complain)
-        self._follow_up(job, shot, raw)
+        if raw.reason is not None:
+            self._fits.refused(raw.reason)
+        else:
+            self._fits.take(job.identifier, self._storing, raw.temperature_c, blank=shot.blank)
 
     def _prove_wiring(self, job: AcquisitionJob) -> None:
         self_test = self._bench.self_test
@@ -144,8 +143,8 @@ class SeriesWork:
         heard = self_test(job.cancel_requested.is_set)
         log.info("self_test_passed", **({} if heard is None else heard.model_dump()))
 
-    def _store(self, job: AcquisitionJob, series: ShotSink, plan: ShotPlan, shot: ShotRecord) -> None:
-        """Once this is done the job's record says where the shots are, whatever happens to the process."""
+    def _store(self, job: AcquisitionJob, series: ShotSink, plan: ShotPlan, shot: ShotRecord) -> Path:
+        """Its file; once this is done the job's record says where the shots are, whatever happens to the process."""
         if not plan.blank and plan is not self._told:
             series.go_on_with(header_of_shot(series.header, plan, self._platform))
             self._told = plan
@@ -155,6 +154,7 @@ class SeriesWork:
             recording=series.target.stem, file=series.target.name, shots=stored, refused=self._refused or None
         )
         job.on_change(job)
+        return series.last_shot
 
     def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: ShotSink) -> RawShot:
         total, looked = shot.timeline.total_samples, False
@@ -198,77 +198,46 @@ class SeriesWork:
                 remedy="find the cause named; the shots are kept in the recording, marked refused",
             )
 
-    def _follow_up(self, job: AcquisitionJob, shot: ShotPlan, raw: RawShot) -> None:
-        """Start the on-line fit of a good shot."""
-        if raw.reason is not None:
-            self._fits.append(raw.reason)
-            return
-        window = self._plan.request.window
-        rx, rate_hz = raw.volts[:, shot.timeline.rx_start :].astype(np.float64), shot.timeline.clock.rate_hz
-        if not shot.blank:
-            shown = self._bench.fits.submit(
-                self._bench.live.see, job.identifier, len(self._fits) + 1, rx, rate_hz, self._calibration
-            )
-            shown.add_done_callback(_complain)
-        if window is None:
-            self._fits.append("no on-line fit was asked for")
-            return
-        heard = self._bench.fits.submit(analysis.learn_noise, self._noise, rx, rate_hz, self._of_fits, blank=shot.blank)
-        heard.add_done_callback(_complain)
-        if shot.blank:
-            self._fits.append(analysis.BLANK)
-            return
-        ask = analysis.FitRequest(self._plan.model, window, moment_am2=expected_moment(self._plan.specimen))
-        taken = estimation.Conditions(raw.temperature_c, self._calibration.lna_gain)
-        self._fits.append(
-            self._bench.fits.submit(analysis.fit_frame, rx, rate_hz, self._of_fits, ask, self._noise, taken)
-        )
-
     def _finish(self, job: AcquisitionJob, series: ShotSink) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
         stored = series.shots
         job.at(stored, "fit")
         started = time.monotonic()
-        window = self._plan.request.window
-        fits = [fit if isinstance(fit, str) else _outcome(fit) for fit in self._fits[:stored]]
-        tables = [] if window is None else [analysis.fit_table(str(window), analysis.label_of(self._plan.model), fits)]
+        outcomes = self._fits.outcomes(stored)
+        made = self._together(job, series, outcomes)
         job.at(stored, "write")
-        path = series.finish(tables)
+        path = series.finish([] if made is None else [made[0]])
         if path is None:
             return
-        if window is not None:
-            frames = [_frame_fit(k, fit) for k, fit in enumerate(fits)]
+        if made is not None:
             # It may be silence, from a switch that cannot be read back.
             job.warnings += [
-                f"shot {f.frame + 1} cannot be fitted: {f.reason}"
-                for f, fit in zip(frames, fits, strict=True)
-                if not isinstance(fit, str) and not f.good
+                f"shot {k + 1} cannot be fitted: {fit.reason}"
+                for k, fit in enumerate(outcomes)
+                if not isinstance(fit, str) and not fit.good
             ]
-            ask = analysis.FitRequest(self._plan.model, window)
-            report = analysis.file_report(path.name, ask, frames, self._calibration)
-            job.result = job.result.model_copy(update={"fit": report})
+            job.result = job.result.model_copy(update={"fit": made[1]})
         log.info("series_written", file=path.name, shots=stored, waited_s=round(time.monotonic() - started, 3))
 
+    def _together(
+        self, job: AcquisitionJob, series: ShotSink, outcomes: list[FrameFit | str]
+    ) -> tuple[FitTable, FitReport] | None:
+        """Table and report of the fits; None, with a warning, where they are lost: the shots are not."""
+        try:
+            return self._fits.together(series.target.name, outcomes) if outcomes else None
+        except Exception as error:
+            log.error("fits_lost", exc_info=error)
+            job.warnings.append(f"the on-line fits are lost: {error}; fit the recording again")
+            return None
 
-def _raise_failure(storing: Future[None] | None) -> None:
+
+def _raise_failure(storing: Future[Path] | None) -> None:
     """Wait until the shot before is on disk.  Raises why it is not."""
     if storing is not None:
         storing.result()
 
 
-def _complain(side_work: Future[None]) -> None:
-    """A live view or a noise estimate that failed costs the series nothing else."""
+def _complain(side_work: Future[Path]) -> None:
+    """What the disk refused is logged where it happened; the series hears of it with its next shot."""
     if not side_work.cancelled() and side_work.exception() is not None:
         log.error("shot_side_work_failed", exc_info=side_work.exception())
-
-
-def _outcome(fit: Future[FitResult]) -> FitResult | str:
-    error = fit.exception()
-    if error is not None:
-        log.error("fit_failed", exc_info=error)
-        return f"the fit failed: {type(error).__name__}: {error}"
-    return fit.result()
-
-
-def _frame_fit(frame: int, fit: FitResult | str) -> FrameFit:
-    return unfitted(frame, fit) if isinstance(fit, str) else analysis.frame_report(frame, fit)

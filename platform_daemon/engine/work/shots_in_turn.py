@@ -4,27 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import Future
-from typing import TYPE_CHECKING
 
 import structlog
 
 from drivers.errors import SequenceRejected
+from platform_daemon.schemas import FrameFit
 from platform_daemon.store import StepLabel
+from platform_daemon.workers import Computer
 from sequences.compiler import ShotPlan
 
 from ..planning import AcquisitionPlan, excited_shot
-
-if TYPE_CHECKING:
-    from platform_daemon.estimation import FitResult
 
 log = structlog.get_logger()
 
 
 class ShotsInTurn:
-    """What each shot of a plan is played with.  step: of a procedure, None: the series stands for itself."""
+    """What each shot of a plan is played with.
 
-    def __init__(self, plan: AcquisitionPlan, step: StepLabel | None) -> None:
-        self._plan, self._step = plan, step
+    step: of a procedure, None: the series stands for itself; computer: plans drives.
+    """
+
+    def __init__(self, plan: AcquisitionPlan, step: StepLabel | None, computer: Computer) -> None:
+        self._plan, self._step, self._computer = plan, step, computer
         self.waits_for_fits = plan.sequence.phase_plan == "last_fit"
         self.warnings: list[str] = []
 
@@ -38,7 +39,7 @@ class ShotsInTurn:
             return StepLabel(shot + 1, values)
         return StepLabel(self._step.number, {**self._step.values, **values})
 
-    def shot(self, number: int, fits: Sequence[Future[FitResult] | str]) -> ShotPlan:
+    def shot(self, number: int, fits: Sequence[Future[FrameFit] | str]) -> ShotPlan:
         """The shot of this number, from 0; fits: of those before, of which the last good one is waited for.
 
         Without one the drive follows what was known before the series.  A drive that cannot be planned with the fitted
@@ -52,7 +53,7 @@ class ShotsInTurn:
             return planned
         plan = self._plan
         try:
-            shot, _ = excited_shot(planned.request, plan.side, plan.specimen, plan.model, fitted)
+            shot, _ = excited_shot(planned.request, plan.side, plan.specimen, plan.model, self._computer, fitted)
         except SequenceRejected as error:
             self.warnings.append(f"shot {number + 1} is not driven by the last fit: {error}")
             return planned
@@ -60,9 +61,9 @@ class ShotsInTurn:
         return shot
 
 
-def _last_good(fits: Sequence[Future[FitResult] | str]) -> dict[str, float] | None:
+def _last_good(fits: Sequence[Future[FrameFit] | str]) -> dict[str, float] | None:
     """Parameters of the last good fit by public name; None: there is none."""
     for fit in reversed(fits):
-        if not isinstance(fit, str) and fit.exception() is None and fit.result().verdict == "good":
+        if not isinstance(fit, str) and fit.exception() is None and fit.result().good:
             return {name: estimate.value for name, estimate in fit.result().parameters.items()}
     return None

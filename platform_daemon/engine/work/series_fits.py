@@ -1,0 +1,111 @@
+"""The on-line fits of a series: each from the stored file of its shot, in order, beside the shots that follow."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from functools import partial
+from pathlib import Path
+
+import structlog
+
+from drivers.calibration import ReceiveCalibration
+from platform_daemon import analysis
+from platform_daemon.design import expected_moment
+from platform_daemon.schemas import BLANK, FitReport, FrameFit, unfitted
+from platform_daemon.store import FitTable
+from platform_daemon.workers import Computer
+
+from ..computed import computed_surely
+from ..live_estimate import LiveEstimate
+from ..planning import AcquisitionPlan
+
+log = structlog.get_logger()
+KIND = "series-fit"
+
+
+class SeriesFits:
+    """Written by the thread of the series, and by that of the fits.
+
+    turns: runs them one at a time; computer: fits; live: is told of every shot; calibration: of the platform.
+    """
+
+    def __init__(
+        self,
+        plan: AcquisitionPlan,
+        turns: Executor,
+        computer: Computer,
+        live: LiveEstimate,
+        calibration: ReceiveCalibration,
+    ) -> None:
+        self._plan, self._turns, self._computer, self._live = plan, turns, computer, live
+        self._calibration = calibration
+        self._window = plan.request.window
+        self.frames: list[Future[FrameFit] | str] = []
+        self._fits: dict[int, bytes] = {}  # by frame
+        self._noise: bytes | None = None
+
+    def refused(self, reason: str) -> None:
+        """The next shot is not to be fitted."""
+        self.frames.append(reason)
+
+    def take(self, job: str, stored: Future[Path], temperature_c: float | None, *, blank: bool) -> None:
+        """The next shot, whose file will be there."""
+        frame = len(self.frames)
+        work = partial(self._fit, job, frame, stored, temperature_c, blank=blank)
+        if blank:
+            self.frames.append("no on-line fit was asked for" if self._window is None else BLANK)
+            if self._window is not None:
+                self._turns.submit(work).add_done_callback(_complain)
+        elif self._window is None:
+            self.frames.append("no on-line fit was asked for")
+            self._turns.submit(work).add_done_callback(_complain)
+        else:
+            self.frames.append(self._turns.submit(work))
+
+    def outcomes(self, shots: int) -> list[FrameFit | str]:
+        """The fit of each of the first shots, or why there is none; waits for them."""
+        return [fit if isinstance(fit, str) else _outcome(k, fit) for k, fit in enumerate(self.frames[:shots])]
+
+    def together(self, file: str, outcomes: list[FrameFit | str]) -> tuple[FitTable, FitReport] | None:
+        """Table and report of a recording; None: no fit was asked for.  Raises what whoever computes raises."""
+        if self._window is None:
+            return None
+        fits = [fit if isinstance(fit, str) else self._fits[k] for k, fit in enumerate(outcomes)]
+        task = analysis.SeriesTable(file, self._plan.model, self._window, self._calibration, fits)
+        made = computed_surely(self._computer, KIND, task)
+        return made.table, made.report
+
+    def _fit(self, job: str, frame: int, stored: Future[Path], temperature_c: float | None, *, blank: bool) -> FrameFit:
+        """In the fits' one thread: the noise grows ahead of each fit.  Raises what kept the shot from the disk."""
+        task = analysis.OnlineFit(
+            stored.result(),
+            self._calibration,
+            self._plan.model,
+            self._window,
+            expected_moment(self._plan.specimen),
+            temperature_c,
+            blank,
+            self._noise,
+        )
+        found = computed_surely(self._computer, KIND, task)
+        self._noise = found.noise
+        if found.harmonics is not None:
+            self._live.see(job, frame + 1, found.harmonics)
+        if found.fit is None or found.frame is None:
+            return unfitted(frame, BLANK)
+        self._fits[frame] = found.fit
+        return found.frame.model_copy(update={"frame": frame})
+
+
+def _outcome(frame: int, fit: Future[FrameFit]) -> FrameFit | str:
+    error = fit.exception()
+    if error is not None:
+        log.error("fit_failed", exc_info=error)
+        return f"the fit failed: {type(error).__name__}: {error}"
+    return fit.result()
+
+
+def _complain(side_work: Future[FrameFit]) -> None:
+    """A live view or a noise estimate that failed costs the series nothing else."""
+    if not side_work.cancelled() and side_work.exception() is not None:
+        log.error("shot_side_work_failed", exc_info=side_work.exception())

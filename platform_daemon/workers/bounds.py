@@ -1,0 +1,61 @@
+"""How much a task may take, and what becomes of one that takes more."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from drivers.errors import InputError, PlatformError
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """memory_mb: address space of the process that computes, in 10^6 bytes; time_s: from its beginning to its end."""
+
+    memory_mb: int
+    time_s: float
+
+
+class Stopped(Exception):
+    """Somebody asked the task to stop, and its process is no more."""
+
+
+class OverBounds(InputError):
+    """The task took more memory or time than work of its kind may; it was stopped, and left nothing behind."""
+
+    title = "Too much work"
+    nothing_moved = False
+
+
+class WorkerLost(PlatformError):
+    """The process that computed the task died: of an error of its own, or killed by somebody else."""
+
+    title = "Worker lost"
+
+
+def too_long(kind: str, bounds: Bounds) -> OverBounds:
+    """It was stopped after the time it may take."""
+    return OverBounds(
+        f"the {kind} took longer than {bounds.time_s:g} s",
+        why="that is the limit of time of its kind",
+        remedy=f"ask for less (fewer shots, a shorter window), or start the daemon with --worker-limit {kind}:SECONDSs",
+    )
+
+
+def too_large(kind: str, bounds: Bounds) -> OverBounds:
+    """It wanted more memory than it may have."""
+    ask = f"ask for less (fewer shots, a shorter window), or start the daemon with --worker-limit {kind}:MEGABYTESMB"
+    return OverBounds(
+        f"the {kind} needs more than {bounds.memory_mb} MB of memory",
+        why="that is the limit of memory of its kind",
+        remedy=ask,
+    )
+
+
+def lost(kind: str, bounds: Bounds, code: int | None) -> WorkerLost:
+    """Its process died."""
+    how = f"by signal {-code}" if code is not None and code < 0 else f"with exit code {code}"
+    return WorkerLost(
+        f"the process that computed the {kind} died {how}",
+        why=f"it was killed, or wanted more than the {bounds.memory_mb} MB that it may have",
+        remedy="ask again; if it happens again, ask for less, or report it with the log",
+    )
