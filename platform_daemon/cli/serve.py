@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from platform_daemon.serving import log_from
-from platform_daemon.supervisor import service_manager
+from platform_daemon.supervisor import Heartbeat, service_manager
 
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, PlatformOption, SetOption
@@ -43,6 +43,8 @@ LimitOption = Annotated[
 NameOption = Annotated[
     list[str] | None, typer.Option("--allowed-host", help="A further name that clients call it by; may be repeated.")
 ]
+
+_SILENCE_S = 60.0  # longer than a process that has died waits before it is started anew, and its start
 
 
 def serve(
@@ -94,8 +96,9 @@ def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_li
         scheme = "http" if options.tls_cert is None else "https"
         print(f"listening on {scheme}://{_address(options.host, listener)}", flush=True)
         print(f"stop on {scheme}://{_address(options.host, stop_listener)}/stop", flush=True)
-        with service_manager():
-            daemon.run()
+        heartbeat = Heartbeat(_SILENCE_S)
+        with service_manager(heartbeat.lives):
+            daemon.run(heartbeat)
     except KeyboardInterrupt:
         pass
     finally:

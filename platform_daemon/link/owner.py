@@ -93,7 +93,8 @@ class OwnedHardware(LocalJobs):
     def unlock(self, request: FaultUnlock) -> FaultCleared:
         """See Hardware."""
         fault = self._engine.unlock(request.by, request.reason)
-        take_up_queue(self._engine, self, forget=False)  # what waited while the fault stood
+        if fault is not None:  # what waited when the daemon was started
+            take_up_queue(self._engine, self, forget=False)
         return FaultCleared(fault=fault, by=request.by)
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:

@@ -23,7 +23,7 @@ class TakesUp(Protocol):
 def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
     """Queue again what an earlier run has left; what cannot be planned any more is failed with the reason.
 
-    While the fault of a dead owner stands all of it waits on.
+    While a fault stands they stay as they are.
 
     forget: cancel all of it.
     """
@@ -35,8 +35,8 @@ def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
         try:
             owner.take_up(job)
             log.info("job_taken_up", job=job.identifier)
-        except InterlockError as error:  # it waits on until a person has cleared the fault
-            log.warning("queue_waits", error=str(error))
+        except InterlockError as error:  # a fault stands: they are taken up when a person has reset it
+            log.warning("queue_waits", job=job.identifier, error=str(error))
             return
         except PlatformError as error:
             log.error("job_not_taken_up", job=job.identifier, error=str(error))

@@ -38,7 +38,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     limits = WorkerLimits().changed(options.worker_limits)
 
     def start() -> Engine:
-        return start_engine(file, *kept, *hardware_workers(limits), options.data)
+        return start_engine(file, *kept, *hardware_workers(limits), data=options.data)
 
     opening = Opening(start, folder, forget=options.forget_queue)
     server = None

@@ -6,6 +6,7 @@ outputs_off: Switch all outputs off while no owner lives.
 reset_fault: The same, then clear the fault that stands in the way of power.
 owner_of: Who owns the devices of a place now.
 place_of: Where the state of a platform's outputs is kept.
+Heartbeat: Lives as long as it is called often enough.
 service_manager: Tells systemd that the daemon is ready, lives, and ends.
 examine: Would this computer run unattended?
 

@@ -1,4 +1,5 @@
 from .checkup import examine as examine
+from .notify import Heartbeat as Heartbeat
 from .notify import service_manager as service_manager
 from .owner import guard_for as guard_for
 from .owner import needs_guard as needs_guard

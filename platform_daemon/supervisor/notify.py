@@ -5,10 +5,26 @@ from __future__ import annotations
 import os
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from .say import say
+
+
+class Heartbeat:
+    """Called while all is well; `lives` until it has not been for longer than within_s, s."""
+
+    def __init__(self, within_s: float) -> None:
+        self._within_s, self._last_s = within_s, time.monotonic()
+
+    def __call__(self) -> None:
+        """All is well now."""
+        self._last_s = time.monotonic()
+
+    def lives(self) -> bool:
+        """See the class."""
+        return time.monotonic() - self._last_s <= self._within_s
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from platform_daemon.supervisor import service_manager
+from platform_daemon.supervisor import Heartbeat, service_manager
 from platform_daemon.supervisor.notify import watchdog_s
 
 
@@ -48,6 +48,19 @@ def test_no_sign_of_life_of_what_does_not_live(manager, monkeypatch, dead):
     with service_manager(dead):
         time.sleep(0.2)
     assert all_of(manager) == ["READY=1", "STOPPING=1"]
+
+
+def test_a_heart_that_stops_lives_no_longer(manager, monkeypatch):
+    monkeypatch.setenv("WATCHDOG_USEC", "20000")
+    heart = Heartbeat(0.1)
+    with service_manager(heart.lives):
+        time.sleep(0.3)
+        assert "WATCHDOG=1" in all_of(manager)
+        time.sleep(0.1)
+        assert all_of(manager) == []
+        heart()
+        time.sleep(0.05)
+        assert "WATCHDOG=1" in all_of(manager)
 
 
 def test_without_a_manager_nothing_is_done(monkeypatch):
