@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: crash install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -71,6 +71,11 @@ diagnose-study: install
 DEATHS ?= 12
 crash: install
 	$(BIN)/python -m tests.campaigns.crash --deaths $(DEATHS) --page docs/crash.md
+
+# Kills inside the write path; `make write-kills KILLS=400` is a short one.
+KILLS ?= 1000
+write-kills: install
+	$(BIN)/python -m tests.campaigns.write_kills --kills $(KILLS) --page docs/write-kills.md
 
 # Angle records made by scipy; `make angle-study ANGLES='--records 32'` is a short one.
 angle-study: install

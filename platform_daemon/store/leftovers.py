@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -12,7 +13,9 @@ from .errors import NotAssembled
 from .index import Broken
 from .staging import SUFFIX, claim_abandoned
 
-_PART = re.compile(rf"\..*\.(?P<pid>[0-9]+)-[0-9a-f]{{8}}{re.escape(PART)}")
+_PART = re.compile(rf"\..*\.((?P<pid>[0-9]+)-)?[0-9a-f]{{8}}{re.escape(PART)}")
+_LONG_S = 3600.0
+"""No file takes so long to write: whoever has the writer's process id now is somebody else."""
 
 
 def sweep(folders: Iterable[Path]) -> list[Path]:
@@ -20,11 +23,18 @@ def sweep(folders: Iterable[Path]) -> list[Path]:
     swept = []
     for path in (path for folder in folders for path in folder.glob(f".*{PART}")):
         named = _PART.fullmatch(path.name)
-        if named is not None and not Path("/proc", named["pid"]).exists():
-            with suppress(OSError):
+        if named is None:
+            continue
+        with suppress(OSError):
+            if time.time() - path.stat().st_mtime > _LONG_S or _is_dead(named["pid"]):
                 path.unlink()
                 swept.append(path)
     return swept
+
+
+def _is_dead(pid: str | None) -> bool:
+    """Of a name without a process id nobody knows."""
+    return pid is not None and not Path("/proc", pid).exists()
 
 
 def kept_series(folder: Path) -> list[Broken]:

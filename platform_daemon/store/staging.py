@@ -78,7 +78,7 @@ def claim(target: Path) -> Staging:
 
     Raises InputError if the folder of `target` is missing or not writable, or another series to it is running.
     """
-    fresh = target.with_name(f".{target.name}{_FRESH}{secrets.token_hex(4)}")
+    fresh = target.with_name(f".{target.name}{_FRESH}{os.getpid()}-{secrets.token_hex(4)}")
     folder = folder_of(target)
     try:
         fresh.mkdir()
@@ -112,12 +112,18 @@ def claim_abandoned(folder: Path) -> Staging | None:
 def abandoned_series(folder: Path) -> Iterator[Staging]:
     """Every staging folder in `folder` whose writer is gone, locked for us one at a time."""
     for path in sorted(folder.glob(f".*{_FRESH}*")):
-        if time.time() - path.stat().st_mtime > _FRESH_LIFETIME_S:
+        if time.time() - path.stat().st_mtime > _FRESH_LIFETIME_S or _maker_is_dead(path):
             shutil.rmtree(path, ignore_errors=True)
     for path in sorted(folder.glob(f".*{SUFFIX}")):
         found = claim_abandoned(path)
         if found is not None:
             yield found
+
+
+def _maker_is_dead(fresh: Path) -> bool:
+    """Of a folder that never got its name."""
+    pid, named, _ = fresh.name.rpartition(_FRESH)[2].partition("-")
+    return bool(named) and pid.isdigit() and not Path("/proc", pid).exists()
 
 
 def _locked(folder: Path) -> BinaryIO | None:

@@ -66,6 +66,7 @@ def die(lab: Lab, number: signal.Signals, moment: Moment) -> Death:
             return Death(None, None)
         finally:
             host.end()
+            lab.reset_fault()  # as a person does who has looked at the platform
 
 
 def told(number: signal.Signals, moment: Moment, deaths: Sequence[Death], met: int) -> str:
