@@ -162,7 +162,7 @@ def _show(schedule: Schedule) -> None:
 def _trigger(
     every_s: float | None, cron: str | None, at: list[str] | None, time_zone: str, jitter_s: float
 ) -> dict[str, Any]:
-    given = {"every_s": every_s, "cron": cron, "at": tuple(at) if at else None}
+    given = {"every_s": every_s, "cron": cron, "at": at or None}
     return {
         **{key: value for key, value in given.items() if value is not None},
         "time_zone": time_zone,

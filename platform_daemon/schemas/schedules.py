@@ -24,7 +24,7 @@ class TriggerRequest(Request):
     """Interval, s, counted from the start of the schedule; daylight saving does not move it."""
     cron: str | None = None
     """Five fields as in Debian's cron: minute, hour, day, month, weekday."""
-    at: tuple[str, ...] | None = None
+    at: Annotated[list[str], Field(min_length=1, max_length=1000)] | None = None
     """Local times, ISO 8601, or with an offset of their own."""
     time_zone: str = "UTC"
     """IANA name of the zone that `cron` and `at` are in."""

@@ -72,7 +72,7 @@ def test_one_start_by_hand(daemon):
         ({"trigger": {}}, "trigger"),
         ({"trigger": {"every_s": 5, "cron": "0 0 * * *"}}, "trigger"),
         ({"trigger": {"every_s": 0}}, "every_s"),
-        ({"trigger": {"at": ["2001-01-01T00:00:00"]}}, "trigger"),
+        ({"trigger": {"at": ["2001-01-01T00:00:00"]}}, "never due"),
         ({"until": "2001-01-01T00:00:00"}, "until"),
         ({"work": {"kind": "acquisition", "request": {"resonator": "nobody"}}}, "nobody"),
         ({"work": {"kind": "dream", "request": {}}}, "work"),

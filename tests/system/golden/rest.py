@@ -32,6 +32,7 @@ def routes(place: Workplace) -> None:
         _calibrations(daemon)
         _problems(daemon)
         _procedures(daemon)
+        _schedules(daemon)
         _cancelled(daemon)
         asked = daemon.routes()
     place.keep("routes.txt", "\n".join(asked) + "\n")
@@ -51,6 +52,7 @@ def _platform(daemon: Daemon) -> None:
         daemon.ask(f"platform/no-{name}", "GET", f"/{name}")
     daemon.ask("platform/no-live", "GET", "/live/harmonics")
     daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset", json={})
+    daemon.ask("platform/fault-reset", "POST", "/platform/fault/reset", json={"by": "me", "reason": "looked"})
 
 
 def _catalogue(daemon: Daemon) -> None:
@@ -81,6 +83,7 @@ def _recordings(daemon: Daemon, made: str) -> None:
     for name, identifier in (("made", made), ("example", JEWEL), ("angles", SWING), ("broken", "broken")):
         daemon.ask(f"recordings/{name}", "GET", f"/recordings/{identifier}")
     frame = f"/recordings/{made}/frames/1"
+    daemon.ask("recordings/recover", "POST", "/recordings/recover", json={})
     daemon.ask("recordings/file", "GET", f"/recordings/{JEWEL}/file")
     daemon.ask("recordings/dmdt", "GET", f"{frame}/dmdt", params={"points": 50})
     daemon.ask("recordings/dmdt-part", "GET", f"{frame}/dmdt", params={"points": 9, "start_s": 0.1, "stop_s": 0.11})
@@ -111,6 +114,22 @@ def _fits(daemon: Daemon, made: str) -> None:
     daemon.ask("fits/envelopes-blank", "GET", f"{fit}/frames/0/envelopes")
     daemon.ask("fits/all", "GET", "/fits")
     daemon.ask("fits/cancel-ended", "DELETE", fit)
+
+
+def _schedules(daemon: Daemon) -> None:
+    far = {"name": "far", "trigger": {"at": ["2099-01-01T08:00"], "time_zone": "Europe/Berlin"}}
+    asked = {**far, "work": {"kind": "acquisition", "request": SHOT}}
+    daemon.ask("schedules/preview", "POST", "/schedules/preview", json=asked)
+    made = f"/schedules/{daemon.ask('schedules/add', 'POST', '/schedules', json=asked)['identifier']}"
+    daemon.ask("schedules/all", "GET", "/schedules")
+    daemon.ask("schedules/one", "GET", made)
+    for what in ("pause", "resume"):
+        daemon.ask(f"schedules/{what}", "POST", f"{made}/{what}", json={})
+    daemon.settle()
+    daemon.ask("schedules/run", "POST", f"{made}/run", json={}, racing=True)
+    daemon.ask("schedules/remove", "DELETE", made)
+    daemon.ask("schedules/ledger", "GET", f"{made}/ledger", params={"after": 1000})
+    daemon.ask("schedules/never", "POST", "/schedules", json={**asked, "trigger": {"cron": "0 0 30 2 *"}})
 
 
 def _predictions(daemon: Daemon) -> None:
