@@ -17,6 +17,7 @@ from platform_daemon.schemas import (
 
 from ..context import CONFIRMED, Confirmed, Shared
 from ..network.routes import GuardedRoute
+from ..pages import NEXT, Paged
 from ..problems import problems
 
 router = APIRouter(prefix="/schedules", tags=["schedules"], route_class=GuardedRoute)
@@ -38,10 +39,11 @@ def add_schedule(body: ScheduleRequest, response: Response, context: Shared) -> 
     return made
 
 
-@router.get("", summary="All schedules", responses=problems(502, 503, 507))
-def list_schedules(context: Shared) -> ScheduleListing:
-    """All that were not removed, oldest first: whether they start anything, why not, and when next."""
-    return ScheduleListing(context.hardware.list_schedules())
+@router.get("", summary="All schedules", responses={**NEXT, **problems(422, 502, 503, 507)})
+def list_schedules(context: Shared, page: Paged) -> ScheduleListing:
+    """All that were not removed, oldest first, page by page: whether they start anything, why not, and when next."""
+    found = {each.identifier: each for each in context.hardware.list_schedules()}
+    return ScheduleListing(tuple(page.part_of(found).values()))
 
 
 @router.post("/preview", summary="When a schedule would start", responses=problems(409, 415, 422, 502, 503, 507))

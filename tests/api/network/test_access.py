@@ -13,7 +13,7 @@ from platform_daemon.api.server import create_api
 from platform_daemon.schemas.access import Role
 from tests.kit.rest import problem
 
-COMPUTES_ONLY = {"predict", "compute_defects", "draw_defects", "dry_run", "dry_run_procedure"}
+COMPUTES_ONLY = {"preview_schedule", "predict", "compute_defects", "draw_defects", "dry_run", "dry_run_procedure"}
 OPEN = {"get_health", "get_problem_kind"}
 
 
