@@ -17,7 +17,8 @@ log = structlog.get_logger()
 _END_HARDWARE_S = 90.0  # longer than outputs off with devices that do not answer, and than a series put together
 _END_WEB_S = 10.0
 _SHORT_LIFE_S = 10.0  # a process that has not lived so long waits before it is started again
-_LONGEST_WAIT_S = 30.0
+_SHORTEST_WAIT_S, _LONGEST_WAIT_S = 0.5, 30.0
+_LOOK_S = 0.05  # while one waits to be started again
 
 
 class Daemon:
@@ -31,6 +32,7 @@ class Daemon:
         self._options, self._sockets = options, sockets
         self._children: dict[str, Child] = {}
         self._waits_s: dict[str, float] = {}
+        self._again_s: dict[str, float] = {}  # when what has died starts again, monotonic
 
     def start(self) -> None:
         """Both processes, each while the other does.  Raises StartFailed."""
@@ -44,10 +46,13 @@ class Daemon:
     def run(self, heartbeat: Callable[[], None] = lambda: None) -> None:
         """Until an interrupt; `heartbeat` is called about every second while both processes live."""
         while True:
-            ended = select.select([*self._children.values()], [], [], 1.0)[0]
+            ended = select.select([*self._children.values()], [], [], 1.0 if not self._again_s else _LOOK_S)[0]
             for child in ended:
-                self._restart(child)
-            if not ended:
+                self._bury(child)
+            for name in [name for name, due_s in self._again_s.items() if due_s <= time.monotonic()]:
+                del self._again_s[name]
+                self._begun(name).go()
+            if not ended and not self._again_s:
                 heartbeat()
 
     def end(self) -> None:
@@ -61,13 +66,13 @@ class Daemon:
         child = self._children[name] = Child(name, self._options, handed)
         return child
 
-    def _restart(self, child: Child) -> None:
-        """Started anew; one that dies soon after its start waits longer every time."""
+    def _bury(self, child: Child) -> None:
+        """It starts anew at once; one that dies again soon after its start waits longer every time."""
         lived_s = time.monotonic() - child.started_s
-        code = child.end(0)
-        longer_s = min(_LONGEST_WAIT_S, 2 * self._waits_s.get(child.name, 0.5))
-        wait_s = self._waits_s[child.name] = longer_s if lived_s < _SHORT_LIFE_S else 0.0
+        code = self._children.pop(child.name).end(0)
+        soon_again = self._waits_s.get(child.name) if lived_s < _SHORT_LIFE_S else None
+        wait_s = 0.0 if soon_again is None else min(_LONGEST_WAIT_S, max(_SHORTEST_WAIT_S, 2 * soon_again))
+        self._waits_s[child.name] = wait_s
+        self._again_s[child.name] = time.monotonic() + wait_s
         log.error("process_died", process=child.name, code=code, lived_s=round(lived_s, 1), again_in_s=wait_s)
         sys.stderr.flush()
-        time.sleep(wait_s)
-        self._begun(child.name).go()
