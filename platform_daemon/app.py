@@ -10,7 +10,16 @@ from drivers.errors import ConfigError
 from drivers.platform import Platform
 from drivers.registry import build_platform
 from platform_daemon.analysis import Library
-from platform_daemon.engine import AnalysisJobs, CalibrationFiles, Catalogue, Engine, JobRecords, read_receive
+from platform_daemon.engine import (
+    AnalysisJobs,
+    CalibrationFiles,
+    Catalogue,
+    Engine,
+    JobRecords,
+    Tell,
+    quiet,
+    read_receive,
+)
 from platform_daemon.link import Hardware
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
@@ -33,11 +42,12 @@ def start_engine(
     online: Computer = InThisProcess(),  # noqa: B008 without state
     computing: Computer = InThisProcess(),  # noqa: B008 without state
     data: Path | None = None,
+    tell: Tell = quiet,
 ) -> Engine:
     """An engine on the platform that the file describes; outputs are off.
 
-    online: computes on-line fits and plans; computing: what takes longer; data: data folder of a daemon.  Raises
-    ConfigError, DeviceError, DeviceDenied if another process owns the devices.
+    online: computes on-line fits and plans; computing: what takes longer; data: data folder of a daemon; tell: takes
+    events.  Raises ConfigError, DeviceError, DeviceDenied if another process owns the devices.
     """
     calibration = None if file.calibration_file is None else read_receive(file.calibration_file)
     transmit = None if file.transmit_file is None else read_transmit_calibration(file.transmit_file)
@@ -52,7 +62,7 @@ def start_engine(
     try:
         guard.watch()
         known = journal, models, file.self_test, named, catalogue
-        return Engine(platform, file.limits, file.text, *known, online, computing)
+        return Engine(platform, file.limits, file.text, *known, online, computing, tell)
     except BaseException:  # Ctrl-C too
         platform.close()
         raise
@@ -74,17 +84,21 @@ def create_context(
     data: DataFolder,
     catalogue: Catalogue,
     limits: WorkerLimits = WorkerLimits(),  # noqa: B008 frozen
+    tell: Tell = quiet,
 ) -> Context:
     """What the API serves.
 
-    limits: of the processes that compute what is asked for.
+    limits: of the processes that compute what is asked for; tell: takes events.
     """
-    from platform_daemon.api import Context  # here, because the process that owns the hardware needs no web
+    from platform_daemon.api import Context, EventTail  # here, because the process that owns the hardware needs no web
 
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
-    analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs))
+    analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs), tell)
     previews = preview_workers(limits)
-    return Context(hardware, catalogue, analyses, previews, *folders, Library(data.models), data.calibrations)
+    return Context(
+        *(hardware, catalogue, analyses, previews, *folders),
+        *(Library(data.models), data.calibrations, EventTail(data.events)),
+    )
 
 
 def hardware_workers(limits: WorkerLimits) -> tuple[WorkerProcess, WorkerProcess]:

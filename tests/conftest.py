@@ -31,6 +31,7 @@ os.environ["XDG_STATE_HOME"] = _STATE.name
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # `nohup` has them ignore a closed terminal, in the same way
 
 
 @pytest.fixture

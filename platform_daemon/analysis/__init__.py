@@ -73,6 +73,7 @@ slide_frame: Fit a frame window by window.
 preview_derived: Derived quantities of a stored fit.
 preview_envelopes: Envelopes of a fitted frame.
 preview_harmonics: Harmonics of a frame.
+preview_picture: What to draw of a frame.
 preview_sliding: Sliding windows along one ring-down.
 sliding_report: Every window with its estimates or the reason of its refusal, and how flat each constant is.
 """

@@ -55,6 +55,7 @@ from .precision import planned_precision as planned_precision
 from .previews import preview_derived as preview_derived
 from .previews import preview_envelopes as preview_envelopes
 from .previews import preview_harmonics as preview_harmonics
+from .previews import preview_picture as preview_picture
 from .previews import preview_sliding as preview_sliding
 from .resonator.checked_defect import checked_defect as checked_defect
 from .resonator.curves import ForceCurves as ForceCurves

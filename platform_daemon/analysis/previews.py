@@ -3,18 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 from drivers.errors import InputError
 from platform_daemon.estimation import SlidingBounds
-from platform_daemon.schemas import DerivedReport, EnvelopesReport, FitReport, FrameFit, ShotHarmonics, SlidingReport
+from platform_daemon.schemas import (
+    DerivedReport,
+    EnvelopesReport,
+    FitReport,
+    FrameFit,
+    NamedWindow,
+    ShotHarmonics,
+    SlidingReport,
+)
 
 from .derived import derived_report, frame_envelopes
 from .harmonics import frame_harmonics
 from .measurement import open_measurement, open_voltages
 from .model_registry.library import Library
 from .model_registry.resolve import model_of, resolve
+from .plot_data import RingDownPlotData, ring_down_plot_data
 from .sliding import slide_frame, sliding_report
 
 
@@ -55,3 +65,11 @@ def preview_sliding(
 def preview_harmonics(recording: Path, frame: int) -> ShotHarmonics:
     """Harmonics of a frame.  Raises InputError, RecordingError."""
     return ShotHarmonics(frame_harmonics(open_voltages(recording), frame))
+
+
+def preview_picture(
+    recording: Path, frame: int, variant: str | None, models: Library, window: NamedWindow, title: str
+) -> RingDownPlotData:
+    """What to draw of a frame.  Raises InputError, RecordingError."""
+    drawn = ring_down_plot_data(open_voltages(recording), frame, resolve(variant, models), window)
+    return replace(drawn, title=title)

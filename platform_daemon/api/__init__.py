@@ -1,6 +1,7 @@
 """REST over the owner of the hardware and the analysis.
 
 Context: What every route needs.
+EventTail: Follows the journal of events for all listeners.
 certificate_of: The files of TLS, both or none.
 rules: The rules for a server on an address.
 too_many_previews: All processes that compute what requests wait for are busy.
@@ -10,6 +11,7 @@ create_stop_api: An application that can do nothing but stop, by the same rules.
 """
 
 from .context import Context
+from .event_tail import EventTail
 from .network.lanes import too_many_previews
 from .network.listening import certificate_of, rules
 from .network.served import served
@@ -17,6 +19,7 @@ from .server import create_api, create_stop_api
 
 __all__ = [
     "Context",
+    "EventTail",
     "certificate_of",
     "create_api",
     "create_stop_api",

@@ -18,6 +18,8 @@ from platform_daemon.link import Hardware, JobHolder, LocalJobs
 from platform_daemon.schemas import Confirmation
 from platform_daemon.workers import Computer, Stopped, Task
 
+from .event_tail import EventTail
+
 ResultT = TypeVar("ResultT")
 EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
 
@@ -27,7 +29,7 @@ class Context:
     """What routes work with.
 
     hardware: its owner; catalogue: what can be measured; analyses: those asked for; previews: who computes what a
-    request waits for; then folders; models: adopted ones.
+    request waits for; then folders; models: adopted ones; events: for those who listen.
     """
 
     hardware: Hardware
@@ -41,9 +43,11 @@ class Context:
     procedures: Path
     models: Library
     calibrations: Path
+    events: EventTail
 
     def close(self) -> None:
-        """The processes that compute end.  Idempotent."""
+        """The processes that compute end, and listeners are let go.  Idempotent."""
+        self.events.close()
         self.analyses.close()
         self.previews.close()
 

@@ -8,6 +8,8 @@ Catalogue: What can be measured, and how.
 Shelf: TOML files of one kind.
 TunedPresets: Sequences that tune has found.
 open_catalogue: The catalogue of a daemon.
+Tell: Takes events.
+quiet: Nobody listens.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
 ShuttingDown: The daemon takes no work any more.
 UnknownId: No job or recording has that id.
@@ -37,6 +39,7 @@ from .analysis_jobs import AnalysisJobs
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
 from .engine import Engine, ShuttingDown
+from .happenings import Tell, quiet
 from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
 from .jobs import DAEMON_ENDED, AnyJob, Job
@@ -76,10 +79,12 @@ __all__ = [
     "ProcedureWork",
     "Shelf",
     "ShuttingDown",
+    "Tell",
     "TunedPresets",
     "UnknownId",
     "open_catalogue",
     "plan_procedure",
+    "quiet",
     "read_receive",
     "record_of",
     "reduce_latency",

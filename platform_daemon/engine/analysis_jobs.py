@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from platform_daemon.workers import Computer
 
 from .engine import ShuttingDown
+from .happenings import Tell, quiet
 from .job_records import JobRecords
 from .job_registry import ANALYSES, JobRegistry
 from .jobs import AnyJob, Job, RequestT, ResultT, Work
@@ -16,9 +17,9 @@ from .jobs import AnyJob, Job, RequestT, ResultT, Work
 class AnalysisJobs:
     """Takes and keeps them.  computer: does what they compute; cancelled, its process is killed."""
 
-    def __init__(self, computer: Computer, journal: JobRecords | None = None) -> None:
+    def __init__(self, computer: Computer, journal: JobRecords | None = None, tell: Tell = quiet) -> None:
         self.computer = computer
-        self._registry = JobRegistry(journal or JobRecords(None), ANALYSES)
+        self._registry = JobRegistry(journal or JobRecords(None), ANALYSES, tell)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="analyses")
         self._lock, self._closed = threading.Lock(), False
 

@@ -31,6 +31,7 @@ from sequences.limits import SafetyLimits
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .computed import computed_surely
+from .happenings import Tell, quiet
 from .hardware_thread import HardwareThread, run_job
 from .interlock import Interlock
 from .job_records import JobRecords
@@ -62,7 +63,8 @@ class Engine:
 
     config_text is stored in every recording; models: adopted ones that on-line fits may use; self_test: what comes
     before each series and each transmit calibration; files: of calibrations, as the platform file names them;
-    catalogue: what can be measured by name; online: computes on-line fits and plans; computing: what takes longer.
+    catalogue: what can be measured by name; online: computes on-line fits and plans; computing: what takes longer;
+    tell: takes events.
 
     On-line fits and procedures have a thread each, so that none holds up a shot nor the others.  Raises
     SequenceRejected if the self-test leaves the limits.
@@ -80,6 +82,7 @@ class Engine:
         catalogue: Catalogue = Catalogue(),  # noqa: B008 frozen
         online: Computer = InThisProcess(),  # noqa: B008 without state
         computing: Computer = InThisProcess(),  # noqa: B008 without state
+        tell: Tell = quiet,
     ) -> None:
         self.platform = platform
         self.config_text = config_text
@@ -88,14 +91,14 @@ class Engine:
         self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
         self.online, self.computing = online, computing
-        self._registry = JobRegistry(journal or JobRecords(None), ON_HARDWARE)
+        self._registry, self._tell = JobRegistry(journal or JobRecords(None), ON_HARDWARE, tell), tell
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._procedures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="procedures")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
         self._closed = threading.Event()
-        self._interlock = Interlock(platform)
+        self._interlock = Interlock(platform, tell)
         self._fits_warm = threading.Event()
-        self._readback = Readback(platform)
+        self._readback = Readback(platform, tell)
         self._readback.refresh()
         self._hardware = HardwareThread(platform, self._interlock, self._readback, self._closed)
 
@@ -134,7 +137,8 @@ class Engine:
         """What a series is made with now."""
         self_test = self._calibration_in_use.self_test
         in_shot = partial(self._hardware.refresh, busy=True)
-        return SeriesBench(self.platform, self.config_text, self._online, self.online, self.live, in_shot, self_test)
+        fits = self._online, self.online
+        return SeriesBench(self.platform, self.config_text, *fits, self.live, in_shot, self_test, self._tell)
 
     def calibrate(self, request: CalibrationRequest, folder: Path, again: AnyJob | None = None) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""

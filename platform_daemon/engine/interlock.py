@@ -8,27 +8,33 @@ import structlog
 
 from drivers.errors import InterlockError, OutputsUnconfirmed, PlatformError
 from drivers.platform import Platform
+from platform_daemon.schemas import InterlockEvent
 
+from .happenings import Tell, quiet
 from .jobs import AnyJob
 
 log = structlog.get_logger()
 
 
 class Interlock:
-    """Stands before all work on a platform.  why: how the last attempt to switch them off failed; None: it is open."""
+    """Stands before all work on a platform.  why: how the last attempt to switch them off failed; None: it is open.
 
-    def __init__(self, platform: Platform) -> None:
-        self._platform = platform
+    tell: when it closes, and when it is open again.
+    """
+
+    def __init__(self, platform: Platform, tell: Tell = quiet) -> None:
+        self._platform, self._tell = platform, tell
         self.why: str | None = None
+        self._told: str | None = None
 
     def prove_off(self) -> None:
         """Outputs off and confirmed, else `why` says why.  Raises DeviceError."""
         try:
             self._platform.outputs_off()
         except Exception as error:
-            self.why = str(error)
+            self._set(str(error))
             raise
-        self.why = None
+        self._set(None)
 
     @property
     def stands(self) -> str | None:
@@ -55,7 +61,7 @@ class Interlock:
         try:
             work(job)
         except OutputsUnconfirmed as error:  # tried a moment ago: the user hears of it now, `recover` goes on
-            self.why = str(error)
+            self._set(str(error))
             raise
         except BaseException:
             self.prove_off()
@@ -64,6 +70,7 @@ class Interlock:
 
     def recover(self) -> None:
         """Outputs that could not be confirmed off are switched off again and again, until they are."""
+        self._look()
         if self.why is None:
             return
         try:
@@ -71,3 +78,14 @@ class Interlock:
             log.info("outputs_confirmed_off")
         except Exception as error:  # said already, and tried again a moment later
             log.warning("outputs_unconfirmed", error=str(error))
+
+    def _set(self, why: str | None) -> None:
+        self.why = why
+        self._look()
+
+    def _look(self) -> None:
+        """Tell if it has closed, for this reason, or is open again."""
+        stands = self.stands
+        if stands != self._told:
+            self._told = stands
+            self._tell(InterlockEvent(why=stands))

@@ -8,6 +8,7 @@ from drivers.errors import InputError, PlatformError
 from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
 
+from .happenings import Tell, job_event, quiet
 from .job_records import JobRecords
 from .jobs import AnyJob
 
@@ -25,10 +26,12 @@ class UnknownId(InputError):
 
 
 class JobRegistry:
-    """The jobs of these kinds.  Written under the lock of whoever keeps it, read by anybody."""
+    """The jobs of these kinds.  Written under the lock of whoever keeps it, read by anybody.  tell: of what becomes of
+    them."""
 
-    def __init__(self, journal: JobRecords, kinds: frozenset[str]) -> None:
-        self._journal = journal
+    def __init__(self, journal: JobRecords, kinds: frozenset[str], tell: Tell = quiet) -> None:
+        self._journal, self._tell = journal, tell
+        self._told: dict[str, JobState] = {}  # of jobs that have not ended
         found = journal.load(kinds, ON_HARDWARE)
         self._jobs = {job.identifier: job for job in found}
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
@@ -47,6 +50,7 @@ class JobRegistry:
         if conducting:
             self._conducting = [*(each for each in self._conducting if not each.state.final), job]
         self._jobs[job.identifier] = job
+        self._tell_state(job)
 
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, and that nobody has queued again; oldest first."""
@@ -93,9 +97,20 @@ class JobRegistry:
         """Ids of those that wait for it, the next one first."""
         return tuple(j.identifier for j in list(self._moving) if j.state is JobState.QUEUED)
 
+    def _tell_state(self, job: AnyJob) -> None:
+        """Once for each state."""
+        state = job.state
+        if self._told.get(job.identifier) is state:
+            return
+        self._told[job.identifier] = state
+        if state.final:
+            del self._told[job.identifier]
+        self._tell(job_event(job))
+
     def _keep(self, job: AnyJob) -> None:
         try:
             self._journal.save(job)
         # A full disk must not end the thread; the job still answers until the daemon stops.
         except StorageError as error:
             log.error("job_not_saved", job=job.identifier, error=str(error))
+        self._tell_state(job)

@@ -15,6 +15,8 @@ from drivers.clock import Clock, SystemClock
 from drivers.errors import PlatformError
 from platform_daemon.schemas import JobState, Progress
 
+from .shot_log import ShotLog
+
 log = structlog.get_logger()
 RESTING_STEP_S = 0.05
 
@@ -66,7 +68,8 @@ class Job(Generic[RequestT, ResultT]):
     """One piece of work.  Its worker thread writes it, anybody may read it.
 
     request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
-    do before it goes on, None: nothing; within: id of the procedure that it is a step of.
+    do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
+    series of this run of the program.
     """
 
     kind: str
@@ -89,6 +92,7 @@ class Job(Generic[RequestT, ResultT]):
     on_change: Callable[[Job[Any, Any]], None] = lambda job: None
     question: str | None = None
     within: str | None = None
+    shots: ShotLog = field(default_factory=ShotLog)
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _started_s: float = 0.0

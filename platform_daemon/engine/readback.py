@@ -7,14 +7,20 @@ from typing import Any
 
 from drivers.inventory import report_platform
 from drivers.platform import Platform
-from platform_daemon.schemas import CalibrationsInUse, DeviceError, DeviceReadback, PlatformStatus
+from platform_daemon.schemas import CalibrationsInUse, DeviceError, DeviceEvent, DeviceReadback, PlatformStatus
+
+from .happenings import Tell, quiet
 
 
 class Readback:
-    """The devices as last read back.  One thread at a time writes it, anybody may read it."""
+    """The devices as last read back.  One thread at a time writes it, anybody may read it.
 
-    def __init__(self, platform: Platform) -> None:
-        self._platform = platform
+    tell: of devices that do not answer, and that do again.
+    """
+
+    def __init__(self, platform: Platform, tell: Tell = quiet) -> None:
+        self._platform, self._tell = platform, tell
+        self._broken: set[str] = set()
         self._lock = threading.Lock()
         self._last_errors: dict[str, DeviceError] = {}
         self._rows: dict[str, DeviceReadback] = {}
@@ -32,6 +38,9 @@ class Readback:
         now = self._platform.clock.utc().isoformat()
         reports = report_platform(self._platform, busy=busy)
         for each in reports:
+            if (each.error is not None) != (each.device in self._broken):
+                self._broken ^= {each.device}
+                self._tell(DeviceEvent(device=each.device, error=None if each.error is None else str(each.error)))
             if each.error is not None:
                 self._last_errors[each.device] = DeviceError(error=str(each.error), at=now)
         rows = {

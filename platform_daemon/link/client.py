@@ -27,6 +27,7 @@ from platform_daemon.schemas import (
     ScheduleRequest,
     Schema,
     ShotHarmonics,
+    ShotPage,
 )
 
 from .address import NAME, connected
@@ -108,6 +109,11 @@ class RemoteHardware:
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
         """See Hardware."""
         return self._job_told("acquire", request)
+
+    def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
+        """See Hardware."""
+        found: ShotPage = self._asked("shots", identifier, after, limit)
+        return found
 
     def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
         """See Hardware."""

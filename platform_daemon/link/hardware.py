@@ -25,6 +25,7 @@ from platform_daemon.schemas import (
     Schedule,
     ScheduleRequest,
     ShotHarmonics,
+    ShotPage,
 )
 
 from .jobs import ShownJob
@@ -72,6 +73,9 @@ class Hardware(JobHolder, Protocol):
 
     def acquire(self, request: AcquisitionRequest) -> ShownJob:
         """Queue a series.  Raises InputError, StorageUnusable; nothing moves then."""
+
+    def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
+        """Shots of an acquisition of this run of the process with numbers above `after`.  Raises UnknownId."""
 
     def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
         """The same checks; nothing moves.  Raises InputError, StorageUnusable."""

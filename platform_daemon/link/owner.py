@@ -35,6 +35,7 @@ from platform_daemon.schemas import (
     Schedule,
     ScheduleRequest,
     ShotHarmonics,
+    ShotPage,
 )
 from platform_daemon.store import StorageError, check_room
 
@@ -103,6 +104,10 @@ class OwnedHardware(LocalJobs):
         plan = self._engine.plan(request)
         check_room(self._folders.recordings, plan.disk_bytes)
         return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings))
+
+    def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
+        """See Hardware."""
+        return self._engine.job("acquisition", identifier).shots.page(after, limit)
 
     def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
         """See Hardware."""

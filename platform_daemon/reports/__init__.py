@@ -11,6 +11,7 @@ design_text: Numbers of a design and the six steps, for the terminal.
 defects_png: The picture of a defect as PNG.
 save_defects_png: Write it to a file.
 summary_text: For the terminal.
+ring_down_png: The picture of a ring-down as PNG.
 save_png: Write the picture as PNG.
 save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.

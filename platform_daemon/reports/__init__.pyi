@@ -8,6 +8,7 @@ from .diagnosis_text import summary_text as summary_text
 from .figures.defects import defects_png as defects_png
 from .figures.defects import save_defects_png as save_defects_png
 from .figures.ramp import save_ramp_png as save_ramp_png
+from .figures.ring_down import ring_down_png as ring_down_png
 from .figures.ring_down import save_png as save_png
 from .figures.sliding import save_sliding_png as save_sliding_png
 from .fit_tables import fit_line as fit_line

@@ -10,6 +10,8 @@ AcquisitionResult: What a series has brought so far.
 AcquisitionSummary: A series as it would be.
 SeriesReport: What `measure --json` writes.
 SettleCheck: How much of the swing remains when the next shot begins, by the expected damping.
+ShotPage: Some shots of an acquisition.
+ShotReport: One shot on disk, and its on-line fit.
 ShotSummary: One shot as it would be played.
 AdoptionRequest: Adoption of what a diagnosis names.
 DefectsRequest: A manufacturing defect in some sizes, at some deflections.
@@ -80,6 +82,17 @@ TriedEffect: A candidate by itself beside the declared model.
 UnexplainedRest: What something without a name would still bring.
 WindowDisagreement: How far fits of a short window (N50) and of a long one (D30) disagree.
 BLANK: Why a blank shot is not fitted.
+AlarmEvent: Somebody should know, or has said that he does.
+AnyHappening: What an event can say.
+DeviceEvent: A device has stopped to answer, or answers again.
+DroppedEvent: Events that a listener will not get.
+Event: Something that has happened.
+EventKind: Kinds of events.
+FitEvent: The on-line fit of a shot.
+InterlockEvent: The interlock has closed, or is open again.
+JobEvent: A job was queued, has begun, or has ended.
+ScheduleEvent: A row of the ledger of a schedule has changed.
+ShotEvent: A shot is on disk.
 ErrorSummary: An error in a list of results.
 FileError: A file that could not be read or fitted at all.
 FileDigest: A file and what identifies its content.

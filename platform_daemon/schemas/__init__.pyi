@@ -8,6 +8,8 @@ from .acquisitions import AcquisitionResult as AcquisitionResult
 from .acquisitions import AcquisitionSummary as AcquisitionSummary
 from .acquisitions import SeriesReport as SeriesReport
 from .acquisitions import SettleCheck as SettleCheck
+from .acquisitions import ShotPage as ShotPage
+from .acquisitions import ShotReport as ShotReport
 from .acquisitions import ShotSummary as ShotSummary
 from .analysis_requests import AdoptionRequest as AdoptionRequest
 from .analysis_requests import DefectsRequest as DefectsRequest
@@ -76,6 +78,17 @@ from .diagnosis import TentativeEffect as TentativeEffect
 from .diagnosis import TriedEffect as TriedEffect
 from .diagnosis import UnexplainedRest as UnexplainedRest
 from .diagnosis import WindowDisagreement as WindowDisagreement
+from .events import AlarmEvent as AlarmEvent
+from .events import AnyHappening as AnyHappening
+from .events import DeviceEvent as DeviceEvent
+from .events import DroppedEvent as DroppedEvent
+from .events import Event as Event
+from .events import EventKind as EventKind
+from .events import FitEvent as FitEvent
+from .events import InterlockEvent as InterlockEvent
+from .events import JobEvent as JobEvent
+from .events import ScheduleEvent as ScheduleEvent
+from .events import ShotEvent as ShotEvent
 from .fits import BLANK as BLANK
 from .fits import ErrorSummary as ErrorSummary
 from .fits import FileDigest as FileDigest

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydantic import ConfigDict
 
-from .base import Absent, Schema, example
-from .fits import FitReport
+from .base import Absent, Schema, Verdict, example
+from .fits import FitReport, FrameFit
 
 
 class ShotSummary(Schema):
@@ -104,6 +104,38 @@ class AcquisitionResult(Schema):
     """Excited shots among them that are marked refused; missing: none."""
     fit: Absent[FitReport] = None
     """The on-line fits, once the series has ended."""
+
+
+class ShotReport(Schema):
+    """One shot on disk, and its on-line fit."""
+
+    shot: int
+    """Number in its acquisition, from 1."""
+    frame: int
+    """Its frame in the recording, from 0."""
+    time_stamp: str | None
+    """When it was triggered, ISO 8601."""
+    blank: bool
+    """A shot without excitation."""
+    verdict: Verdict
+    """Refused: it must not be used."""
+    reason: str | None
+    """Why it was refused; null for a good one."""
+    temperature_c: float | None
+    """Temperature of the platform, degrees Celsius; null: nobody measured it."""
+    fit: FrameFit | None
+    """Its fit; null: it is not there yet, or none was asked for."""
+
+
+class ShotPage(Schema):
+    """Some shots of an acquisition, in order."""
+
+    model_config = ConfigDict(json_schema_extra=example("shot_page"))
+
+    shots: tuple[ShotReport, ...]
+    """The shots."""
+    more: bool
+    """There are more now; ask again with `after` the last number here."""
 
 
 class SeriesReport(Schema):

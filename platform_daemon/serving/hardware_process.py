@@ -15,7 +15,7 @@ from platform_daemon.engine import Engine, JobRecords, open_catalogue
 from platform_daemon.link import Folders, Hardware, HardwareLauncher, LinkServer, OwnedHardware, take_up_queue
 from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
-from platform_daemon.store import DataFolder, StorageError, open_data_folder
+from platform_daemon.store import DataFolder, EventJournal, StorageError, open_data_folder
 from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
@@ -36,9 +36,10 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
     kept = JobRecords(folder.jobs), Library(folder.models), catalogue
     limits = WorkerLimits().changed(options.worker_limits)
+    events = EventJournal(folder.events)
 
     def start() -> Engine:
-        return start_engine(file, *kept, *hardware_workers(limits), data=options.data)
+        return start_engine(file, *kept, *hardware_workers(limits), data=options.data, tell=events.tell)
 
     opening = Opening(start, folder, forget=options.forget_queue)
     server = None
@@ -61,6 +62,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
             schedules.close()
         if server is not None:
             server.close()
+        events.close()
 
 
 def _schedules(options: ServeOptions, opening: Opening) -> Schedules | None:

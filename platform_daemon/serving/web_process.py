@@ -8,7 +8,7 @@ from platform_daemon.api import certificate_of, create_api, create_stop_api, rul
 from platform_daemon.app import create_context
 from platform_daemon.engine import open_catalogue
 from platform_daemon.link import RemoteHardware
-from platform_daemon.store import audit_log_in, data_paths, tokens_in
+from platform_daemon.store import EventJournal, audit_log_in, data_paths, tokens_in
 from platform_daemon.workers import WorkerLimits
 
 from .child import CHECKED, READY, Life
@@ -39,7 +39,8 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     life.follow()
     folder = data_paths(options.data)
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
-    context = create_context(RemoteHardware(options.data), folder, catalogue, bounds)
+    events = EventJournal(folder.events)
+    context = create_context(RemoteHardware(options.data), folder, catalogue, bounds, events.tell)
     limits = network.limits
     with (
         served(create_stop_api(context, network), stop, limits, certificate),
@@ -50,3 +51,4 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
             server.wait()
         finally:
             context.close()
+            events.close()

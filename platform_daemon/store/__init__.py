@@ -19,6 +19,10 @@ data_paths: Where everything is in a folder that another process has opened.
 open_data_folder: The folders, made if missing.
 describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
+EventJournal: Takes events from any thread.
+EventReader: Reads the journal that others write.
+KeptEvent: An event as kept.
+read_event: An event, typed.
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
 write_new_file: The same, but never in the place of another file.
 NotFinite: A sample is NaN or infinite.
@@ -26,6 +30,9 @@ check_room: Raises StorageUnusable where the disk cannot take a recording.
 kept_series: Series whose shots are safe but were never put together.
 recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
+StoredFrame: A frame that can be read.
+stored_frame: Where a frame of a recording is, or of a series that runs.
+describe_running: What a series that runs holds so far.
 UnknownRecording: No recording of that id exists in the folder.
 FitTable: Fit results of a series under one window and model, one row per frame.
 joined_fits: One table per window and model, each with a row for every frame; the rows of other steps are refused.
@@ -59,6 +66,7 @@ from .describe import describe
 from .dmdt_file import dmdt_file
 from .durable import write_file, write_new_file
 from .errors import NotFinite, StorageError, UnknownRecording
+from .event_journal import EventJournal, EventReader, KeptEvent, read_event
 from .header import FitTable, SeriesHeader, ShotRecord
 from .index import Broken, list_recordings, resolve
 from .joined_fits import joined_fits
@@ -67,6 +75,7 @@ from .reader import open_recording, read_calibration
 from .recording import RESONATOR, Excitation, Recording, SequenceInfo, StepLabel
 from .recovery import recover_all
 from .room import check_room
+from .running import StoredFrame, describe_running, stored_frame
 from .series_writer import SeriesWriter
 from .tokens import TokenFile, has_expired
 from .versioned import Version, VersionedFolder
@@ -77,8 +86,11 @@ __all__ = [
     "AuditLog",
     "Broken",
     "DataFolder",
+    "EventJournal",
+    "EventReader",
     "Excitation",
     "FitTable",
+    "KeptEvent",
     "NotFinite",
     "Recording",
     "SequenceInfo",
@@ -87,6 +99,7 @@ __all__ = [
     "ShotRecord",
     "StepLabel",
     "StorageError",
+    "StoredFrame",
     "TokenFile",
     "UnknownRecording",
     "Version",
@@ -98,6 +111,7 @@ __all__ = [
     "check_room",
     "data_paths",
     "describe",
+    "describe_running",
     "dmdt_file",
     "has_expired",
     "is_time_series",
@@ -108,9 +122,11 @@ __all__ = [
     "open_recording",
     "read_angles",
     "read_calibration",
+    "read_event",
     "read_transmit_calibration",
     "recover_all",
     "resolve",
+    "stored_frame",
     "tokens_in",
     "write_file",
     "write_new_file",

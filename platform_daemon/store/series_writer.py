@@ -67,6 +67,11 @@ class SeriesWriter:
         return self._shots
 
     @property
+    def frames(self) -> int:
+        """Frames that the recording has by now."""
+        return self._shots
+
+    @property
     def last_shot(self) -> Path:
         """The file of the last acknowledged shot, a recording of its own until the series is put together."""
         return self._staging.shot_file(self._shots)

@@ -7,6 +7,7 @@ derived: What follows from fits and plans: derived quantities, sliding windows, 
 design: What a design says of a resonator, and what manufacturing defects do to it; computed at once, nothing moves.
 characterisations: Characterisations of stored recordings as jobs.
 diagnoses: Diagnoses of stored recordings as jobs.
+events: What happens, as it happens: server-sent events with a journal behind them.
 fits: Fits of stored recordings as jobs.
 models: Adopted models: listed, shown with their evidence, retired, never deleted.
 platform: What the platform is and does: state, readiness, stop, the kinds of problems.

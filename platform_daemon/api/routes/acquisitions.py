@@ -2,22 +2,39 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter, Response
+from typing import Annotated
 
+from fastapi import APIRouter, Query, Response
+
+from platform_daemon.engine import UnknownId
 from platform_daemon.link import ShownJob
-from platform_daemon.schemas import AcquisitionJob, AcquisitionJobs, AcquisitionRequest, AcquisitionSummary
+from platform_daemon.schemas import (
+    AcquisitionJob,
+    AcquisitionJobs,
+    AcquisitionRequest,
+    AcquisitionResult,
+    AcquisitionSummary,
+    ShotPage,
+    ShotReport,
+)
+from platform_daemon.store import describe
 
-from ..context import Shared
+from ..context import Context, JobId, Shared
 from ..job_routes import JobKind
 from ..network.routes import GuardedRoute
 from ..problems import problems
+from .recordings import opened
 
 router = APIRouter(prefix="/acquisitions", tags=["acquisitions"], route_class=GuardedRoute)
+
+After = Annotated[int, Query(ge=0, le=2**53, description="shots with larger numbers")]
+Limit = Annotated[int, Query(ge=1, le=1000, description="at most so many shots")]
 
 
 def _links(job: ShownJob) -> dict[str, str]:
     recording = job.result.recording
-    return {} if recording is None else {"recording": f"/recordings/{recording}"}
+    here = {"shots": f"/acquisitions/{job.identifier}/shots"}
+    return here if recording is None else {**here, "recording": f"/recordings/{recording}"}
 
 
 ACQUISITIONS = JobKind(
@@ -48,6 +65,42 @@ def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     507 if the disk cannot take it.
     """
     return context.hardware.dry_run(body)
+
+
+@router.get("/{identifier}/shots", summary="Its shots, as they come", responses=problems(404, 422))
+def get_shots(identifier: JobId, context: Shared, after: After = 0, limit: Limit = 100) -> ShotPage:
+    """Every shot once it is on disk and counts, with its on-line fit once that is there; also while the series runs.
+
+    Their dm/dt, harmonics and pictures are at `/recordings/{recording}/frames/{frame}`, from the same moment on.
+    """
+    job = context.hardware.job("acquisition", identifier)
+    page = context.hardware.shots(identifier, after, limit)
+    if page.shots or not job.state.final or not job.result.shots:
+        return page
+    if job.record.within is not None:
+        remedy = f"they are in the recording of {job.record.within}"
+        raise UnknownId("the shots of this step are not known one by one any more", where=identifier, remedy=remedy)
+    return _stored_shots(job.result, context, after, limit)
+
+
+def _stored_shots(result: AcquisitionResult, context: Context, after: int, limit: int) -> ShotPage:
+    """Of a series of an earlier run of the daemon.  Raises UnknownRecording, RecordingError."""
+    shots = describe(opened(result.recording or "", context)).shots
+    fits = {} if result.fit is None else {each.frame: each for each in result.fit.frames}
+    found = tuple(
+        ShotReport(
+            shot=each.frame + 1,
+            frame=each.frame,
+            time_stamp=each.time_stamp,
+            blank=each.blank,
+            verdict="good" if each.verdict == "good" else "refused",
+            reason=each.reason or None,
+            temperature_c=each.temperature_c,
+            fit=fits.get(each.frame),
+        )
+        for each in shots[after : after + limit]
+    )
+    return ShotPage(shots=found, more=after + limit < len(shots))
 
 
 ACQUISITIONS.add_routes(router)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Query, Response
 
 from drivers.errors import InputError
-from platform_daemon import analysis  # not its parts: they load what only the workers need
+from platform_daemon import analysis, reports  # not their parts: they load what only the workers and pictures need
 from platform_daemon.analysis import FitRefused, why_refused
 from platform_daemon.engine import UnknownId
 from platform_daemon.schemas import (
@@ -16,12 +16,14 @@ from platform_daemon.schemas import (
     DerivedReport,
     EnvelopesReport,
     FitReport,
+    NamedWindow,
     PredictionReport,
     PredictionRequest,
     ShotHarmonics,
     SlidingReport,
 )
 from platform_daemon.store import resolve as path_of
+from platform_daemon.store import stored_frame
 from platform_daemon.workers import Call
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
@@ -29,6 +31,7 @@ from ..costs import MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES, check_file
 from ..job_routes import result_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
+from .design import PNG
 
 router = APIRouter(tags=["derived"], route_class=GuardedRoute)
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
@@ -91,10 +94,10 @@ def get_sliding(
     Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
     (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
     """
-    path = path_of(context.recordings, identifier)
-    check_file(path)
+    stored = stored_frame(context.recordings, identifier, frame)
+    check_file(stored.path)
     most = MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES
-    asked = path, frame, variant, window_s, step_s, damping, tuple(term or ()), most
+    asked = stored.path, stored.frame, variant, window_s, step_s, damping, tuple(term or ()), most
     found = context.computed(Call(analysis.preview_sliding, asked))
     return found.model_copy(update={"recording": identifier, "frame": frame})
 
@@ -104,10 +107,36 @@ def get_sliding(
 )
 def get_harmonics(identifier: RecordingId, frame: Frame, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    path = path_of(context.recordings, identifier)
-    check_file(path)
-    found = context.computed(Call(analysis.preview_harmonics, (path, frame)))
-    return ShotHarmonics(found.root.model_copy(update={"recording": identifier}))
+    stored = stored_frame(context.recordings, identifier, frame)
+    check_file(stored.path)
+    found = context.computed(Call(analysis.preview_harmonics, (stored.path, stored.frame)))
+    return ShotHarmonics(found.root.model_copy(update={"recording": identifier, "frame": frame}))
+
+
+@router.get(
+    "/recordings/{identifier}/frames/{frame}/picture",
+    summary="A frame as a picture",
+    response_class=Response,
+    responses={**PNG, **problems(404, 422)},
+)
+def draw_frame(
+    identifier: RecordingId,
+    frame: Frame,
+    context: Shared,
+    window: NamedWindow = "d30",
+    variant: Annotated[str | None, Query(min_length=1, max_length=100)] = None,
+) -> Response:
+    """PNG: dm/dt with the fit over it, the residual and the spectrum, as `platform-daemon plot` draws it.
+
+    Also of a series that runs, as soon as the shot counts.
+    """
+    stored = stored_frame(context.recordings, identifier, frame)
+    check_file(stored.path)
+    title, models = f"{identifier}, frame {frame}", context.models
+    drawn = context.computed(
+        Call(analysis.preview_picture, (stored.path, stored.frame, variant, models, window, title))
+    )
+    return Response(reports.ring_down_png(drawn), media_type="image/png")
 
 
 @router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))

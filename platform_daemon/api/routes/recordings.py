@@ -28,11 +28,13 @@ from platform_daemon.store import (
     Broken,
     Recording,
     describe,
+    describe_running,
     dmdt_file,
     kept_series,
     open_recording,
     recover_all,
     resolve,
+    stored_frame,
 )
 from platform_daemon.store import list_recordings as recordings_in
 
@@ -90,7 +92,13 @@ def recover_recordings(context: Shared, body: Confirmed = CONFIRMED) -> Recovery
 
 @router.get("/{identifier}", summary="What a recording holds", responses=problems(404, 422))
 def get_recording(identifier: RecordingId, context: Shared) -> RecordingInfo:
-    """What the recording says: sequence, calibration, frames with verdicts, sample, operator."""
+    """What the recording says: sequence, calibration, frames with verdicts, sample, operator.
+
+    Of a series that runs, what it holds so far: `incomplete` says so, and its frames can be read already.
+    """
+    running = describe_running(context.recordings, identifier)
+    if running is not None:
+        return running.model_copy(update={"id": identifier, "file": f"{identifier}.h5", "links": _links(identifier)})
     recording = opened(identifier, context)
     here = {"id": identifier, "file": recording.path.name, "links": _links(identifier)}
     return describe(recording).model_copy(update=here)
@@ -196,10 +204,11 @@ def get_dmdt_h5(
 
 def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: float | None) -> _Cut:
     """Raises UnknownRecording, RecordingError, TooCostly, InputError for a range without samples."""
-    recording = opened(identifier, context)
+    found = stored_frame(context.recordings, identifier, frame)
+    recording = open_recording(found.path)
     check_frame(recording)
     rate = recording.sequence.rate_hz
-    signal = calibrated_signal(recording.rx_volts(frame), rate, recording.calibration)
+    signal = calibrated_signal(recording.rx_volts(found.frame), rate, recording.calibration)
     record, assumed = signal.record, signal.notes
     samples = record.samples.shape[1]
     first, last = round(start_s * rate), samples if stop_s is None else round(stop_s * rate)

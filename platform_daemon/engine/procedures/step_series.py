@@ -99,6 +99,11 @@ class StepSink:
         return self._writer.shots - self._before
 
     @property
+    def frames(self) -> int:
+        """See ShotSink."""
+        return self._writer.shots
+
+    @property
     def target(self) -> Path:
         """See ShotSink."""
         return self._writer.target

@@ -18,6 +18,10 @@ class ShotSink(Protocol):
         """Shots of this series on disk."""
 
     @property
+    def frames(self) -> int:
+        """Frames of the recording on disk, those of other series in it included."""
+
+    @property
     def target(self) -> Path:
         """The recording that they will be in."""
 

@@ -18,6 +18,7 @@ from platform_daemon.store import FitTable, ShotRecord, StepLabel
 from platform_daemon.workers import Computer
 from sequences.compiler import ShotPlan
 
+from ..happenings import Tell, quiet, shot_event
 from ..jobs import Cancelled, Job
 from ..latency import reduce_latency
 from ..live_estimate import LiveEstimate
@@ -26,7 +27,7 @@ from ..shot import RawShot, run_shot
 from .destination import Destination, ShotSink
 from .self_test import SelfTest
 from .series_fits import SeriesFits
-from .series_records import header_of_shot, series_header, shot_record, store_calibration
+from .series_records import header_of_shot, series_header, shot_record, shot_report, store_calibration
 from .shots_in_turn import ShotsInTurn
 
 log = structlog.get_logger()
@@ -40,7 +41,8 @@ class SeriesBench:
     """What every series of an engine is made with.
 
     config_text: stored in every recording; fits: runs on-line fits, one at a time; online: computes them and plans
-    drives; live: is told every shot; in_shot: called once in every RX window; self_test: comes first, None: none.
+    drives; live: is told every shot; in_shot: called once in every RX window; self_test: comes first, None: none; tell:
+    takes events.
     """
 
     platform: Platform
@@ -50,6 +52,7 @@ class SeriesBench:
     live: LiveEstimate
     in_shot: Callable[[], None] = lambda: None
     self_test: SelfTest | None = None
+    tell: Tell = quiet
 
 
 class SeriesWork:
@@ -64,7 +67,7 @@ class SeriesWork:
         self._bench, self._platform, self._plan = bench, bench.platform, plan
         self._destination, self._turns = destination, ShotsInTurn(plan, step, bench.online)
         self._calibration = store_calibration(bench.platform)
-        self._fits = SeriesFits(plan, bench.fits, bench.online, bench.live, self._calibration)
+        self._fits = SeriesFits(plan, bench.fits, bench.online, bench.live, self._calibration, bench.tell)
         self._refused_in_a_row = self._refused = 0
         self._left: Callable[[], None] | None = None
         self._storing: Future[Path] | None = None
@@ -133,7 +136,7 @@ class SeriesWork:
         if raw.reason is not None:
             self._fits.refused(raw.reason)
         else:
-            self._fits.take(job.identifier, self._storing, raw.temperature_c, blank=shot.blank)
+            self._fits.take(job, self._storing, raw.temperature_c, blank=shot.blank)
 
     def _prove_wiring(self, job: AcquisitionJob) -> None:
         self_test = self._bench.self_test
@@ -154,6 +157,9 @@ class SeriesWork:
             recording=series.target.stem, file=series.target.name, shots=stored, refused=self._refused or None
         )
         job.on_change(job)
+        report = shot_report(shot, stored, series.frames - 1)
+        job.shots.stored(report)
+        self._bench.tell(shot_event(job, series.target.stem, report))
         return series.last_shot
 
     def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: ShotSink) -> RawShot:

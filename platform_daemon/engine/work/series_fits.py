@@ -16,6 +16,8 @@ from platform_daemon.store import FitTable
 from platform_daemon.workers import Computer
 
 from ..computed import computed_surely
+from ..happenings import Tell, fit_event, quiet
+from ..jobs import AnyJob
 from ..live_estimate import LiveEstimate
 from ..planning import AcquisitionPlan
 
@@ -26,7 +28,8 @@ KIND = "series-fit"
 class SeriesFits:
     """Written by the thread of the series, and by that of the fits.
 
-    turns: runs them one at a time; computer: fits; live: is told of every shot; calibration: of the platform.
+    turns: runs them one at a time; computer: fits; live: is told of every shot; calibration: of the platform; tell:
+    takes events.
     """
 
     def __init__(
@@ -36,9 +39,10 @@ class SeriesFits:
         computer: Computer,
         live: LiveEstimate,
         calibration: ReceiveCalibration,
+        tell: Tell = quiet,
     ) -> None:
         self._plan, self._turns, self._computer, self._live = plan, turns, computer, live
-        self._calibration = calibration
+        self._calibration, self._tell = calibration, tell
         self._window = plan.request.window
         self.frames: list[Future[FrameFit] | str] = []
         self._fits: dict[int, bytes] = {}  # by frame
@@ -48,7 +52,7 @@ class SeriesFits:
         """The next shot is not to be fitted."""
         self.frames.append(reason)
 
-    def take(self, job: str, stored: Future[Path], temperature_c: float | None, *, blank: bool) -> None:
+    def take(self, job: AnyJob, stored: Future[Path], temperature_c: float | None, *, blank: bool) -> None:
         """The next shot, whose file will be there."""
         frame = len(self.frames)
         work = partial(self._fit, job, frame, stored, temperature_c, blank=blank)
@@ -75,7 +79,9 @@ class SeriesFits:
         made = computed_surely(self._computer, KIND, task)
         return made.table, made.report
 
-    def _fit(self, job: str, frame: int, stored: Future[Path], temperature_c: float | None, *, blank: bool) -> FrameFit:
+    def _fit(
+        self, job: AnyJob, frame: int, stored: Future[Path], temperature_c: float | None, *, blank: bool
+    ) -> FrameFit:
         """In the fits' one thread: the noise grows ahead of each fit.  Raises what kept the shot from the disk."""
         task = analysis.OnlineFit(
             stored.result(),
@@ -87,22 +93,33 @@ class SeriesFits:
             blank,
             self._noise,
         )
-        found = computed_surely(self._computer, KIND, task)
+        try:
+            found = computed_surely(self._computer, KIND, task)
+        except Exception as error:
+            self._tell(fit_event(job, frame + 1, unfitted(frame, _failed(error))))
+            raise
         self._noise = found.noise
         if found.harmonics is not None:
-            self._live.see(job, frame + 1, found.harmonics)
+            self._live.see(job.identifier, frame + 1, found.harmonics)
         if found.fit is None or found.frame is None:
             return unfitted(frame, BLANK)
         self._fits[frame] = found.fit
-        return found.frame.model_copy(update={"frame": frame})
+        fit = found.frame.model_copy(update={"frame": frame})
+        job.shots.fitted(frame + 1, fit)
+        self._tell(fit_event(job, frame + 1, fit))
+        return fit
 
 
 def _outcome(frame: int, fit: Future[FrameFit]) -> FrameFit | str:
     error = fit.exception()
     if error is not None:
         log.error("fit_failed", exc_info=error)
-        return f"the fit failed: {type(error).__name__}: {error}"
+        return _failed(error)
     return fit.result()
+
+
+def _failed(error: BaseException) -> str:
+    return f"the fit failed: {type(error).__name__}: {error}"
 
 
 def _complain(side_work: Future[FrameFit]) -> None:

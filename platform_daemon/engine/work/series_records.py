@@ -10,6 +10,7 @@ import numpy as np
 from drivers.calibration import ReceiveCalibration
 from drivers.platform import Platform
 from platform_daemon import __version__
+from platform_daemon.schemas import ShotReport
 from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, ShotRecord, StepLabel
 from sequences.compiler import ShotPlan
 from sequences.request import SequenceRequest
@@ -106,4 +107,18 @@ def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None) -> 
         blank=shot.blank,
         truth=raw.truth or None,
         step=step,
+    )
+
+
+def shot_report(shot: ShotRecord, number: int, frame: int) -> ShotReport:
+    """A shot that is on disk; number: from 1; frame: in its recording, from 0."""
+    return ShotReport(
+        shot=number,
+        frame=frame,
+        time_stamp=shot.time_stamp,
+        blank=shot.blank,
+        verdict="good" if shot.verdict == "good" else "refused",
+        reason=shot.reason or None,
+        temperature_c=shot.temperature_c,
+        fit=None,
     )

@@ -45,6 +45,11 @@ def save_png(picture: RingDownPlotData, path: Path) -> None:
     save_figure(draw(picture), path)
 
 
+def ring_down_png(picture: RingDownPlotData) -> bytes:
+    """The picture as PNG."""
+    return png_of(draw(picture), 110)
+
+
 def save_figure(figure: Figure, path: Path) -> None:
     """Write a figure as PNG; the file appears whole or not at all."""
     write_file(path, png_of(figure, 110))

@@ -307,7 +307,7 @@ def test_a_take_over_from_whoever_has_thrown_us_out_waits_before_it_commands(sta
         threading.Thread(target=serve, daemon=True).start()
         old = opened(ports)
         stranger = socket.create_connection(("127.0.0.1", ports[0]))
-        new = take_over(old, "127.0.0.1", ports, 0.3, ())
+        new = take_over(old, "127.0.0.1", ports, 2.0, ())
         assert new.ask("RP:ADC:WP?") == 7
         assert not hung
         assert old.evicted()

@@ -1,0 +1,98 @@
+"""Follows the journal of events once for all listeners, each of which has a place of its own in it.
+
+The journal is the queue: what a listener has not taken costs no memory, and one that is slow holds up nobody.  Who is
+more than MOST_BEHIND events behind is set forward, and told how many it will not get.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sqlite3
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.schemas import DroppedEvent, to_json
+from platform_daemon.store import EventReader, KeptEvent
+
+log = structlog.get_logger()
+MOST_BEHIND = 1000
+PAGE = 200
+_LOOK_S = 0.05
+
+
+class EventTail:
+    """For one event loop.  path: of the journal."""
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+        self._reader: EventReader | None = None
+        self._newest, self._listeners = 0, 0
+        self._grown = asyncio.Condition()
+        self._task: asyncio.Task[None] | None = None
+        self._ended = False
+
+    def close(self) -> None:
+        """All listeners are let go, within a moment; from any thread.  Idempotent."""
+        self._ended = True
+
+    async def follow(self, after: int | None) -> AsyncIterator[KeptEvent]:
+        """Events with larger numbers, then those that come; None: only those that come.  Raises StorageError.
+
+        One of kind `dropped` stands for those that will not come.
+        """
+        reader = self._reader = self._reader or EventReader(self._path)
+        last = reader.newest() if after is None else after
+        self._listeners += 1
+        if self._task is None:
+            self._newest = reader.newest()
+            self._task = asyncio.create_task(self._look())
+        try:
+            last = last or reader.base  # 0: all that is kept
+            if not reader.base <= last <= reader.newest():  # of a journal that there is no more
+                last = reader.base
+                yield _dropped(last, None)
+            while not self._ended:
+                for event in _page(reader, last):
+                    last = event.id
+                    yield event
+                async with self._grown:
+                    while self._newest <= last and not self._ended:
+                        await self._grown.wait()
+        finally:
+            self._listeners -= 1
+
+    async def _look(self) -> None:
+        """As long as anybody listens."""
+        while self._listeners and not self._ended:
+            await asyncio.sleep(_LOOK_S)
+            try:
+                newest = 0 if self._reader is None else self._reader.newest()
+            except (sqlite3.Error, PlatformError) as error:
+                log.error("events_not_read", error=str(error))
+                continue
+            if newest > self._newest:
+                async with self._grown:
+                    self._newest = newest
+                    self._grown.notify_all()
+        self._task = None
+        if self._ended:
+            async with self._grown:
+                self._grown.notify_all()
+        elif self._reader is not None:
+            self._reader.close()
+            self._reader = None
+
+
+def _page(reader: EventReader, last: int) -> list[KeptEvent]:
+    """What comes next for one who has had `last`."""
+    begin = max(last, reader.forgotten(), reader.newest() - MOST_BEHIND)
+    found = list(reader.after(begin, PAGE))
+    return found if begin == last else [_dropped(begin, begin - last), *found]
+
+
+def _dropped(number: int, count: int | None) -> KeptEvent:
+    what = to_json(DroppedEvent(count=count))
+    return KeptEvent(number, "dropped", f'{{"id":{number},"at":null,"what":{what}}}')

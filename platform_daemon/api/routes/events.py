@@ -1,0 +1,49 @@
+"""What happens, as it happens: server-sent events with a journal behind them."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Header, Query
+from fastapi.sse import EventSourceResponse, ServerSentEvent
+
+from drivers.errors import InputError
+from platform_daemon.schemas import Event, EventKind
+
+from ..context import Shared
+from ..network.routes import GuardedRoute
+from ..problems import problems
+
+router = APIRouter(prefix="/events", tags=["events"], route_class=GuardedRoute)
+After = Annotated[int | None, Query(ge=0, le=2**53, description="begin with what came after this number")]
+Kinds = Annotated[list[EventKind] | None, Query(max_length=20, description="only these kinds; may be repeated")]
+LastId = Annotated[str | None, Header(alias="Last-Event-ID", description="as `after`; a browser sends it by itself")]
+
+
+async def _begin(after: After = None, last_event_id: LastId = None) -> int | None:
+    """Raises InputError, before anything is sent."""
+    if last_event_id is None:
+        return after
+    if not last_event_id.isdecimal() or len(last_event_id) > 16:
+        remedy = "send the `id` of the last event that was received, or leave the header out"
+        raise InputError(f"{last_event_id[:50]!r} is no number of an event", where="Last-Event-ID", remedy=remedy)
+    return int(last_event_id)
+
+
+Begin = Annotated[int | None, Depends(_begin)]
+
+
+@router.get("", summary="Listen", response_class=EventSourceResponse, responses=problems(422, 507))
+async def listen(context: Shared, begin: Begin, kind: Kinds = None) -> AsyncIterator[Event]:
+    """Server-sent events: jobs, shots, on-line fits, devices, interlock, alarms, schedules.
+
+    `event` is the kind, `id` the number, `data` the JSON of an Event.  Without `after` or `Last-Event-ID` only what
+    comes; with it all that the journal keeps since then (100 000 events).  A listener that falls a thousand events
+    behind is set forward and told so by an event of kind `dropped`.
+    """
+    wanted = frozenset(kind) | {"dropped"} if kind else None
+    async for event in context.events.follow(begin):
+        if wanted is None or event.kind in wanted:
+            sent: Any = ServerSentEvent(raw_data=event.text, event=event.kind, id=str(event.id))
+            yield sent

@@ -1,0 +1,35 @@
+"""The shots of one job as they come: each once it is on disk, then its fit."""
+
+from __future__ import annotations
+
+import threading
+
+from platform_daemon.schemas import FrameFit, ShotPage, ShotReport
+
+
+class ShotLog:
+    """Written by the thread of the series and that of the fits, read by anybody."""
+
+    def __init__(self) -> None:
+        self._shots: list[ShotReport] = []  # in order, from number 1
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self._shots)
+
+    def stored(self, shot: ShotReport) -> None:
+        """The next shot is on disk."""
+        with self._lock:
+            assert shot.shot == len(self._shots) + 1
+            self._shots.append(shot)
+
+    def fitted(self, number: int, fit: FrameFit) -> ShotReport:
+        """The fit of a shot on disk, from 1; the shot with it."""
+        with self._lock:
+            found = self._shots[number - 1] = self._shots[number - 1].model_copy(update={"fit": fit})
+            return found
+
+    def page(self, after: int, limit: int) -> ShotPage:
+        """Shots with larger numbers."""
+        with self._lock:
+            return ShotPage(shots=tuple(self._shots[after : after + limit]), more=after + limit < len(self._shots))

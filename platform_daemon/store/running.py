@@ -1,0 +1,84 @@
+"""A series that runs: its shots are single files until it is put together, and can be read all the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from platform_daemon.schemas import RecordingInfo
+
+from .describe import describe
+from .errors import UnknownRecording
+from .index import resolve
+from .reader import open_recording
+from .staging import SUFFIX, target_of
+
+MOST_DESCRIBED = 1000
+"""Shots of a running series: each is a file that must be opened."""
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """A frame that can be read: its file, and its number there."""
+
+    path: Path
+    frame: int
+
+
+def stored_frame(folder: Path, identifier: str, frame: int) -> StoredFrame:
+    """Where a frame of a recording is, or of a series that runs.  Raises UnknownRecording.
+
+    A frame that does not exist in a recording is for its reader to refuse.
+    """
+    for _ in range(2):  # it may be put together between the two looks
+        try:
+            return StoredFrame(resolve(folder, identifier), frame)
+        except UnknownRecording as error:
+            unknown = error
+        shots = _shots(folder, identifier)
+        if 0 <= frame < len(shots) and shots[frame].exists():
+            return StoredFrame(shots[frame], 0)
+        if shots:
+            unknown = UnknownRecording(
+                f"{identifier!r} has {len(shots)} shots so far, and no frame {frame}",
+                where=str(folder),
+                remedy="wait until that shot is on the disk",
+            )
+    raise unknown
+
+
+def describe_running(folder: Path, identifier: str) -> RecordingInfo | None:
+    """What a series that runs holds so far; None: there is none of that id, or it has no shot."""
+    shots = _shots(folder, identifier)
+    first = max(0, len(shots) - MOST_DESCRIBED)
+    try:
+        found = [(k, describe(open_recording(shots[k]))) for k in range(first, len(shots))]
+    except FileNotFoundError:  # it has just been put together
+        return None
+    if not found:
+        return None
+    frames = [each.shots[0].model_copy(update={"frame": k}) for k, each in found]
+    left = "" if first == 0 else f"; the last {MOST_DESCRIBED} of them are listed here"
+    return found[-1][1].model_copy(
+        update={
+            "size_bytes": sum(each.size_bytes for _, each in found),
+            "frames": len(shots),
+            "good": sum(each.verdict == "good" for each in frames),
+            "incomplete": f"still being measured: {len(shots)} shots so far{left}",
+            "start_time": found[0][1].start_time,
+            "shots": tuple(frames),
+        }
+    )
+
+
+def _shots(folder: Path, identifier: str) -> list[Path]:
+    for staging in _running(folder):
+        if target_of(staging).stem == identifier:
+            return sorted(staging.glob("shot_*.h5"))
+    return []
+
+
+def _running(folder: Path) -> Iterator[Path]:
+    if folder.is_dir():
+        yield from (each for each in sorted(folder.glob(f".*{SUFFIX}")) if each.is_dir() and not each.is_symlink())
