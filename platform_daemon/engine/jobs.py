@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Protocol, TypeVar
@@ -95,6 +95,7 @@ class Job(Generic[RequestT, ResultT]):
     shots: ShotLog = field(default_factory=ShotLog)
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
+    _planned_s: tuple[float, ...] = ()  # what each unit takes, as planned
     _started_s: float = 0.0
     _rested_s: float = 0.0
     _rests_since_s: float | None = None
@@ -133,26 +134,40 @@ class Job(Generic[RequestT, ResultT]):
         self.on_change(self)
         return True
 
-    def at(self, done: float, phase: str) -> None:
-        """Report progress."""
+    def expect(self, seconds: Sequence[float]) -> None:
+        """What each of its units takes, s, as planned: time left follows from that and the pace so far."""
         with self._lock:
-            self.done, self.phase = done, phase
+            self._planned_s = tuple(seconds)
+
+    def at(self, done: float, phase: str) -> None:
+        """Report progress, which never falls."""
+        with self._lock:
+            self.done, self.phase = max(self.done, done), phase
 
     def progress(self) -> Progress:
-        """How far it is; time left from the mean pace so far."""
+        """How far it is; time left from the plan and the pace so far."""
         with self._lock:
             left = None
             if self._rests_since_s is not None and not self.state.final:
                 left = None
             elif self.state is JobState.RUNNING and self.done > 0:
                 worked_s = self.clock.monotonic_s() - self._started_s - self._rested_s
-                left = worked_s * max(0.0, self.total - self.done) / self.done
+                made, rest = self._shares()
+                left = worked_s * rest / made
             elif self.state.final:
                 left = 0.0
             share = min(1.0, self.done / self.total) if self.total > 0 else 1.0
             return Progress(
                 done=self.done, total=self.total, unit=self.unit, phase=self.phase, fraction=share, time_left_s=left
             )
+
+    def _shares(self) -> tuple[float, float]:
+        """How much is made and how much is left, by the plan: s, or units that all take the same."""
+        if len(self._planned_s) != self.total:
+            return self.done, max(0.0, self.total - self.done)
+        whole = min(int(self.done), len(self._planned_s))
+        made = sum(self._planned_s[:whole]) + (self.done - whole) * sum(self._planned_s[whole : whole + 1])
+        return made, max(0.0, sum(self._planned_s) - made)
 
     def rest(self, longest_s: float) -> bool:
         """Wait as long as a pause is asked for, at most `longest_s`; False if it is asked for still.

@@ -61,6 +61,11 @@ class AcquisitionPlan:
         return [self.blank] * self.sequence.blank_shots + made
 
     @property
+    def durations_s(self) -> list[float]:
+        """Of every shot with the pause before it, s."""
+        return [self.sequence.pause_s + shot.timeline.duration_s for shot in self.shots]
+
+    @property
     def disk_bytes(self) -> int:
         """Of all samples, uncompressed."""
         return sum(s.timeline.total_samples for s in self.shots) * 3 * 4
@@ -80,7 +85,7 @@ class AcquisitionPlan:
             shots=total,
             shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
             shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
-            duration_s=sum(s.timeline.duration_s for s in self.shots) + total * self.sequence.pause_s,
+            duration_s=sum(self.durations_s),
             disk_bytes=self.disk_bytes,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
             warnings=self.warnings,

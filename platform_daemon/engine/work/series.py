@@ -34,6 +34,7 @@ log = structlog.get_logger()
 AcquisitionJob = Job[AcquisitionRequest, AcquisitionResult]
 MAX_REFUSED_IN_A_ROW = 3
 PAUSE_STEP_S = 0.1
+_BEFORE_STORED = 0.98  # of a shot that is measured and not on the disk yet
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,7 @@ class SeriesWork:
         self._left: Callable[[], None] | None = None
         self._storing: Future[Path] | None = None
         self._told = plan.excited  # by the header
+        self._durations_s = plan.durations_s
 
     def __call__(self, job: AcquisitionJob) -> None:
         """Mount, test the chain, shoot, store, fit.
@@ -81,6 +83,7 @@ class SeriesWork:
         """
         if job.pause_requested.is_set():
             return  # while it waited; nothing moves, not even for the self-test
+        job.expect(self._durations_s)
         self._destination.check(self._plan.disk_bytes)
         job.warnings += self._plan.warnings
         self._platform.mount(self._plan.specimen)
@@ -99,11 +102,11 @@ class SeriesWork:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
             for done in range(len(self._plan.shots)):
-                self._pause(job, first=done == 0 and not self._destination.goes_on)
+                self._pause(job, done, series, first=done == 0 and not self._destination.goes_on)
                 if job.pause_requested.is_set():
                     return  # a safe point: what is left is asked for again once its procedure is resumed
                 shot = self._next_shot(job, done)
-                raw = self._shoot(job, shot, done + 1, series)
+                raw = self._shoot(job, shot, done, series)
                 self._catch_up()  # a shot that was refused at its beginning has not come to it
                 self._left = partial(self._keep, job, series, disk, shot, raw, done)
                 self._count_refusals(job, raw, done + 1)
@@ -162,24 +165,26 @@ class SeriesWork:
         self._bench.tell(shot_event(job, series.target.stem, report))
         return series.last_shot
 
-    def _shoot(self, job: AcquisitionJob, shot: ShotPlan, number: int, series: ShotSink) -> RawShot:
-        total, looked = shot.timeline.total_samples, False
+    def _shoot(self, job: AcquisitionJob, shot: ShotPlan, done: int, series: ShotSink) -> RawShot:
+        total, looked, pause_s = shot.timeline.total_samples, False, self._plan.sequence.pause_s
 
         def tell(samples: int) -> None:
             nonlocal looked
             phase = "excite" if samples < shot.timeline.rx_start else "listen"
-            job.at(series.shots + 0.98 * samples / total, f"shot {number}: {phase}")
+            passed_s = pause_s + shot.timeline.duration_s * samples / total
+            self._at(job, series, done, passed_s, phase)
             self._catch_up()  # now that it costs no time between shots, and so with the read-back
             if shot.timeline.rx_start < samples < total and not looked:
                 looked = True
                 self._bench.in_shot()
 
-        job.at(series.shots, f"shot {number}: prepare")
+        self._at(job, series, done, pause_s, "prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
 
-    def _pause(self, job: AcquisitionJob, *, first: bool) -> None:
+    def _pause(self, job: AcquisitionJob, done: int, series: ShotSink, *, first: bool) -> None:
         """Wait `pause_s` of platform time between shots, looking at cancel and pause."""
-        left = 0.0 if first else self._plan.sequence.pause_s
+        pause_s = self._plan.sequence.pause_s
+        left = 0.0 if first else pause_s
         if left > 0:
             self._catch_up()
         while True:
@@ -189,6 +194,12 @@ class SeriesWork:
                 return
             self._platform.clock.sleep(min(left, PAUSE_STEP_S))
             left -= PAUSE_STEP_S
+            self._at(job, series, done, pause_s - max(0.0, left), "wait")
+
+    def _at(self, job: AcquisitionJob, series: ShotSink, done: int, passed_s: float, phase: str) -> None:
+        """So long into the shot after `done`, its pause included; only shots on the disk count as whole."""
+        share = passed_s / self._durations_s[done]
+        job.at(min(done + _BEFORE_STORED * share, series.shots + _BEFORE_STORED), f"shot {done + 1}: {phase}")
 
     def _count_refusals(self, job: AcquisitionJob, raw: RawShot, number: int) -> None:
         """Give up after too many refused shots in a row."""
