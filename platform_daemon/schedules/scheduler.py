@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from datetime import UTC, datetime
 
 import structlog
 
 from drivers.errors import InputError, PlatformError
+from platform_daemon.schemas import ScheduleEvent
 
 from .calendar import Calendar, jitter_s
 from .launcher import Launcher
 from .ledger import Kept, Ledger, Row
 
 log = structlog.get_logger()
+Tell = Callable[[ScheduleEvent], None]
 ON_TIME_S = 5.0
 """A start is called late from then on, s after its instant and jitter."""
 AT_ONCE = 5000
@@ -21,11 +25,18 @@ AT_ONCE = 5000
 _CUT_OFF = "the daemon ended while it was started; it is not started twice"
 
 
-class Scheduler:
-    """Steps over a ledger.  Rows that an earlier run claimed without a job are ended first.  Raises StorageError."""
+def quiet(event: ScheduleEvent) -> None:
+    """Nobody listens."""
 
-    def __init__(self, ledger: Ledger, launcher: Launcher, now: float) -> None:
-        self._ledger, self._launcher = ledger, launcher
+
+class Scheduler:
+    """Steps over a ledger.  Rows that an earlier run claimed without a job are ended first.  Raises StorageError.
+
+    tell: takes an event for every row that has changed.
+    """
+
+    def __init__(self, ledger: Ledger, launcher: Launcher, now: float, tell: Tell = quiet) -> None:
+        self._ledger, self._launcher, self._tell = ledger, launcher, tell
         self._coming: dict[str, tuple[float, Iterator[float], float | None]] = {}
         self._not_joined: dict[int, str] = {}  # jobs of rows that the disk would not take
         schedules = {kept.identifier: kept for kept in ledger.schedules(removed=True)}
@@ -79,27 +90,29 @@ class Scheduler:
         """End what is not to be started: off, past its deadline, or by the policy of its schedule."""
         rows = self._ledger.open_rows()
         running = {row.schedule for row in rows if row.state == "started"}
-        ends: list[tuple[int, str, str]] = []
+        ends: list[tuple[Row, str, str]] = []
         newest: dict[str, Row] = {}
         for row in rows:
             kept = schedules.get(row.schedule)
             if row.state != "due" or kept is None:
                 continue
             if now > row.deadline:
-                ends.append((row.number, "missed", f"nothing could start it until its deadline, {_why(kept, now)}"))
+                ends.append((row, "missed", f"nothing could start it until its deadline, {_why(kept, now)}"))
             elif row.asked or now < row.begins:
                 continue
             elif kept.off is not None:
-                ends.append((row.number, "skipped", kept.off))
+                ends.append((row, "skipped", kept.off))
             elif kept.request.policy == "skip" and row.schedule in running:
-                ends.append((row.number, "skipped", "the one before it was still running"))
+                ends.append((row, "skipped", "the one before it was still running"))
             elif kept.request.policy != "run_all" and row.schedule in newest:
-                ends.append((newest[row.schedule].number, "skipped", "a later one was due before it could begin"))
+                ends.append((newest[row.schedule], "skipped", "a later one was due before it could begin"))
                 newest[row.schedule] = row
             else:
                 newest[row.schedule] = row
         if ends:
-            self._ledger.close_rows(ends)
+            self._ledger.close_rows([(row.number, state, reason) for row, state, reason in ends])
+            for row, state, reason in ends:
+                self._tell(_event(row, state, reason))
 
     def _start_one(self, schedules: dict[str, Kept], now: float) -> bool:
         rows = [r for r in self._ledger.open_rows() if r.schedule in schedules]
@@ -120,6 +133,7 @@ class Scheduler:
         self._not_joined[row.number] = job
         self._ledger.joined(row, job)
         del self._not_joined[row.number]
+        self._tell(_event(replace(row, job=job), "started", row.reason))
         return False
 
     def _follow(self, row: Row, kept: Kept, now: float) -> None:
@@ -135,7 +149,9 @@ class Scheduler:
         if found.state == "done":
             late = (row.late_s or 0.0) > ON_TIME_S
             reason = "something else held the platform, or the daemon was away" if late else row.reason
-            self._ledger.end(row, "late" if late else "run", now, reason, found.recording, None)
+            state = "late" if late else "run"
+            self._ledger.end(row, state, now, reason, found.recording, None)
+            self._tell(_event(row, state, reason))
         elif found.state == "cancelled":
             self._failed(row, kept, now, "it was stopped", "it was stopped", found.recording)
         elif found.state == "failed":
@@ -147,9 +163,15 @@ class Scheduler:
         if off is None and kept.failures + 1 >= kept.request.max_failures:
             off = f"{kept.failures + 1} failures in a row, the last: {why}"
         self._ledger.end(row, "failed", now, why, recording, off)
+        self._tell(_event(row, "failed", why))
         if off is not None:
             log.error("schedule_switched_off", schedule=row.schedule, reason=off)
 
 
 def _why(kept: Kept, now: float) -> str:
     return "the daemon was away, its clock leapt, or the platform was busy" if kept.off is None else kept.off
+
+
+def _event(row: Row, state: str, reason: str | None) -> ScheduleEvent:
+    due = datetime.fromtimestamp(row.due, UTC).isoformat()
+    return ScheduleEvent(schedule=row.schedule, due=due, state=state, reason=reason, job=row.job)

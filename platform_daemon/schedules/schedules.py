@@ -19,7 +19,7 @@ from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleReq
 from .calendar import Calendar
 from .launcher import Launcher
 from .ledger import Kept, Ledger, Row
-from .scheduler import Scheduler
+from .scheduler import Scheduler, Tell, quiet
 
 log = structlog.get_logger()
 _STEP_S = 1.0
@@ -33,12 +33,15 @@ class UnknownSchedule(InputError):
 
 
 class Schedules:
-    """Schedules over the ledger at `path`.  clock: s since 1970.  Raises StorageError for a damaged ledger."""
+    """Schedules over the ledger at `path`.  clock: s since 1970; tell: takes events.  Raises StorageError for a damaged
+    ledger."""
 
-    def __init__(self, path: Path, launcher: Launcher, clock: Callable[[], float] = time.time) -> None:
+    def __init__(
+        self, path: Path, launcher: Launcher, clock: Callable[[], float] = time.time, tell: Tell = quiet
+    ) -> None:
         self._launcher, self._clock = launcher, clock
         self._ledger = Ledger(path)
-        self._scheduler = Scheduler(self._ledger, launcher, clock())
+        self._scheduler = Scheduler(self._ledger, launcher, clock(), tell)
         self._lock = threading.Lock()
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None

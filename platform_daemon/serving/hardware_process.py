@@ -43,7 +43,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
 
     opening = Opening(start, folder, forget=options.forget_queue)
     server = None
-    schedules = _schedules(options, opening)
+    schedules = _schedules(options, opening, events)
     try:
         opening.open()
         if schedules is not None:
@@ -65,10 +65,10 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
         events.close()
 
 
-def _schedules(options: ServeOptions, opening: Opening) -> Schedules | None:
+def _schedules(options: ServeOptions, opening: Opening, events: EventJournal) -> Schedules | None:
     """None: the ledger is damaged, which is logged; all that is asked for by hand goes on."""
     try:
-        return Schedules(options.data / "schedules.db", HardwareLauncher(opening.hardware))
+        return Schedules(options.data / "schedules.db", HardwareLauncher(opening.hardware), tell=events.tell)
     except StorageError as error:
         log.error("schedules_refused", error=str(error))
         return None
