@@ -18,6 +18,9 @@ record_of: What is kept of a job, as it is now.
 DAEMON_ENDED: The warning of a job that no person has cancelled.
 AnyJob: A job of whatever kind.
 Job: One piece of work.
+put_in_order: Jobs that wait, in another order.
+edit_series: Another request for a series that has not begun.
+resume_series: The missing shots of a series that was cut off.
 reduce_latency: Search for garbage once more, now, and from here on only in what is made later.
 Budget: How much may be measured.
 Callbacks: How the loop talks.
@@ -48,6 +51,7 @@ from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
 from .procedures.planned import plan_procedure
 from .procedures.tune import NotTuned
+from .queue_edits import edit_series, put_in_order, resume_series
 from .tuned_presets import TunedPresets
 from .work.characterisation import CharacterisationFiles, CharacterisationWork
 from .work.diagnosis import DiagnosisTask, DiagnosisWork
@@ -82,10 +86,13 @@ __all__ = [
     "Tell",
     "TunedPresets",
     "UnknownId",
+    "edit_series",
     "open_catalogue",
     "plan_procedure",
+    "put_in_order",
     "quiet",
     "read_receive",
     "record_of",
     "reduce_latency",
+    "resume_series",
 ]

@@ -32,6 +32,7 @@ from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .computed import computed_surely
 from .happenings import Tell, quiet
+from .hardware_queue import HardwareQueue
 from .hardware_thread import HardwareThread, run_job
 from .interlock import Interlock
 from .job_records import JobRecords
@@ -42,7 +43,7 @@ from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
 from .work.calibration import calibration_work
 from .work.calibration_bench import CalibrationJob
-from .work.destination import OwnFile
+from .work.destination import OwnFile, SameFile
 from .work.reset_fault import reset_amplifier
 from .work.series import AcquisitionJob, SeriesBench, SeriesWork
 
@@ -119,8 +120,11 @@ class Engine:
         *,
         overwrite: bool = False,
         again: AnyJob | None = None,
+        goes_on: bool = False,
     ) -> AcquisitionJob:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
+
+        goes_on: in the recording that `again` has left.
 
         Raises DeviceStateError if the transmit side is no longer the one it was planned for.
         """
@@ -129,8 +133,15 @@ class Engine:
                 raise DeviceStateError(
                     "the transmit calibration has changed since the plan was made", remedy="plan anew"
                 )
-            work = SeriesWork(self.series_bench, plan, OwnFile(target, folder, overwrite=overwrite))
-            return self.submit(work, again=again)
+            before = again.identifier if again is not None and goes_on else None
+            own = OwnFile(target, folder, overwrite=overwrite)
+            destination = own if before is None else SameFile(folder / f"{before}.h5")
+            return self.submit(SeriesWork(self.series_bench, plan, destination), again=again)
+
+    @property
+    def queue(self) -> HardwareQueue:
+        """What waits for the hardware."""
+        return self._hardware.queue
 
     @property
     def series_bench(self) -> SeriesBench:
@@ -158,7 +169,7 @@ class Engine:
         with self._planning:
             job = Job.of(work, within, again)
             self._register(job, moving=True)
-            self._hardware.put(job, partial(self._interlock.run, work))
+            self._hardware.put(job, work)
             return job
 
     def activate(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:
@@ -197,7 +208,8 @@ class Engine:
     def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
         jobs, in_use = self._registry, self._calibration_in_use.in_use()
-        return self._readback.status(in_use, self._interlock.stands, jobs.running, jobs.waiting)
+        waiting = tuple(job.identifier for job in self.queue.jobs())
+        return self._readback.status(in_use, self._interlock.stands, jobs.running, waiting)
 
     def devices(self) -> DeviceListing:
         """Each device as last read back: identity, state, the error if it did not answer, and its last error."""

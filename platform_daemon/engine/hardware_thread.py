@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import structlog
 
 from drivers.errors import DeviceStateError, PlatformError
 from drivers.platform import Platform
 
+from .hardware_queue import Ended, HardwareQueue
 from .interlock import Interlock
 from .jobs import AnyJob
 from .readback import Readback
@@ -33,13 +34,13 @@ def run_job(job: AnyJob, work: Callable[[AnyJob], None]) -> None:
 class HardwareThread:
     """Begins at once, with what takes long the first time; jobs wait for that.
 
-    warm: set once it is done; ends: no further job is begun.
+    warm: set once it is done; queue: what waits; ends: no further job is begun.
     """
 
     def __init__(self, platform: Platform, interlock: Interlock, readback: Readback, ends: threading.Event) -> None:
         self._platform, self._interlock, self._readback, self._ends = platform, interlock, readback, ends
         self.warm = threading.Event()
-        self._queue: queue.Queue[tuple[AnyJob, Callable[[AnyJob], None]] | None] = queue.Queue()
+        self.queue = HardwareQueue()
         self._hardware = threading.Lock()  # held while a job moves something
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
         self._thread.start()
@@ -50,12 +51,12 @@ class HardwareThread:
         return self._thread.is_alive()
 
     def put(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
-        """Queue it."""
-        self._queue.put((job, work))
+        """Queue it: its work is done behind the interlock."""
+        self.queue.put(job, work)
 
     def put_end(self) -> None:
         """End after what is queued now."""
-        self._queue.put(None)
+        self.queue.put_end()
 
     def join(self) -> None:
         """Wait until it has ended, a minute at most."""
@@ -85,15 +86,17 @@ class HardwareThread:
         self._warm_up()
         while True:
             try:
-                item = self._queue.get(timeout=IDLE_S)
-            except queue.Empty:
+                item = self.queue.take(IDLE_S)
+            except Ended:
+                return
+            if item is None:
                 self._interlock.recover()
                 self.refresh()
                 continue
-            if item is None or self._ends.is_set():
+            if self._ends.is_set():
                 return
             with self._hardware:
-                run_job(*item)
+                run_job(item.job, partial(self._interlock.run, item.work))
             self._interlock.recover()
             self.refresh()
 

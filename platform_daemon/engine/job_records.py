@@ -64,7 +64,7 @@ def record_of(job: AnyJob) -> StoredJob:
     """What is kept of a job, as it is now."""
     times = JobTimes(created=iso(job.created), started=iso(job.started), finished=iso(job.finished))
     error = None if job.error is None else _error_record(job.error)
-    names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings", "within")
+    names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings", "within", "place")
     return StoredJob.model_validate({n: getattr(job, n) for n in names} | {"times": times, "error": error})
 
 
@@ -81,6 +81,7 @@ def _job(record: AnyJobRecord) -> AnyJob:
         done=record.done,
         warnings=list(record.warnings),
         within=record.within,
+        place=record.place,
     )
     job.created, job.started, job.finished = (
         None if text is None else datetime.fromisoformat(text)

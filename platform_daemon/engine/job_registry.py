@@ -53,9 +53,10 @@ class JobRegistry:
         self._tell_state(job)
 
     def left_waiting(self) -> list[AnyJob]:
-        """Jobs of an earlier run that had not begun, and that nobody has queued again; oldest first."""
+        """Jobs of an earlier run that had not begun, and that nobody has queued again; in the order of the queue."""
         known = {id(job) for job in self.stoppable()}
-        return [job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known]
+        left = [job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known]
+        return sorted(left, key=lambda job: (job.place is None, job.place or 0))  # the others came later
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
@@ -91,11 +92,6 @@ class JobRegistry:
     def running(self) -> str | None:
         """Id of the job that has the hardware."""
         return next((j.identifier for j in list(self._moving) if j.state is JobState.RUNNING), None)
-
-    @property
-    def waiting(self) -> tuple[str, ...]:
-        """Ids of those that wait for it, the next one first."""
-        return tuple(j.identifier for j in list(self._moving) if j.state is JobState.QUEUED)
 
     def _tell_state(self, job: AnyJob) -> None:
         """Once for each state."""

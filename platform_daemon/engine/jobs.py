@@ -69,7 +69,7 @@ class Job(Generic[RequestT, ResultT]):
 
     request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
     do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
-    series of this run of the program.
+    series of this run of the program; place: in the queue, if somebody has put that in order.
     """
 
     kind: str
@@ -93,6 +93,7 @@ class Job(Generic[RequestT, ResultT]):
     question: str | None = None
     within: str | None = None
     shots: ShotLog = field(default_factory=ShotLog)
+    place: int | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _planned_s: tuple[float, ...] = ()  # what each unit takes, as planned
@@ -118,6 +119,7 @@ class Job(Generic[RequestT, ResultT]):
         job = cls(work.kind, work.request, work.no_result, work.total, work.unit)
         if again is not None:
             job.identifier, job.created = again.identifier, again.created
+            job.result, job.done, job.place = again.result, again.done, again.place
         if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
             job.within = within.identifier
             job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested

@@ -135,7 +135,19 @@ class RemoteHardware:
 
     def resume(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
-        return self._job_told("resume", kind, identifier)
+        try:
+            return self._job_told("resume", kind, identifier)
+        finally:
+            self._ended.forget(kind, identifier)
+
+    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
+        """See Hardware."""
+        return self._job_told("edit", identifier, request)
+
+    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+        """See Hardware."""
+        found: PlatformStatus = self._told("order", identifiers)
+        return found
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """See Hardware."""

@@ -90,7 +90,16 @@ class Hardware(JobHolder, Protocol):
         """Rest at the next safe point.  Raises UnknownId, DeviceStateError for a job that has ended."""
 
     def resume(self, kind: str, identifier: str) -> ShownJob:
-        """Go on after a pause.  Raises UnknownId, DeviceStateError for a job that has ended."""
+        """Go on after a pause, or with the missing shots of a series that was cut off.
+
+        Raises UnknownId, DeviceStateError for another job that has ended, InputError, StorageUnusable.
+        """
+
+    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
+        """Another request for a series that has not begun.  Raises UnknownId, DeviceStateError, InputError."""
+
+    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+        """Jobs that wait, these first in this order.  Raises InputError, DeviceStateError: one of them waits not."""
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """Queue a calibration.  Raises InputError; nothing moves then."""

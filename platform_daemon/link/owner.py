@@ -14,7 +14,10 @@ from platform_daemon.engine import (
     Engine,
     ProcedureFiles,
     ProcedureWork,
+    edit_series,
     plan_procedure,
+    put_in_order,
+    resume_series,
 )
 from platform_daemon.schedules import Schedules
 from platform_daemon.schemas import (
@@ -134,7 +137,22 @@ class OwnedHardware(LocalJobs):
 
     def resume(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
-        return self._told(kind, identifier, lambda job: _alive(job).pause_requested.clear())
+        job = self._engine.job(kind, identifier)
+        if job.state.final and job.kind == "acquisition":
+            job = resume_series(self._engine, job, self._folders.recordings)
+        _alive(job).pause_requested.clear()
+        return ShownJob.of(job)
+
+    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
+        """See Hardware."""
+        self._only_named(request.resonator)
+        job = self._engine.job("acquisition", identifier)
+        return ShownJob.of(edit_series(self._engine, job, request, self._folders.recordings))
+
+    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+        """See Hardware."""
+        put_in_order(self._engine, identifiers)
+        return self.status()
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """See Hardware."""
@@ -152,7 +170,9 @@ class OwnedHardware(LocalJobs):
         """Queue a job of an earlier run again, under its id.  Raises InputError."""
         match job.request:
             case AcquisitionRequest():
-                self._engine.acquire(self._engine.plan(job.request), None, self._folders.recordings, again=job)
+                resumed = job.result.recording is not None  # and had to wait
+                plan = self._engine.plan(job.request)
+                self._engine.acquire(plan, None, self._folders.recordings, again=job, goes_on=resumed)
             case CalibrationRequest():
                 self._engine.calibrate(job.request, self._folders.calibrations, again=job)
             case _:

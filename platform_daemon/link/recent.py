@@ -54,7 +54,7 @@ class Recent:
 
 
 class Ended:
-    """Jobs that have ended, as they are for ever; the last thousand of them."""
+    """Jobs that have ended, as they are unless somebody resumes them; the last thousand of them."""
 
     def __init__(self) -> None:
         self._jobs: OrderedDict[tuple[str, str], ShownJob] = OrderedDict()
@@ -67,6 +67,11 @@ class Ended:
             if job is not None:
                 self._jobs.move_to_end((kind, identifier))
             return job
+
+    def forget(self, kind: str, identifier: str) -> None:
+        """It may be resumed."""
+        with self._lock:
+            self._jobs.pop((kind, identifier), None)
 
     def keep(self, job: ShownJob) -> None:
         """If it has ended."""

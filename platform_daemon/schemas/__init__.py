@@ -162,6 +162,7 @@ DeviceSurvey: What `devices --json` writes.
 EntryPoints: Where everything is.
 FaultCleared: What stood in the way of power, and who has cleared it.
 FaultUnlock: Who clears the fault of an owner that has died, and why.
+QueueOrder: The order of jobs that wait.
 Checkup: What `doctor` found.
 Finding: One thing that it has looked at.
 Verdict: How that stands.

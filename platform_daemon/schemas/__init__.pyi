@@ -226,4 +226,5 @@ from .unattended import Checkup as Checkup
 from .unattended import FaultCleared as FaultCleared
 from .unattended import FaultUnlock as FaultUnlock
 from .unattended import Finding as Finding
+from .unattended import QueueOrder as QueueOrder
 from .unattended import Verdict as Verdict

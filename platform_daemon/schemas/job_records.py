@@ -57,6 +57,8 @@ class JobRecord(Schema, Generic[RequestT, ResultT]):
     """Why it failed; null: it did not."""
     within: Absent[str] = None
     """Id of the procedure that it is a step of; missing: it stands for itself."""
+    place: Absent[int] = None
+    """Place in the queue, from 0; missing: nobody has put it in order."""
 
 
 class AcquisitionRecord(JobRecord[AcquisitionRequest, AcquisitionResult]):

@@ -121,6 +121,8 @@ class FrameDescription(Schema):
     """Number of its step in a procedure, from 1; missing outside of procedures."""
     values: Absent[dict[str, float | str]] = None
     """What the step was made with, by key, in the unit that the key names; missing outside of procedures."""
+    joined: Absent[bool] = None
+    """The first shot after the series had been cut off and was gone on with; missing for all others."""
 
 
 class RecordingLinks(Schema):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import ConfigDict, Field
 
-from .base import Schema, example
+from .base import Request, Schema, example
 
 
 class FaultUnlock(Schema):
@@ -17,6 +17,13 @@ class FaultUnlock(Schema):
     """Name of the person."""
     reason: Annotated[str, Field(max_length=2000)] = ""
     """What was found."""
+
+
+class QueueOrder(Request):
+    """The order of jobs that wait for the platform."""
+
+    order: Annotated[list[str], Field(min_length=1, max_length=1000)]
+    """Ids of those that come first, the next one first; all others follow as they were."""
 
 
 class FaultCleared(Schema):

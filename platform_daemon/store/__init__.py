@@ -44,6 +44,7 @@ resolve: The file of an id.
 open_recording: Open and check a recording of docs/file-format.md.
 read_calibration: The calibration in a recording or in a file that holds nothing but `/calibration`.
 Excitation: What one shot was excited with.
+FrameInfo: One frame's own record.
 RESONATOR: Between the configuration of the platform and the declaration of the resonator.
 Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
@@ -72,7 +73,7 @@ from .index import Broken, list_recordings, resolve
 from .joined_fits import joined_fits
 from .leftovers import kept_series
 from .reader import open_recording, read_calibration
-from .recording import RESONATOR, Excitation, Recording, SequenceInfo, StepLabel
+from .recording import RESONATOR, Excitation, FrameInfo, Recording, SequenceInfo, StepLabel
 from .recovery import recover_all
 from .room import check_room
 from .running import StoredFrame, describe_running, stored_frame
@@ -90,6 +91,7 @@ __all__ = [
     "EventReader",
     "Excitation",
     "FitTable",
+    "FrameInfo",
     "KeptEvent",
     "NotFinite",
     "Recording",

@@ -66,6 +66,7 @@ def _shot(recording: Recording, k: int) -> FrameDescription:
         excitation=_excitation(info.excitation),
         step=None if info.step is None else info.step.label.number,
         values=None if info.step is None else dict(info.step.label.values),
+        joined=info.joined or None,
     )
 
 

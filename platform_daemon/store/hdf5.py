@@ -115,6 +115,10 @@ class Hdf5File:
         with guard(self.place(group), "a list of names"):
             return tuple(sorted(item)) if isinstance(item, h5py.Group) else ()
 
+    def has_dataset(self, name: str) -> bool:
+        """Whether there is anything of this name.  Raises RecordingError."""
+        return self._item(name) is not None
+
     def has_group(self, name: str) -> bool:
         """Whether the group exists.  Raises RecordingError if something else has its name."""
         item = self._item(name)

@@ -50,7 +50,8 @@ class ShotRecord:
     time_stamp: ISO 8601 and monotonic_s: host clock, both of the trigger; verdict: "good" or "refused" with a reason;
     the flags are the I/O card's (overwritten, corrupted, lost_steps), the LNA's and the amplifier's; blank: no
     excitation; excitation None: the header's (of a blank shot, with field and current zero);
-    truth: what a simulator knows, anything JSON can say, None on real hardware; step: of a procedure, None: none.
+    truth: what a simulator knows, anything JSON can say, None on real hardware; step: of a procedure, None: none;
+    joined: the first one after the series had been cut off and was gone on with.
     """
 
     volts: NDArray[Any]
@@ -68,6 +69,7 @@ class ShotRecord:
     excitation: Excitation | None = None
     truth: Mapping[str, Any] | None = None
     step: StepLabel | None = None
+    joined: bool = False
 
 
 @dataclass(frozen=True, eq=False)

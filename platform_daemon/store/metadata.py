@@ -1,6 +1,6 @@
 """Reads what only our own files carry: the per-frame columns, the excitation and where it all comes from.
 
-In our own layout nothing is optional, so anything missing means damage.
+In our own layout next to nothing is optional, so anything missing means damage.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ _OPERATOR = f"{ENTRY}/operator/name"
 def read_frame_info(source: Hdf5File, frames: int, samples: int) -> tuple[FrameInfo, ...]:
     """The record of every frame.  Raises RecordingError if a column is missing or has another length."""
     flags = {name: _column(source, f"{FRAMES}/{name}", frames) for name in (*FLAGS, "blank")}
+    joined = source.has_dataset(f"{FRAMES}/joined")
+    flags["joined"] = _column(source, f"{FRAMES}/joined", frames) if joined else np.zeros(frames)
     shot, valid = (_column(source, f"{FRAMES}/{name}", frames) for name in ("shot", "valid_samples"))
     clock, celsius = (_column(source, f"{FRAMES}/{name}", frames, nan=True) for name in ("monotonic", "temperature"))
     texts = ("time_stamp", "verdict", "reason")

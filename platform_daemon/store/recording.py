@@ -93,7 +93,8 @@ class FrameInfo:
 
     shot: number in the series from 1; time_stamp: ISO 8601; monotonic_s: the host's monotonic clock; valid_samples:
     the samples behind it are zero padding (only ever less than a whole frame when the verdict is "refused", or when
-    other steps of the same procedure have longer windows); step: None outside of procedures.
+    other steps of the same procedure have longer windows); step: None outside of procedures; joined: the first
+    shot after the series had been cut off and was gone on with.
     """
 
     shot: int
@@ -111,6 +112,7 @@ class FrameInfo:
     blank: bool = False
     excitation: Excitation | None = None
     step: FrameStep | None = None
+    joined: bool = False
 
     @property
     def flags(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ import structlog
 from drivers.errors import PlatformError, RecordingError
 
 from .assembly import assemble, header_of
+from .continuation import holds_all_of
 from .leftovers import not_assembled
 from .reader import open_recording
 from .staging import Staging, abandoned_series
@@ -37,8 +38,8 @@ def recover_all(folder: Path | str) -> Recovered:
     """Put together every series in `folder` whose writer died.
 
     Series that are being written are left alone.  A file that exists is never replaced: the recovered one is then
-    called `<name>.recovered.h5`.  Never raises for one bad series: it is logged, stays as it is, and is tried again at
-    the next start.
+    called `<name>.recovered.h5`; but one that was being gone on with gets the shots that came.  Never raises for one
+    bad series: it is logged, stays as it is, and is tried again at the next start.
     """
     made: list[Path] = []
     failed: list[tuple[Path, PlatformError]] = []
@@ -66,8 +67,8 @@ def recover_series(staging: Staging, spare_target: bool = False) -> Path | None:
     made = None
     if usable:
         names = _names(staging.target, spare_target)
-        target = next(path for path in names if not path.exists() or _is_assembled(path, usable))
-        if not target.exists():
+        target = next(path for path in names if not path.exists() or _is_of(path, usable))
+        if not target.exists() or not _is_assembled(target, usable):
             assemble(usable, staging.part, target, unreadable=len(broken))
             made = target
     for shot in broken:
@@ -94,6 +95,14 @@ def _is_assembled(target: Path, shots: list[Path]) -> bool:
     try:
         found = open_recording(target)
         return header_of(found)[1] == header_of(open_recording(shots[0]))[1] and found.frames >= len(shots)
+    except RecordingError:
+        return False
+
+
+def _is_of(target: Path, shots: list[Path]) -> bool:
+    """Whether `target` is this series: assembled, or gone on with when the crash came, nothing of it missing here."""
+    try:
+        return _is_assembled(target, shots) or holds_all_of(shots, target)
     except RecordingError:
         return False
 

@@ -5,16 +5,19 @@ from __future__ import annotations
 import secrets
 import stat
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
 from drivers.errors import InputError
 
-from .assembly import assemble
+from .assembly import assemble, header_of
+from .continuation import check_continues, shots_of
 from .durable import write_file
 from .errors import StorageError
 from .header import FitTable, SeriesHeader, ShotRecord
 from .leftovers import not_assembled
+from .reader import open_recording
 from .recovery import recover_series
 from .room import check_room
 from .staging import Staging, busy, claim, claim_abandoned, folder_of
@@ -50,16 +53,37 @@ class SeriesWriter:
         check_header(header)
         _check_target(target, overwrite)
         if folder_of(target).is_dir():
-            left = claim_abandoned(folder_of(target))
-            if left is None:
-                raise busy(target)
-            try:
-                recover_series(left, spare_target=overwrite)
-            finally:
-                left.release()
+            _recover_left(target, spare_target=overwrite)
             _check_target(target, overwrite)
         _check_space(target, header, most_bytes)
         return cls(target, header, overwrite, claim(target))
+
+    @classmethod
+    def go_on(cls, target: Path, header: SeriesHeader) -> SeriesWriter:
+        """Go on with a recording that has too few shots, with shots of the same kind; or begin it if it is not there.
+
+        It stays as it is until `finish` puts all in its place.  Raises as `create`, InputError if platform,
+        calibration, windows or bearing are others, RecordingError, StorageError.
+        """
+        if not target.exists():
+            return cls.create(target, header)
+        check_header(header)
+        before = open_recording(target)
+        check_continues(before, header)
+        made = cls(target, header_of(before)[0], True, _claimed(target))
+        try:
+            made.series_id = header_of(before)[1]
+            for shot in shots_of(before):
+                made.add_shot(shot)
+        except BaseException:
+            made.drop()
+            raise
+        made.go_on_with(replace(header, start_time=made.header.start_time))
+        return made
+
+    def drop(self) -> None:
+        """What is in single files is not wanted; call only where it is safe in `target`."""
+        self._staging.remove()
 
     @property
     def shots(self) -> int:
@@ -152,6 +176,24 @@ class SeriesWriter:
         if found not in (None, self._outputs):
             what = f"excitation.current_a has {found} outputs, the series {self._outputs}"
             raise InputError(what, where="recording", remedy="give one current per output of the platform")
+
+
+def _claimed(target: Path) -> Staging:
+    """A staging folder for a recording that exists; what a crash has left there is put together first."""
+    if folder_of(target).is_dir():
+        _recover_left(target)
+    return claim(target)
+
+
+def _recover_left(target: Path, *, spare_target: bool = False) -> None:
+    """Raises InputError if another process fills it, StorageError."""
+    left = claim_abandoned(folder_of(target))
+    if left is None:
+        raise busy(target)
+    try:
+        recover_series(left, spare_target=spare_target)
+    finally:
+        left.release()
 
 
 def _clock(header: SeriesHeader) -> tuple[float, int]:

@@ -86,6 +86,7 @@ def frame_info(header: SeriesHeader, number: int, shot: ShotRecord, valid_sample
         temperature_c=shot.temperature_c,
         excitation=excitation,
         step=None if shot.step is None else FrameStep(shot.step, *windows),
+        joined=shot.joined,
         **flags,
     )
 
@@ -205,6 +206,8 @@ def _write_frames(h5: h5py.File, infos: Sequence[FrameInfo]) -> None:
     for name in (*FLAGS, "blank"):
         # uint8, not bool: h5py's bool is an HDF5 enumeration that Julia and MATLAB do not read as one.
         put(made, name, np.array([getattr(i, name) for i in infos], np.uint8), units="1")
+    if any(i.joined for i in infos):
+        put(made, "joined", np.array([i.joined for i in infos], np.uint8), units="1")
     put_texts(made, "time_stamp", (i.time_stamp or "" for i in infos))
     put_texts(made, "verdict", (i.verdict for i in infos))
     put_texts(made, "reason", (i.reason for i in infos))

@@ -19,7 +19,7 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import describe
 
-from ..context import Context, JobId, Shared
+from ..context import CONFIRMED, Confirmed, Context, JobId, Shared
 from ..job_routes import JobKind
 from ..network.routes import GuardedRoute
 from ..problems import problems
@@ -65,6 +65,28 @@ def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     507 if the disk cannot take it.
     """
     return context.hardware.dry_run(body)
+
+
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+def edit_acquisition(identifier: JobId, body: AcquisitionRequest, context: Shared) -> AcquisitionJob:
+    """Another request in the place of that of an acquisition that waits; 409 once it has begun."""
+    return ACQUISITIONS.shown(context.hardware.edit(identifier, body))
+
+
+@router.post("/{identifier}/pause", summary="Pause", responses=problems(404, 409, 415))
+def pause_acquisition(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> AcquisitionJob:
+    """Rest between two shots, with outputs off, until it is resumed; one that waits lets others go first."""
+    return ACQUISITIONS.shown(context.hardware.pause("acquisition", identifier))
+
+
+@router.post("/{identifier}/resume", summary="Go on", status_code=202, responses=problems(404, 409, 415, 422, 503, 507))
+def resume_acquisition(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> AcquisitionJob:
+    """After a pause; or, of a series that was cut off, stopped or failed, with the first shot that is missing.
+
+    The missing shots go into the same recording, which stays as it is until they are there; the first of them is marked
+    `joined`.  409 where nothing is missing, 422 where platform, calibration or windows are not those of then.
+    """
+    return ACQUISITIONS.shown(context.hardware.resume("acquisition", identifier))
 
 
 @router.get("/{identifier}/shots", summary="Its shots, as they come", responses=problems(404, 422))

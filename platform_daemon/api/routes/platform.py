@@ -18,6 +18,7 @@ from platform_daemon.schemas import (
     Health,
     PlatformStatus,
     ProblemKind,
+    QueueOrder,
     Readiness,
     StopReport,
 )
@@ -120,6 +121,15 @@ def reset_fault(context: Shared, body: FaultUnlock) -> FaultCleared:
     is nothing to clear: `fault` is null.
     """
     return context.hardware.unlock(body)
+
+
+@router.post("/platform/queue", summary="Put what waits in order", responses=problems(409, 415, 422))
+def order_queue(context: Shared, body: QueueOrder) -> PlatformStatus:
+    """These jobs first, in this order; all others follow as they were.  `queued` of the answer is the order now.
+
+    It outlives a restart.  409 if one of them does not wait (any more): nothing is changed then.
+    """
+    return context.hardware.order(tuple(body.order))
 
 
 @router.get("/problems/{kind}", summary="What a kind of problem means", responses=problems(404))

@@ -118,6 +118,10 @@ class StepSink:
         """See ShotSink."""
         return self._writer.header
 
+    def shot_file(self, number: int) -> Path:
+        """See ShotSink."""
+        return self._writer.shot_file(self._before + number)
+
     def go_on_with(self, header: SeriesHeader) -> None:
         """See ShotSink."""
         self._writer.go_on_with(header)

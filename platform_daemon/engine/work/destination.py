@@ -29,6 +29,9 @@ class ShotSink(Protocol):
     def last_shot(self) -> Path:
         """The file of the last shot on disk, a recording of its own until the series is put together."""
 
+    def shot_file(self, number: int) -> Path:
+        """The file of a shot of this series, from 1."""
+
     @property
     def header(self) -> SeriesHeader:
         """What holds for the next shot."""
@@ -72,3 +75,20 @@ class OwnFile:
     def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
         """See Destination."""
         return SeriesWriter.create(self._target or self._folder / f"{job}.h5", header, overwrite=self._overwrite)
+
+
+class SameFile:
+    """A series that was cut off, and is gone on with in its own recording `target`."""
+
+    goes_on = True
+
+    def __init__(self, target: Path) -> None:
+        self._target = target
+
+    def check(self, planned_bytes: int) -> None:
+        """See Destination."""
+        check_room(self._target.parent, planned_bytes)
+
+    def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
+        """See Destination.  Raises InputError also if what it was measured with has changed."""
+        return SeriesWriter.go_on(self._target, header)

@@ -14,7 +14,7 @@ import structlog
 from drivers.errors import DeviceFault
 from drivers.platform import Platform
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, FitReport, FrameFit
-from platform_daemon.store import FitTable, ShotRecord, StepLabel
+from platform_daemon.store import FitTable, ShotRecord, StepLabel, open_recording
 from platform_daemon.workers import Computer
 from sequences.compiler import ShotPlan
 
@@ -34,6 +34,7 @@ log = structlog.get_logger()
 AcquisitionJob = Job[AcquisitionRequest, AcquisitionResult]
 MAX_REFUSED_IN_A_ROW = 3
 PAUSE_STEP_S = 0.1
+_LOOK_S = 3600.0
 _BEFORE_STORED = 0.98  # of a shot that is measured and not on the disk yet
 
 
@@ -69,7 +70,7 @@ class SeriesWork:
         self._destination, self._turns = destination, ShotsInTurn(plan, step, bench.online)
         self._calibration = store_calibration(bench.platform)
         self._fits = SeriesFits(plan, bench.fits, bench.online, bench.live, self._calibration, bench.tell)
-        self._refused_in_a_row = self._refused = 0
+        self._refused_in_a_row = self._refused = self._joined = 0
         self._left: Callable[[], None] | None = None
         self._storing: Future[Path] | None = None
         self._told = plan.excited  # by the header
@@ -81,8 +82,8 @@ class SeriesWork:
         Raises StorageUnusable before anything moves, SelfTestFailed before there is a file, Cancelled, DeviceError,
         OSError; shots already stored stay in it.
         """
-        if job.pause_requested.is_set():
-            return  # while it waited; nothing moves, not even for the self-test
+        if not self._rested(job):
+            return  # nothing moves, not even for the self-test
         job.expect(self._durations_s)
         self._destination.check(self._plan.disk_bytes)
         job.warnings += self._plan.warnings
@@ -101,9 +102,9 @@ class SeriesWork:
     def _shoot_all(self, job: AcquisitionJob, series: ShotSink, disk: Executor) -> None:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
-            for done in range(len(self._plan.shots)):
+            for done in range(self._take_up(job, series), len(self._plan.shots)):
                 self._pause(job, done, series, first=done == 0 and not self._destination.goes_on)
-                if job.pause_requested.is_set():
+                if not self._rested(job):
                     return  # a safe point: what is left is asked for again once its procedure is resumed
                 shot = self._next_shot(job, done)
                 raw = self._shoot(job, shot, done, series)
@@ -112,6 +113,34 @@ class SeriesWork:
                 self._count_refusals(job, raw, done + 1)
         finally:
             self._catch_up()
+
+    def _take_up(self, job: AcquisitionJob, series: ShotSink) -> int:
+        """Number of shots that an earlier run has left, which are fitted again."""
+        self._joined = series.shots
+        for number in range(1, series.shots + 1):
+            info = open_recording(series.shot_file(number)).frame_info[0]
+            report = shot_report(info, number, number - 1)
+            job.shots.stored(report)
+            if report.verdict != "good":
+                self._fits.refused(info.reason)
+                self._refused += not info.blank
+                continue
+            there: Future[Path] = Future()
+            there.set_result(series.shot_file(number))
+            self._fits.take(job, there, info.temperature_c, blank=info.blank)
+        job.at(series.shots, "go on")
+        return series.shots
+
+    def _rested(self, job: AcquisitionJob) -> bool:
+        """False: a pause is asked for, which is for its procedure to make.  Raises Cancelled."""
+        while job.pause_requested.is_set():
+            if job.within is not None:
+                return False
+            self._catch_up()
+            job.rest(_LOOK_S)
+            if job.cancel_requested.is_set():
+                raise Cancelled
+        return True
 
     def _catch_up(self) -> None:
         """What is left to do of the shot before."""
@@ -134,7 +163,9 @@ class SeriesWork:
     ) -> None:
         """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
         _raise_failure(self._storing)
-        self._storing = disk.submit(self._store, job, series, shot, shot_record(shot, raw, self._turns.label(done)))
+        joined = 0 < done == self._joined
+        record = shot_record(shot, raw, self._turns.label(done), joined=joined)
+        self._storing = disk.submit(self._store, job, series, shot, record)
         self._storing.add_done_callback(_complain)
         if raw.reason is not None:
             self._fits.refused(raw.reason)

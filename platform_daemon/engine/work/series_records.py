@@ -11,7 +11,7 @@ from drivers.calibration import ReceiveCalibration
 from drivers.platform import Platform
 from platform_daemon import __version__
 from platform_daemon.schemas import ShotReport
-from platform_daemon.store import RESONATOR, Excitation, SequenceInfo, SeriesHeader, ShotRecord, StepLabel
+from platform_daemon.store import RESONATOR, Excitation, FrameInfo, SequenceInfo, SeriesHeader, ShotRecord, StepLabel
 from sequences.compiler import ShotPlan
 from sequences.request import SequenceRequest
 
@@ -90,8 +90,8 @@ def _waveform(request: SequenceRequest) -> str:
     return shape + chirp + (", phase planned" if request.phase_plan != "none" else "")
 
 
-def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None) -> ShotRecord:
-    """A shot as the store keeps it."""
+def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None, *, joined: bool = False) -> ShotRecord:
+    """A shot as the store keeps it; joined: the first one after a cut."""
     return ShotRecord(
         volts=raw.volts,
         time_stamp=raw.started.isoformat(),
@@ -107,10 +107,11 @@ def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None) -> 
         blank=shot.blank,
         truth=raw.truth or None,
         step=step,
+        joined=joined,
     )
 
 
-def shot_report(shot: ShotRecord, number: int, frame: int) -> ShotReport:
+def shot_report(shot: ShotRecord | FrameInfo, number: int, frame: int) -> ShotReport:
     """A shot that is on disk; number: from 1; frame: in its recording, from 0."""
     return ShotReport(
         shot=number,

@@ -1,0 +1,65 @@
+"""What people may change of jobs that wait, and of series that were cut off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from drivers.errors import DeviceStateError, InputError
+from platform_daemon.schemas import AcquisitionRequest, JobState
+
+from .engine import Engine
+from .jobs import AnyJob
+from .work.destination import OwnFile
+from .work.series import AcquisitionJob, SeriesWork
+
+
+def put_in_order(engine: Engine, identifiers: Sequence[str]) -> None:
+    """These first, in this order; kept on disk.  Raises InputError for an id twice, DeviceStateError: it waits not."""
+    if len(set(identifiers)) != len(identifiers):
+        raise InputError("an id stands in it twice", where="order", remedy="name each job once")
+    waiting = {job.identifier: job for job in engine.queue.jobs()}
+    for each in identifiers:
+        if each not in waiting:
+            remedy = "ask GET /platform for `queued`: only those can be put in order"
+            raise DeviceStateError("this job does not wait for the platform", where=each, remedy=remedy)
+    engine.queue.order([waiting[each] for each in identifiers])
+    for place, job in enumerate(engine.queue.jobs()):
+        job.place = place
+        job.on_change(job)
+
+
+def edit_series(engine: Engine, job: AnyJob, request: AcquisitionRequest, folder: Path) -> AnyJob:
+    """Another request in place of that of a series which has not begun.
+
+    Raises InputError, DeviceStateError if it has begun or is gone on with.
+    """
+    plan = engine.plan(request)
+    work = SeriesWork(engine.series_bench, plan, OwnFile(None, folder))
+
+    def change() -> Callable[[AnyJob], None]:
+        job.request, job.total = work.request, work.total
+        return work
+
+    if job.within is not None or job.result.recording is not None or not engine.queue.exchange(job, change):
+        remedy = "cancel it, or wait for its end, and ask for a new one"
+        raise DeviceStateError("only a series that has not begun can be changed", where=job.identifier, remedy=remedy)
+    job.on_change(job)
+    return job
+
+
+def resume_series(engine: Engine, job: AnyJob, folder: Path) -> AcquisitionJob:
+    """Queue the missing shots of a series that was cut off; they go into its own recording, in `folder`.
+
+    Raises DeviceStateError if there is nothing to be resumed, InputError if it cannot be measured any more.
+    """
+    if not job.state.final:
+        what, why = f"the {job.kind} has not ended", f"it is {job.state}"
+    elif job.kind != "acquisition" or job.within is not None:
+        what, why = "only a series of its own can be resumed", f"this is {'a step' if job.within else f'a {job.kind}'}"
+    elif job.state is JobState.DONE:
+        what, why = "nothing is missing", "all its shots are there"
+    else:
+        return engine.acquire(engine.plan(job.request), None, folder, again=job, goes_on=True)
+    remedy = "ask for what is missing as a new job"
+    raise DeviceStateError(what, where=job.identifier, why=why, remedy=remedy)
