@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,6 +10,7 @@ from drivers.calibration import ReceiveCalibration, TransmitCalibration
 from drivers.errors import ConfigError
 from drivers.platform import Platform
 from drivers.registry import build_platform
+from platform_daemon.alarms import AlarmBoard, Watch, Watched
 from platform_daemon.analysis import Library
 from platform_daemon.engine import (
     AnalysisJobs,
@@ -21,6 +23,7 @@ from platform_daemon.engine import (
     read_receive,
 )
 from platform_daemon.link import Hardware
+from platform_daemon.schemas import Alarm
 from platform_daemon.settings import PlatformFile
 from platform_daemon.store import DataFolder, read_transmit_calibration
 from platform_daemon.supervisor import guard_for
@@ -85,19 +88,27 @@ def create_context(
     catalogue: Catalogue,
     limits: WorkerLimits = WorkerLimits(),  # noqa: B008 frozen
     tell: Tell = quiet,
+    call: Callable[[Alarm], None] = lambda alarm: None,
+    idle_s: float | None = None,
 ) -> Context:
     """What the API serves.
 
-    limits: of the processes that compute what is asked for; tell: takes events.
+    limits: of the processes that compute what is asked for; tell: takes events; call: for each alarm; idle_s: one is
+    raised when nothing has begun for so long, None: none is.
     """
-    from platform_daemon.api import Context, EventTail  # here, because the process that owns the hardware needs no web
+    # Here, because the process that owns the hardware needs no web.
+    from platform_daemon.api import Context, EventTail, Metrics
 
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
     analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs), tell)
     previews = preview_workers(limits)
+    alarms = AlarmBoard(data.alarms, tell, call)
+    metrics = Metrics(hardware, alarms, data.recordings)
+    watched = Watched(data.recordings, data.events, idle_s=idle_s)
     return Context(
         *(hardware, catalogue, analyses, previews, *folders),
         *(Library(data.models), data.calibrations, EventTail(data.events)),
+        *(alarms, metrics, Watch(watched, alarms, hardware.status, metrics.see)),
     )
 
 

@@ -2,6 +2,7 @@
 
 Context: What every route needs.
 EventTail: Follows the journal of events for all listeners.
+Metrics: Numbers for Prometheus.
 certificate_of: The files of TLS, both or none.
 rules: The rules for a server on an address.
 too_many_previews: All processes that compute what requests wait for are busy.
@@ -12,6 +13,7 @@ create_stop_api: An application that can do nothing but stop, by the same rules.
 
 from .context import Context
 from .event_tail import EventTail
+from .metrics import Metrics
 from .network.lanes import too_many_previews
 from .network.listening import certificate_of, rules
 from .network.served import served
@@ -20,6 +22,7 @@ from .server import create_api, create_stop_api
 __all__ = [
     "Context",
     "EventTail",
+    "Metrics",
     "certificate_of",
     "create_api",
     "create_stop_api",

@@ -12,6 +12,7 @@ import anyio
 from fastapi import Body, Depends, Request
 from fastapi import Path as InPath
 
+from platform_daemon.alarms import AlarmBoard, Watch
 from platform_daemon.analysis import Library
 from platform_daemon.engine import ANALYSES, AnalysisJobs, Catalogue, ShuttingDown
 from platform_daemon.link import Hardware, JobHolder, LocalJobs
@@ -19,6 +20,7 @@ from platform_daemon.schemas import Confirmation
 from platform_daemon.workers import Computer, Stopped, Task
 
 from .event_tail import EventTail
+from .metrics import Metrics
 
 ResultT = TypeVar("ResultT")
 EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
@@ -29,7 +31,8 @@ class Context:
     """What routes work with.
 
     hardware: its owner; catalogue: what can be measured; analyses: those asked for; previews: who computes what a
-    request waits for; then folders; models: adopted ones; events: for those who listen.
+    request waits for; then folders; models: adopted ones; events: for those who listen; watch: what raises
+    alarms.
     """
 
     hardware: Hardware
@@ -44,10 +47,14 @@ class Context:
     models: Library
     calibrations: Path
     events: EventTail
+    alarms: AlarmBoard
+    metrics: Metrics
+    watch: Watch
 
     def close(self) -> None:
         """The processes that compute end, and listeners are let go.  Idempotent."""
         self.events.close()
+        self.watch.close()
         self.analyses.close()
         self.previews.close()
 

@@ -15,6 +15,7 @@ from starlette.routing import compile_path
 
 from drivers import errors
 from drivers.validation import complaints, listed
+from platform_daemon.alarms import UnknownAlarm
 from platform_daemon.analysis import UnknownModel
 from platform_daemon.engine import ShuttingDown, UnknownId
 from platform_daemon.link import HardwareAway
@@ -42,6 +43,7 @@ MEDIA_TYPE = "application/problem+json"
 STATUS: dict[type[errors.PlatformError], int] = {
     UnknownId: 404,
     UnknownModel: 404,
+    UnknownAlarm: 404,
     UnknownRecording: 404,
     UnknownSchedule: 404,
     UnsupportedMediaType: 415,

@@ -16,6 +16,7 @@ from .network.routes import refuse_unguarded
 from .openapi import complete_schema
 from .routes import (
     acquisitions,
+    alarms,
     calibrations,
     catalogue,
     characterisations,
@@ -41,6 +42,7 @@ TAGS = {
     "acquisitions": "Series of shots",
     "procedures": "Several steps, each a series, in one recording: sweeps",
     "events": "What happens, as it happens",
+    "alarms": "What somebody should know, and numbers for Prometheus",
     "schedules": "Work by the calendar, and what became of each start",
     "calibrations": "Of the receive and of the transmit side",
     "recordings": "What was measured, with its dm/dt",
@@ -76,6 +78,7 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
         procedures,
         schedules,
         events,
+        alarms,
         calibrations,
         recordings,
         fits,

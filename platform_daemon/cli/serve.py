@@ -43,6 +43,13 @@ LimitOption = Annotated[
 NameOption = Annotated[
     list[str] | None, typer.Option("--allowed-host", help="A further name that clients call it by; may be repeated.")
 ]
+CommandOption = Annotated[
+    str | None, typer.Option("--alarm-command", help="Run for each alarm, which it gets as JSON on standard input.")
+]
+UrlOption = Annotated[str | None, typer.Option("--alarm-url", help="POST each alarm there, as JSON.")]
+IdleOption = Annotated[
+    float | None, typer.Option("--alarm-idle-h", help="Raise an alarm when nothing has begun for so long, h.", min=0.01)
+]
 
 _SILENCE_S = 60.0  # longer than a process that has died waits before it is started anew, and its start
 
@@ -64,6 +71,9 @@ def serve(
         bool, typer.Option("--forget-queue", help="Cancel what waited when the daemon ended; else it waits on.")
     ] = False,
     worker_limit: LimitOption = None,
+    alarm_command: CommandOption = None,
+    alarm_url: UrlOption = None,
+    alarm_idle_h: IdleOption = None,
 ) -> None:
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.serving import Daemon, ServeOptions, listen, listen_for_stop
@@ -82,6 +92,9 @@ def serve(
         insecure_network=insecure_network,
         forget_queue=forget_queue,
         worker_limits=tuple(worker_limit or ()),
+        alarm_command=alarm_command,
+        alarm_url=alarm_url,
+        alarm_idle_h=alarm_idle_h,
     )
     with listen(host, port) as listener, listen_for_stop(host, stop_port, listener.getsockname()[1]) as stop_listener:
         # A second signal must not cut short what the first one began: a series is put together.

@@ -13,6 +13,10 @@ SettleCheck: How much of the swing remains when the next shot begins, by the exp
 ShotPage: Some shots of an acquisition.
 ShotReport: One shot on disk, and its on-line fit.
 ShotSummary: One shot as it would be played.
+Acknowledgement: Somebody knows of an alarm.
+Alarm: One thing that somebody should know.
+AlarmListing: All alarms.
+Alarms: The file of the alarms.
 AdoptionRequest: Adoption of what a diagnosis names.
 DefectsRequest: A manufacturing defect in some sizes, at some deflections.
 

@@ -11,6 +11,10 @@ from .acquisitions import SettleCheck as SettleCheck
 from .acquisitions import ShotPage as ShotPage
 from .acquisitions import ShotReport as ShotReport
 from .acquisitions import ShotSummary as ShotSummary
+from .alarms import Acknowledgement as Acknowledgement
+from .alarms import Alarm as Alarm
+from .alarms import AlarmListing as AlarmListing
+from .alarms import Alarms as Alarms
 from .analysis_requests import AdoptionRequest as AdoptionRequest
 from .analysis_requests import DefectsRequest as DefectsRequest
 from .analysis_requests import DiagnosisRequest as DiagnosisRequest

@@ -14,7 +14,8 @@ class ServeOptions(BaseModel):
     data: data folder; resonators: folder of further resonator files; host: address that the web process listens on;
     allowed_hosts: further names of it; tls_cert, tls_key: PEM files; insecure_network: listen without TLS where others
     can read along; forget_queue: cancel what waited when the daemon ended;
-    worker_limits: KIND:NUMBERMB or KIND:NUMBERs.
+    worker_limits: KIND:NUMBERMB or KIND:NUMBERs; alarm_command, alarm_url: run, or posted to, for each alarm;
+    alarm_idle_h: one is raised when nothing has begun for so many hours, None: none is.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -31,3 +32,6 @@ class ServeOptions(BaseModel):
     insecure_network: bool = False
     forget_queue: bool = False
     worker_limits: tuple[str, ...] = ()
+    alarm_command: str | None = None
+    alarm_url: str | None = None
+    alarm_idle_h: float | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 
+from platform_daemon.alarms import Caller
 from platform_daemon.api import certificate_of, create_api, create_stop_api, rules, served
 from platform_daemon.app import create_context
 from platform_daemon.engine import open_catalogue
@@ -32,6 +33,7 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
         audit=audit,
     )
     bounds = WorkerLimits().changed(options.worker_limits)
+    caller = Caller(options.alarm_command, options.alarm_url)
     main, stop = (socket.socket(fileno=number) for number in sockets)
     life.say(CHECKED)
     if not life.wait_to_go():
@@ -40,7 +42,8 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     folder = data_paths(options.data)
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
     events = EventJournal(folder.events)
-    context = create_context(RemoteHardware(options.data), folder, catalogue, bounds, events.tell)
+    idle_s = None if options.alarm_idle_h is None else 3600 * options.alarm_idle_h
+    context = create_context(RemoteHardware(options.data), folder, catalogue, bounds, events.tell, caller, idle_s)
     limits = network.limits
     with (
         served(create_stop_api(context, network), stop, limits, certificate),

@@ -30,7 +30,6 @@ check_room: Raises StorageUnusable where the disk cannot take a recording.
 kept_series: Series whose shots are safe but were never put together.
 recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
-StoredFrame: A frame that can be read.
 stored_frame: Where a frame of a recording is, or of a series that runs.
 describe_running: What a series that runs holds so far.
 UnknownRecording: No recording of that id exists in the folder.
@@ -76,7 +75,7 @@ from .reader import open_recording, read_calibration
 from .recording import RESONATOR, Excitation, FrameInfo, Recording, SequenceInfo, StepLabel
 from .recovery import recover_all
 from .room import check_room
-from .running import StoredFrame, describe_running, stored_frame
+from .running import describe_running, stored_frame
 from .series_writer import SeriesWriter
 from .tokens import TokenFile, has_expired
 from .versioned import Version, VersionedFolder
@@ -101,7 +100,6 @@ __all__ = [
     "ShotRecord",
     "StepLabel",
     "StorageError",
-    "StoredFrame",
     "TokenFile",
     "UnknownRecording",
     "Version",

@@ -18,13 +18,13 @@ _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
     *("jobs", "resonators", "sequences", "presets"),
 )
-TOKENS, AUDIT, EVENTS = "tokens.json", "audit.jsonl", "events.db"
+TOKENS, AUDIT, EVENTS, ALARMS = "tokens.json", "audit.jsonl", "events.db", "alarms.json"
 
 
 @dataclass(frozen=True)
 class DataFolder:
-    """Where a daemon keeps what it makes: folders, the files `tokens`, `audit` and `events`, which need not exist;
-    `lock` is held as long as the process lives, None: by another one."""
+    """Where a daemon keeps what it makes: folders, the files `tokens`, `audit`, `events` and `alarms`, which need
+    not exist; `lock` is held as long as the process lives, None: by another one."""
 
     recordings: Path
     fits: Path
@@ -40,6 +40,7 @@ class DataFolder:
     tokens: Path
     audit: Path
     events: Path
+    alarms: Path
     lock: TextIO | None
 
 
@@ -75,5 +76,5 @@ def open_data_folder(folder: Path) -> DataFolder:
 
 def data_paths(folder: Path, lock: TextIO | None = None) -> DataFolder:
     """Where everything is in a folder that another process has opened; nothing is made or looked at."""
-    files = {"tokens": folder / TOKENS, "audit": folder / AUDIT, "events": folder / EVENTS}
+    files = {"tokens": folder / TOKENS, "audit": folder / AUDIT, "events": folder / EVENTS, "alarms": folder / ALARMS}
     return DataFolder(**{name: folder / name for name in _NAMES}, **files, lock=lock)

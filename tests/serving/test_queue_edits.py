@@ -88,7 +88,7 @@ def test_a_series_that_was_cut_off_twice_goes_on_in_its_own_recording(tmp_path):
         path = data / f"recordings/{job}.h5"
         before = []
         for cut in range(1, cuts + 1):
-            wait_for(lambda: len(daemon.get(f"/acquisitions/{job}/shots").json()["shots"]) >= 3 * cut)
+            wait_for(lambda n=3 * cut: len(daemon.get(f"/acquisitions/{job}/shots").json()["shots"]) >= n)
             os.kill(daemon.pid("hardware"), signal.SIGKILL)
             wait_for(lambda: path.exists() and daemon.get("/platform").status_code == 200)
             assert state(daemon, job) == "failed"

@@ -50,6 +50,11 @@ def _platform(daemon: Daemon) -> None:
         daemon.ask(f"platform/{name or 'root'}", "GET", f"/{name}")
     for name in ("acquisitions", "calibrations", "fits", "diagnoses", "characterisations"):
         daemon.ask(f"platform/no-{name}", "GET", f"/{name}")
+    daemon.ask("platform/alarms", "GET", "/alarms")
+    daemon.ask("platform/no-alarm", "POST", "/alarms/nothing/acknowledge", json={"by": "me"})
+    daemon.ask("platform/metrics", "GET", "/metrics")
+    daemon.ask("platform/events-number", "GET", "/events", params={"after": "x"})
+    daemon.ask("platform/queue", "POST", "/platform/queue", json={"order": ["nothing"]})
     daemon.ask("platform/no-live", "GET", "/live/harmonics")
     daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset", json={})
     daemon.ask("platform/fault-reset", "POST", "/platform/fault/reset", json={"by": "me", "reason": "looked"})
@@ -71,6 +76,11 @@ def _acquisitions(daemon: Daemon) -> str:
     made = daemon.job("acquisitions/jewel", "/acquisitions", plan)
     daemon.job("acquisitions/no-fit", "/acquisitions", {**SHOT, "window": None})
     daemon.job("acquisitions/blank", "/acquisitions", {**SHOT, "shots": 0, "blank_shots": 1})
+    ended = made["links"]["self"]
+    daemon.ask("acquisitions/shots", "GET", f"{ended}/shots")
+    daemon.ask("acquisitions/change-ended", "PUT", ended, json=SHOT)
+    for name in ("pause", "resume"):
+        daemon.ask(f"acquisitions/{name}-ended", "POST", f"{ended}/{name}", json={})
     daemon.ask("acquisitions/live", "GET", "/live/harmonics")
     daemon.ask("acquisitions/all", "GET", "/acquisitions")
     daemon.settle()
@@ -96,6 +106,7 @@ def _recordings(daemon: Daemon, made: str) -> None:
     daemon.ask("recordings/sliding", "GET", f"{frame}/sliding", params={"window_s": 0.15, "lambda": "free"})
     daemon.ask("recordings/sliding-long", "GET", f"{frame}/sliding", params={"window_s": 50.0})
     daemon.ask("recordings/harmonics", "GET", f"{frame}/harmonics")
+    daemon.ask("recordings/picture", "GET", f"{frame}/picture")
     daemon.ask("recordings/harmonics-example", "GET", f"/recordings/{JEWEL}/frames/0/harmonics")
 
 

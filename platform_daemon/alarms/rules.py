@@ -1,0 +1,74 @@
+"""What events mean: from which of them on somebody should know, and when it is over."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from platform_daemon.schemas import (
+    AnyHappening,
+    DeviceEvent,
+    InterlockEvent,
+    JobEvent,
+    JobState,
+    ScheduleEvent,
+    ShotEvent,
+)
+
+from .board import AlarmBoard
+
+REFUSED_OF_LAST = 3, 10
+"""So many of the last so many excited shots must be refused."""
+
+
+class Rules:
+    """Sees one event after the other."""
+
+    def __init__(self, board: AlarmBoard) -> None:
+        self._board = board
+        self._shots: deque[bool] = deque(maxlen=REFUSED_OF_LAST[1])  # refused?
+
+    def see(self, what: AnyHappening) -> None:
+        """Raise or clear what follows from it."""
+        match what:
+            case ShotEvent() if not what.blank:
+                self._shot(what)
+            case InterlockEvent():
+                self._stands("interlock", None if what.why is None else f"no power may go out: {what.why}")
+            case DeviceEvent():
+                self._stands(f"device:{what.device}", what.error and f"the {what.device} does not answer: {what.error}")
+            case JobEvent() if what.within is None:
+                self._job(what)
+            case ScheduleEvent():
+                self._schedule(what)
+            case _:
+                pass
+
+    def _stands(self, name: str, what: str | None) -> None:
+        if what is None:
+            self._board.clear(name)
+        else:
+            self._board.notice(name, what)
+
+    def _shot(self, shot: ShotEvent) -> None:
+        self._shots.append(shot.verdict == "refused")
+        refused = sum(self._shots)
+        if refused >= REFUSED_OF_LAST[0] and self._shots[-1]:
+            what = f"{refused} of the last {len(self._shots)} shots were refused, the last: {shot.reason}"
+            self._board.notice("shots", f"{what}. Remedy: find the cause named; the shots are kept, marked refused")
+        elif refused == 0:
+            self._board.clear("shots")
+
+    def _job(self, job: JobEvent) -> None:
+        name = f"failed:{job.job_kind}"
+        if job.state is JobState.FAILED:
+            when = "at its launch" if job.progress.done == 0 else f"after {job.progress.fraction:.0%}"
+            self._board.notice(name, f"{job.job} died {when}: {job.error}")
+        elif job.state is JobState.DONE:
+            self._board.clear(name)
+
+    def _schedule(self, row: ScheduleEvent) -> None:
+        name = f"schedule:{row.schedule}"
+        if row.state in ("missed", "failed"):
+            self._board.notice(name, f"the start due at {row.due} was {row.state}: {row.reason}")
+        elif row.state in ("run", "late"):
+            self._board.clear(name)

@@ -1,0 +1,128 @@
+"""Follows the journal of events, and looks at the computer, in a thread."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.schemas import AnyHappening, JobEvent, JobState
+from platform_daemon.store import EventReader, StorageError, read_event
+
+from .board import AlarmBoard
+from .rules import Rules
+
+log = structlog.get_logger()
+_EVENTS_EVERY_S, _COMPUTER_EVERY_S, _PAGE = 0.5, 30.0, 500
+_GB = 1e9
+
+
+@dataclass(frozen=True)
+class Watched:
+    """What is looked at.  folder: of the data; journal: of the events; from which value on somebody should know:
+
+    disk_b, memory_b: less than this is free; clock_s: the clock of the day has leapt by more; idle_s: nothing has begun
+    for longer, None: that is nothing to know of.
+    """
+
+    folder: Path
+    journal: Path
+    disk_b: float = 2 * _GB
+    memory_b: float = 0.3 * _GB
+    clock_s: float = 5.0
+    idle_s: float | None = None
+
+
+class Watch:
+    """Begins at once, with what happens from now on.  see: further readers of events; hardware: raises PlatformError
+    while its owner does not answer."""
+
+    def __init__(
+        self,
+        watched: Watched,
+        board: AlarmBoard,
+        hardware: Callable[[], object],
+        see: Callable[[AnyHappening], None] = lambda what: None,
+    ) -> None:
+        self._watched, self._board, self._hardware, self._see = watched, board, hardware, see
+        self._rules = Rules(board)
+        self._ended = threading.Event()
+        self._reader: EventReader | None = None
+        self._last = 0
+        self._begun_s, self._offset_s = time.monotonic(), time.time() - time.monotonic()
+        self._thread = threading.Thread(target=self._work, name="alarms", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._ended.set()
+        self._thread.join(5.0)
+
+    def _work(self) -> None:
+        looked_s = 0.0
+        while not self._ended.wait(_EVENTS_EVERY_S):
+            try:
+                self._read()
+                if time.monotonic() - looked_s >= _COMPUTER_EVERY_S:
+                    looked_s = time.monotonic()
+                    self._look()
+            except (StorageError, sqlite3.Error, OSError) as error:
+                log.error("alarms_not_looked_at", error=str(error))
+                self._reader = None
+        if self._reader is not None:
+            self._reader.close()
+
+    def _read(self) -> None:
+        if self._reader is None:
+            self._reader = EventReader(self._watched.journal)
+            self._last = self._last or self._reader.newest()
+        found = self._reader.after(self._last, _PAGE)
+        for each in found:
+            self._last = each.id
+            what = read_event(each).what
+            if isinstance(what, JobEvent) and what.state is JobState.RUNNING:
+                self._begun_s = time.monotonic()
+            self._rules.see(what)
+            self._see(what)
+
+    def _look(self) -> None:
+        w = self._watched
+        free, memory = shutil.disk_usage(w.folder).free, psutil.virtual_memory().available
+        low = f"the disk of the data folder has {free / _GB:.1f} GB left, less than {w.disk_b / _GB:g} GB"
+        self._stands("disk", free < w.disk_b, f"{low}. Remedy: free it; shots that do not fit are refused before power")
+        little = f"the computer has {memory / _GB:.2f} GB of memory left"
+        self._stands("memory", memory < w.memory_b, f"{little}. Remedy: end what takes it, or lower --worker-limit")
+        offset_s = time.time() - time.monotonic()
+        leap_s, self._offset_s = offset_s - self._offset_s, offset_s
+        if abs(leap_s) > w.clock_s:
+            remedy = "Remedy: let one time service set it; look at the ledger of each schedule"
+            self._board.notice("clock", f"the clock of this computer has leapt by {leap_s:+.0f} s. {remedy}")
+        else:
+            self._board.clear("clock")
+        idle_s = time.monotonic() - self._begun_s
+        if w.idle_s is not None:
+            idle = f"nothing has begun for {idle_s / 3600:.1f} h, longer than {w.idle_s / 3600:g} h"
+            self._stands("idle", idle_s > w.idle_s, f"{idle}. Remedy: look at the schedules and at the queue")
+        self._owner()
+
+    def _owner(self) -> None:
+        try:
+            self._hardware()
+        except PlatformError as error:
+            self._board.notice("hardware", str(error))
+        else:
+            self._board.clear("hardware")
+
+    def _stands(self, name: str, wrong: bool, what: str) -> None:
+        if wrong:
+            self._board.notice(name, what)
+        else:
+            self._board.clear(name)

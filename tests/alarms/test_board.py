@@ -1,0 +1,137 @@
+"""The board of alarms: each stands once, is over, is known of, and outlives the process."""
+
+import json
+import sys
+import time
+
+import pytest
+
+from drivers.errors import ConfigError, DeviceStateError, InputError
+from platform_daemon.alarms.board import MOST_CLEARED, AlarmBoard, UnknownAlarm
+from platform_daemon.alarms.caller import Caller
+from platform_daemon.alarms.rules import Rules
+from platform_daemon.schemas import (
+    DeviceEvent,
+    InterlockEvent,
+    JobEvent,
+    JobState,
+    Progress,
+    ScheduleEvent,
+    ShotEvent,
+)
+
+
+@pytest.fixture
+def told():
+    return []
+
+
+@pytest.fixture
+def board(tmp_path, told):
+    return AlarmBoard(tmp_path / "alarms.json", told.append, told.append)
+
+
+def test_an_alarm_stands_once_however_often_it_is_noticed_and_is_told_once(board, told):
+    for _ in range(3):
+        board.notice("disk", "full")
+    assert [(each.name, each.times) for each in board.all()] == [("disk", 3)]
+    assert len(told) == 2  # the event and the call
+    board.clear("disk")
+    board.clear("disk")
+    assert [each.state for each in told if hasattr(each, "state")] == ["raised", "cleared"]
+    assert board.standing() == ()
+    board.notice("disk", "full again")
+    assert board.all()[0].times == 1
+
+
+def test_alarms_outlive_the_process_and_a_broken_file_costs_only_them(board, tmp_path):
+    board.notice("disk", "full")
+    board.acknowledge("disk", " me ")
+    again = AlarmBoard(tmp_path / "alarms.json", lambda event: None)
+    assert [(each.name, each.acknowledged_by) for each in again.all()] == [("disk", "me")]
+    (tmp_path / "alarms.json").write_text("{")
+    assert AlarmBoard(tmp_path / "alarms.json", lambda event: None).all() == ()
+
+
+def test_only_an_alarm_that_stands_can_be_acknowledged_and_by_a_name(board):
+    with pytest.raises(UnknownAlarm, match="no alarm is called 'disk'"):
+        board.acknowledge("disk", "me")
+    board.notice("disk", "full")
+    with pytest.raises(InputError, match="nobody is named"):
+        board.acknowledge("disk", "  ")
+    board.clear("disk")
+    with pytest.raises(DeviceStateError, match="is over"):
+        board.acknowledge("disk", "me")
+
+
+def test_of_those_that_are_over_a_hundred_are_kept(board):
+    for k in range(MOST_CLEARED + 20):
+        board.notice(str(k), "x")
+        board.clear(str(k))
+    assert len(board.all()) == MOST_CLEARED
+
+
+def shot(verdict, *, blank=False):
+    return ShotEvent(
+        job="a", shot=1, of=9, recording="a", frame=0, blank=blank, verdict=verdict, reason=None
+    )  # fmt: skip
+
+
+def job(state, error=None, done=0.0, within=None):
+    progress = Progress(done=done, total=4.0, unit="shots", phase="", fraction=done / 4, time_left_s=None)
+    return JobEvent(
+        job="acquisition-1", job_kind="acquisition", state=state, progress=progress, within=within, recording=None,
+        error=error,
+    )  # fmt: skip
+
+
+def row(state):
+    return ScheduleEvent(schedule="nightly", due="2026-11-24T02:00:00+00:00", state=state, reason="busy", job=None)
+
+
+@pytest.mark.parametrize(
+    ("raising", "name", "text", "clearing"),
+    [
+        ([shot("refused")] * 3, "shots", "3 of the last 3 shots were refused", [shot("good")] * 10),
+        ([InterlockEvent(why="the door")], "interlock", "the door", [InterlockEvent(why=None)]),
+        ([DeviceEvent(device="card", error="gone")], "device:card", "gone", [DeviceEvent(device="card", error=None)]),
+        ([job(JobState.FAILED, "x")], "failed:acquisition", "died at its launch: x", [job(JobState.DONE)]),
+        ([job(JobState.FAILED, "x", 2.0)], "failed:acquisition", "after 50%", [job(JobState.DONE)]),
+        ([row("missed")], "schedule:nightly", "was missed: busy", [row("run")]),
+        ([row("failed")], "schedule:nightly", "was failed", [row("late")]),
+    ],
+)
+def test_what_raises_an_alarm_and_what_ends_it(board, raising, name, text, clearing):
+    rules = Rules(board)
+    for each in raising:
+        rules.see(each)
+    assert board.standing() == (name,)
+    assert text in board.all()[0].what
+    for each in clearing:
+        rules.see(each)
+    assert board.standing() == ()
+
+
+def test_blank_shots_single_refusals_and_steps_of_procedures_raise_none(board):
+    rules = Rules(board)
+    for each in [shot("refused", blank=True)] * 5 + [shot("refused"), shot("good")] * 1:
+        rules.see(each)
+    rules.see(job(JobState.FAILED, "x", within="procedure-1"))
+    rules.see(row("skipped"))
+    assert board.standing() == ()
+
+
+def test_a_command_gets_the_alarm_and_a_bad_one_is_refused(tmp_path):
+    target = tmp_path / "called.json"
+    code = f"import sys; open({str(target)!r}, 'w').write(sys.stdin.read())"
+    board = AlarmBoard(tmp_path / "a.json", lambda event: None, Caller(f'{sys.executable} -c "{code}"'))
+    board.notice("disk", "full")
+    until = time.monotonic() + 20
+    while not target.exists() or not target.read_text():
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    assert json.loads(target.read_text())["what"] == "full"
+    with pytest.raises(ConfigError, match="alarm-command"):
+        Caller("say 'this")
+    with pytest.raises(ConfigError, match="alarm-url"):
+        Caller(url="ftp://x")
