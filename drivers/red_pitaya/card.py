@@ -24,6 +24,7 @@ from drivers.red_pitaya.lock import lock_card
 from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.red_pitaya.reader import Reader
+from drivers.red_pitaya.scale import Scale
 from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
 from drivers.red_pitaya.sines import AMPLITUDE_STEP_V
 from drivers.red_pitaya.stream import filter_delay_samples
@@ -232,12 +233,14 @@ class RedPitayaCard:
 
     def _output_full_scale_v(self) -> float:
         """What every output can give: the server refuses more than full scale after its calibration."""
-        return OUTPUT_FULL_SCALE_V / max(1.0, *self._output_scales())
+        limits_v = [scale.output_limit_v[k] for scale, k in self._used_outputs()]
+        return min(OUTPUT_FULL_SCALE_V, OUTPUT_FULL_SCALE_V / max(self._output_scales()), *limits_v)
 
     def _output_scales(self) -> list[float]:
-        """Of the outputs that are used; 1 if there is none."""
-        used = zip(self.boards, self.layout.boards, strict=True)
-        return [board.scale.output[k] for board, where in used for k in where.outputs] or [1.0]
+        return [scale.output[k] for scale, k in self._used_outputs()] or [1.0]
+
+    def _used_outputs(self) -> list[tuple[Scale, int]]:
+        return [(b.scale, k) for b, where in zip(self.boards, self.layout.boards, strict=True) for k in where.outputs]
 
     def _finish(self) -> None:
         """The last sample is here: let the sequences end, then make the boards ready for the next shot."""

@@ -19,6 +19,7 @@ from drivers.red_pitaya.ports import acknowledge_at_once, said_within
 
 MARK_S = 1.5  # time for the answer to the first *IDN?
 UPLOAD_BYTES_PER_S = 200e3  # slower than any network the card is on
+LONGEST_LINE = 4096  # bytes; the server's answers are shorter by far
 
 Value = str | int | float
 
@@ -167,15 +168,12 @@ class Connection:
         try:
             while not heard.startswith("CUSTOM,"):
                 heard = self._line("*IDN?", deadline)
+                if time.monotonic() > deadline:
+                    raise self._another_service(heard)
         except DeviceTimeout:
             if not heard:
                 raise
-            raise DeviceProtocolError(
-                "what answers is no RedPitayaDAQServer",
-                where=self.where,
-                why=f"to *IDN? it says {heard[:80]!r}",
-                remedy="correct the address",
-            ) from None
+            raise self._another_service(heard) from None
 
     def _send(self, to: socket.socket, data: bytes) -> None:
         """One send: the server executes half a command when the other half comes late."""
@@ -206,6 +204,9 @@ class Connection:
             if not piece:
                 raise self._lost("it closed the command socket")
             self._pending += piece
+            if len(self._pending) > LONGEST_LINE and b"\n" not in self._pending:
+                self._broken = "what it says has no end"
+                raise self._another_service(self._pending[:80].decode("ascii", "replace"))
         line = self._pending[:end].decode("ascii", "replace").rstrip("\r")
         del self._pending[: end + 1]
         return line
@@ -218,6 +219,14 @@ class Connection:
                 why=self._broken,
                 remedy="POST /stop (or start anew), which connects again with outputs off",
             )
+
+    def _another_service(self, heard: str) -> DeviceProtocolError:
+        return DeviceProtocolError(
+            "what answers is no RedPitayaDAQServer",
+            where=self.where,
+            why=f"it says {heard[:80]!r}",
+            remedy="correct the address",
+        )
 
     def _lost(self, why: str) -> DeviceLost:
         self._broken = self._broken or why

@@ -17,23 +17,35 @@ log = structlog.get_logger()
 
 INPUT_CALIBRATED = 0b1111  # flags: scale and offset of both inputs were set
 CALIBRATION = [
-    *(f"ADC:CHANNEL{k}:SCALE" for k in (0, 1)),
-    *(f"DAC:CHANNEL{k}:SCALE" for k in (0, 1)),
-    *(f"ADC:CHANNEL{k}:OFFSET" for k in (0, 1)),
+    what.replace("#", str(k))
+    for what in (
+        "ADC:CHANNEL#:SCALE",
+        "ADC:CHANNEL#:OFFSET",
+        "DAC:CHANNEL#:SCALE",
+        "DAC:CHANNEL#:OFFSET",
+        "DAC:CHANNEL#:LIMIT:LOWER",
+        "DAC:CHANNEL#:LIMIT:UPPER",
+    )
+    for k in (0, 1)
 ]
+INPUT_FULL_SCALE_V = (0.5, 40.0)  # the jumpers choose 1 V or 20 V
+INPUT_OFFSET = 0.25  # of full scale
+OUTPUT_SCALE = (0.5, 2.0)  # 2: calibrated into 50 ohm
+OUTPUT_OFFSET_V = 0.1  # of a converter; the card puts it out all the time, amplifier on or off
 
 
 @dataclass(frozen=True)
 class Scale:
     """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
     ever measured, and what the server multiplies the voltages of the two outputs by; gain: counts of the recording per
-    count of the converter."""
+    count of the converter; output_limit_v: beyond plus or minus that the card cuts off what an output shall give."""
 
     scale_v: NDArray[np.float32]
     offset_v: NDArray[np.float32]
     calibrated: bool
     output: tuple[float, float]
     gain: float
+    output_limit_v: tuple[float, float] = (1.0, 1.0)
 
     def full_scale_v(self, channel: int) -> float:
         """What the converter of an input can take."""
@@ -49,9 +61,9 @@ def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, wh
     """Ask the card.  Raises DeviceProtocolError if that makes no sense, or nothing was set and `table` wants it."""
     keys = [f"RP:CALIB:{what}?" for what in CALIBRATION]
     *values, flags = ask(*keys, "RP:CALIB:FLAGS")
-    numbers = np.array(values, np.float32)
+    numbers = np.array(values, np.float32).reshape(-1, 2)
     calibrated = int(flags) & INPUT_CALIBRATED == INPUT_CALIBRATED
-    if not np.all(np.isfinite(numbers)) or not np.all(numbers[:4] > 0):
+    if not _plausible(numbers.astype(np.float64)):
         raise DeviceProtocolError(
             "the calibration in the card's memory makes no sense",
             where=where,
@@ -59,7 +71,7 @@ def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, wh
             remedy="calibrate the card anew",
         )
     if not calibrated:
-        log.warning("card_inputs_not_calibrated", card=where, scale_v=numbers[:2].tolist())
+        log.warning("card_inputs_not_calibrated", card=where, scale_v=numbers[0].tolist())
         if table.require_calibration:
             raise DeviceProtocolError(
                 "the card's inputs were never calibrated",
@@ -68,5 +80,22 @@ def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, wh
                 remedy="calibrate them, or set io_card.require_calibration = false",
             )
     gain = cic_gain(table.decimation)
-    outputs = (float(values[2]), float(values[3]))
-    return Scale(numbers[:2] / np.float32(gain), numbers[4:], calibrated, outputs, gain)
+    outputs = (float(values[4]), float(values[5]))
+    limits_v = np.minimum(-numbers[4], numbers[5])
+    return Scale(
+        numbers[0] / np.float32(gain), numbers[1], calibrated, outputs, gain, (float(limits_v[0]), float(limits_v[1]))
+    )
+
+
+def _plausible(numbers: NDArray[np.float64]) -> bool:
+    """Whether a card can be so: the two channels' numbers, (6, 2), in the order of CALIBRATION; false for NaN.
+
+    The server checks none of them: a wrong scale, offset or limit of an output is a current in a coil.
+    """
+    full_v = 32768 * numbers[0]
+    offset, scale, output_offset_v, lower_v, upper_v = numbers[1:]
+    inputs = (full_v >= INPUT_FULL_SCALE_V[0]) & (full_v <= INPUT_FULL_SCALE_V[1])
+    inputs &= np.abs(offset) <= INPUT_OFFSET * full_v
+    outputs = (scale >= OUTPUT_SCALE[0]) & (scale <= OUTPUT_SCALE[1]) & (np.abs(output_offset_v) <= OUTPUT_OFFSET_V)
+    outputs &= (lower_v < 0) & (upper_v > 0) & np.isfinite(lower_v) & np.isfinite(upper_v)
+    return bool(np.all(inputs & outputs))

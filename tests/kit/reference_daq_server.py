@@ -33,7 +33,8 @@ class ReferenceServer:
 
     def __init__(self, calibration: dict[str, float] | None = None, flags: int = 15) -> None:
         self.calibration = {f"{kind}:{k}:{what}": default for kind, what, default in (
-            ("ADC", "SCALE", 1 / 32768), ("ADC", "OFFSET", 0.0), ("DAC", "SCALE", 1.0), ("DAC", "OFFSET", 0.0)
+            ("ADC", "SCALE", 1 / 32768), ("ADC", "OFFSET", 0.0), ("DAC", "SCALE", 1.0), ("DAC", "OFFSET", 0.0),
+            ("DAC", "LIMIT:LOWER", -1.0), ("DAC", "LIMIT:UPPER", 1.0),
         ) for k in (0, 1)} | (calibration or {})  # fmt: skip
         self.flags, self.image, self.version = flags, 11, 11
         self.mistakes: list[str] = []
@@ -155,7 +156,7 @@ class ReferenceServer:
             if head == "RP:ADC:DECIMATION":
                 self.decimation = int(rest)
             return "1"
-        if found := re.fullmatch(r"RP:CALIB:(ADC|DAC):CHANNEL(\d):(SCALE|OFFSET)\?", line):
+        if found := re.fullmatch(r"RP:CALIB:(ADC|DAC):CHANNEL(\d):(SCALE|OFFSET|LIMIT:LOWER|LIMIT:UPPER)\?", line):
             return f"{self.calibration[':'.join(found.groups())]:.6g}"
         if found := re.fullmatch(r"RP:DAC:CHANNEL(\d):COMPONENT(\d):AMPLITUDE(\?| [\d.e+-]+)", line):
             return self._amplitude(found[1], found[2], found[3])

@@ -114,7 +114,23 @@ def scaled(timeline, factor):
     return replace(timeline, bursts=tuple(replace(b, amplitude_v=factor * b.amplitude_v) for b in timeline.bursts))
 
 
-@pytest.mark.parametrize("memory", [{"DAC:0:SCALE": 0.0}, {"ADC:1:SCALE": float("nan")}, {"ADC:0:OFFSET": np.inf}])
+NONSENSE = [
+    {"DAC:0:SCALE": 0.0},
+    {"DAC:1:SCALE": 3.0},
+    {"DAC:1:SCALE": 1e-30},
+    {"DAC:0:OFFSET": 0.5},
+    {"DAC:1:OFFSET": np.nan},
+    {"DAC:0:LIMIT:LOWER": 0.5},
+    {"DAC:0:LIMIT:UPPER": 0.0},
+    {"DAC:1:LIMIT:UPPER": np.nan},
+    {"ADC:1:SCALE": np.nan},
+    {"ADC:1:SCALE": 1e-9},
+    {"ADC:0:OFFSET": np.inf},
+    {"ADC:0:OFFSET": 0.9},
+]
+
+
+@pytest.mark.parametrize("memory", NONSENSE)
 def test_a_memory_that_makes_no_sense_is_refused_by_name(memory):
     server = ReferenceServer(memory)
     command_port, data_port = server.ports
@@ -122,6 +138,16 @@ def test_a_memory_that_makes_no_sense_is_refused_by_name(memory):
     with pytest.raises(DeviceProtocolError, match=r"makes no sense.*" + next(iter(memory))[:3]):
         RedPitayaCard(card_table({"boards": [board]}))
     server.close()
+
+
+def test_no_output_is_asked_for_more_than_its_limits_in_the_cards_memory_let_through(opened):
+    _, card = opened(ReferenceServer({"DAC:0:LIMIT:LOWER": -0.25, "DAC:1:LIMIT:UPPER": 0.5}))
+    assert card.capabilities().output_full_scale_v == 0.25
+    timeline = short_shot(card.capabilities())
+    volts_of(card, timeline)
+    peak_v = max(burst.amplitude_v for burst in timeline.bursts)
+    with pytest.raises(SequenceRejected):
+        card.program(scaled(timeline, 0.26 / peak_v))
 
 
 def test_an_image_of_another_version_is_refused_unless_the_platform_file_names_it(opened):

@@ -67,6 +67,18 @@ def test_something_else_on_the_port_is_named_with_what_it_says(serve):
         opened(serve(other, other))
 
 
+@pytest.mark.parametrize("said", [bytes(1000), b"hello\r\n" * 100])
+def test_something_that_never_stops_talking_is_named_and_not_listened_to_for_ever(serve, said):
+    def flooding(command, _):
+        while True:
+            command.sendall(said)
+
+    begun_s = time.monotonic()
+    with pytest.raises(DeviceProtocolError, match="no RedPitayaDAQServer"):
+        opened(serve(flooding, flooding))
+    assert time.monotonic() - begun_s < 5.0
+
+
 def test_answers_meant_for_the_former_client_are_passed_over(serve):
     def stale(command, data):
         command.sendall(b"0\r\n1\r\n")

@@ -65,13 +65,29 @@ def test_an_image_that_drives_ao0_only(lab_of_its_own: Labs) -> None:
 
 @pytest.mark.parametrize("board", [0, 1])
 @pytest.mark.parametrize("key", [("DAC", 0), ("DAC", 1), ("ADC", 0)])
-@pytest.mark.parametrize("scale", [0.0, -0.93, math.nan])
+@pytest.mark.parametrize("scale", [0.0, -0.93, math.nan, 100.0])
 def test_a_memory_whose_scale_is_nonsense(lab_of_its_own: Labs, board: int, key: tuple[str, int], scale: float) -> None:
     lab = lab_of_its_own()
     lab.emulator.cards.boards[board].scales[key] = scale
     error = refused(lab, DeviceProtocolError)
     assert error.where == address(lab, board)
     assert f"{key[0]}:CHANNEL{key[1]}:SCALE is {scale}".replace(".0", "") in error.why.replace(".0", "")
+
+
+@pytest.mark.parametrize("side", ["LOWER", "UPPER"])
+def test_a_memory_whose_limits_hold_an_output_at_a_level(lab_of_its_own: Labs, side: str) -> None:
+    lab = lab_of_its_own()
+    lab.emulator.cards.boards[1].limits[0, side] = 0.4 if side == "LOWER" else -0.4
+    error = refused(lab, DeviceProtocolError)
+    assert error.where == address(lab, 1)
+    assert f"DAC:CHANNEL0:LIMIT:{side} is" in error.why
+
+
+def test_a_memory_whose_offset_is_a_direct_current(lab_of_its_own: Labs) -> None:
+    lab = lab_of_its_own()
+    lab.emulator.cards.boards[0].offsets["DAC", 1] = 0.3
+    error = refused(lab, DeviceProtocolError)
+    assert "DAC:CHANNEL1:OFFSET is 0.3" in error.why
 
 
 def test_a_slave_that_answers_late(lab_of_its_own: Labs) -> None:
