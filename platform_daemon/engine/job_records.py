@@ -6,6 +6,7 @@ shots are.  One that waited for the hardware waits on; all others that waited ar
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
@@ -32,10 +33,16 @@ class JobRecords:
             record = to_json(record_of(job), indent=1, allow_nan=True)
             write_file(self._folder / f"{job.identifier}.json", record.encode())
 
-    def load(self, kinds: frozenset[str] | None = None, waiting: frozenset[str] = frozenset()) -> list[AnyJob]:
+    def load(
+        self,
+        kinds: frozenset[str] | None = None,
+        waiting: frozenset[str] = frozenset(),
+        cut_off: Callable[[AnyJob], None] = lambda job: None,
+    ) -> list[AnyJob]:
         """All jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.
 
-        waiting: kinds of which those that had not begun are as they were.  Bad files are logged.
+        waiting: kinds of which those that had not begun are as they were; cut_off: is told of those that were.  Bad
+        files are logged.
         """
         found = []
         for path in sorted(self._folder.glob("*.json")) if self._folder else []:
@@ -49,6 +56,7 @@ class JobRecords:
             if not job.state.final and not waits:
                 job.end(JobState.FAILED, _cut_off(job))
                 self.save(job)
+                cut_off(job)
         return sorted(found, key=lambda job: job.created.isoformat() if job.created else "")
 
 

@@ -32,7 +32,7 @@ class JobRegistry:
     def __init__(self, journal: JobRecords, kinds: frozenset[str], tell: Tell = quiet) -> None:
         self._journal, self._tell = journal, tell
         self._told: dict[str, JobState] = {}  # of jobs that have not ended
-        found = journal.load(kinds, ON_HARDWARE)
+        found = journal.load(kinds, ON_HARDWARE, lambda job: tell(job_event(job)))
         self._jobs = {job.identifier: job for job in found}
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._conducting: list[AnyJob] = []  # procedures that wait, or make steps

@@ -37,6 +37,7 @@ PAGES = (
                 "design",
                 "rest",
                 "network",
+                "nights",
                 "procedures",
                 "characterise",
                 "excitation",
