@@ -12,6 +12,8 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
+from .shot_lines import ShotLines
+
 if TYPE_CHECKING:
     from platform_daemon.engine import Engine, Job
 
@@ -34,7 +36,7 @@ class ProgressDisplay:
 
     def __init__(self, bar: Progress) -> None:
         self._bar = bar
-        bar.add_task("waiting", total=1.0, unit="")
+        bar.add_task("waiting", total=1.0, unit="", curve="")
         (self._task,) = bar.tasks
 
     @property
@@ -44,7 +46,7 @@ class ProgressDisplay:
 
     def begin(self, what: str, total: float, unit: str) -> None:
         """A new piece of work, from nothing."""
-        self._bar.reset(self._task.id, description=what, total=total, unit=unit)
+        self._bar.reset(self._task.id, description=what, total=total, unit=unit, curve="")
 
     def at(self, done: float, what: str | None = None) -> None:
         """So much is done; the bar never falls."""
@@ -58,7 +60,7 @@ class ProgressDisplay:
 
     def say(self, text: str) -> None:
         """A line above the bar."""
-        self._bar.console.print(text)
+        self._bar.console.print(text, highlight=False, soft_wrap=True)
 
     def ask(self, question: str) -> str:
         """The operator's answer; the bar is out of the way."""
@@ -68,21 +70,30 @@ class ProgressDisplay:
         return str(answer)
 
     def watch(self, job: Job) -> None:
-        """Until the job has ended; the operator's part is asked for."""
+        """Until the job has ended: a line for each shot of it; the operator's part is asked for."""
         self.begin("waiting", job.total, job.unit)
+        lines = ShotLines(job)
         while not job.ended.wait(timeout=0.1):
             now = job.progress()
             self.at(now.done, now.phase)
+            self._show(lines)
             if job.question is not None and not job.proceed.is_set():
                 self.ask(f"{job.question}, then press Enter")
                 job.proceed.set()
+        self._show(lines)
+
+    def _show(self, lines: ShotLines) -> None:
+        for line in lines.new():
+            self.say(line)
+        self._bar.update(self._task.id, curve=lines.curve())
 
 
 @contextmanager
 def progress() -> Iterator[ProgressDisplay]:
     """A display that goes away when the work is done."""
     count = TextColumn("{task.completed:.0f}/{task.total:.0f} {task.fields[unit]}")
-    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, _TimeLeft())
+    curve = TextColumn("{task.fields[curve]}")
+    columns = (TextColumn("{task.description:<18}"), BarColumn(), count, _TimeLeft(), curve)
     # What is printed meanwhile goes above the bar, unless it goes somewhere else.
     shown = sys.stdout.isatty()
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown) as bar:

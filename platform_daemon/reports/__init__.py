@@ -16,6 +16,7 @@ save_png: Write the picture as PNG.
 save_sliding_png: Write the picture as PNG.
 fit_line: One file's fits in one line.
 fit_table_text: One file's fits.
+shot_line: One shot of a series with what its fit says.
 prediction_table_text: The smallest standard deviations of a plan, a row per window.
 dry_run_text: A series as it would be, for the terminal.
 outcome_text: What tune has found, a line each.

@@ -14,6 +14,7 @@ from .figures.sliding import save_sliding_png as save_sliding_png
 from .fit_tables import fit_line as fit_line
 from .fit_tables import fit_table_text as fit_table_text
 from .fit_tables import prediction_table_text as prediction_table_text
+from .fit_tables import shot_line as shot_line
 from .procedure_text import outcome_text as outcome_text
 from .procedure_text import plan_text as plan_text
 from .procedure_text import steps_text as steps_text

@@ -20,10 +20,11 @@ from platform_daemon.schemas import (
     OrientationDeviation,
     PredictionReport,
     SeriesQuantities,
+    ShotReport,
     definition_of,
 )
 
-from .numbers import in_words, number
+from .numbers import estimates_text, in_words, number
 
 MOMENT = "m_r_am2"
 _UNBOUND = 200  # columns where there is no terminal
@@ -194,3 +195,16 @@ def prediction_table_text(found: PredictionReport) -> str:
         columns.append((shown.heading, ["-" if s is None else f"{s * shown.display_factor:.2g}" for s in stds]))
     columns.append(("orientation / °", [f"{math.degrees(row.orientation_rad):.2g}" for row in found.windows]))
     return tables_text(f"{found.variant}: smallest standard deviations", index, columns)
+
+
+def shot_line(shot: ShotReport, of: int) -> str:
+    """One shot of a series and what its fit says, as: shot 3/20: f_nat 213.1748(7) Hz, χ²/dof 1.004."""
+    here = f"shot {shot.shot}/{of}"
+    if shot.verdict != "good":
+        return f"{here}: refused: {shot.reason}"
+    if shot.blank or shot.fit is None:
+        return f"{here}: {'blank' if shot.blank else 'not fitted'}"
+    if not shot.fit.good:
+        return f"{here}: no fit: {shot.fit.reason}"
+    known = {name: e for name in ("f_nat_hz", "phi_max_rad") if (e := shot.fit.parameters.get(name)) is not None}
+    return f"{here}: {estimates_text(known)}, χ²/dof {shot.fit.chi2_per_dof:.3f}"

@@ -8,7 +8,9 @@ from rich.console import Console
 from rich.progress import Progress
 
 from platform_daemon.cli.progress import ProgressDisplay
+from platform_daemon.cli.shot_lines import ShotLines
 from platform_daemon.engine.jobs import Job
+from platform_daemon.schemas import AcquisitionRequest, ParameterEstimate, ShotReport, unfitted
 from platform_daemon.schemas.jobs import JobState
 
 
@@ -72,3 +74,40 @@ def test_a_job_is_watched_to_its_end_and_its_question_is_put_to_the_operator(see
     assert job.state is JobState.DONE
     assert asked == ["turn the coil, then press Enter"]
     assert (task.total, task.fields["unit"]) == (2.0, "points")
+
+
+def shot(number, **keys):
+    known = {"blank": False, "verdict": "good", "reason": None, "fit": None}
+    return ShotReport(shot=number, frame=number - 1, time_stamp=None, temperature_c=None, **known | keys)
+
+
+def fit(f_nat_hz):
+    values = {
+        "f_nat_hz": ParameterEstimate(value=f_nat_hz, std=0.0007),
+        "phi_max_rad": ParameterEstimate(value=0.95, std=1e-5),
+    }
+    good = {"verdict": "good", "reason": None, "parameters": values, "chi2_per_dof": 1.004}
+    return unfitted(0, "").model_copy(update=good)
+
+
+def test_each_shot_of_a_series_is_a_line_in_order_once_its_fit_is_there(seen):
+    display, task, _ = seen
+    job = Job("acquisition", AcquisitionRequest(resonator="jewel"), {}, 5.0, "shots")
+    lines = ShotLines(job)
+    job.shots.stored(shot(1, blank=True))
+    job.shots.stored(shot(2))
+    job.shots.stored(shot(3, verdict="refused", reason="clipped"))
+    assert list(lines.new()) == ["shot 1/5: blank"]
+    job.shots.fitted(2, fit(213.5))
+    assert list(lines.new()) == [
+        "shot 2/5: f_nat 213.50000(70) Hz, φ_max 54.43099(57) °, χ²/dof 1.004", "shot 3/5: refused: clipped",
+    ]  # fmt: skip
+    job.shots.stored(shot(4))
+    job.shots.fitted(4, fit(213.6))
+    job.shots.stored(shot(5))
+    assert len(list(lines.new())) == 1
+    assert lines.curve() == "f_nat ▁█ 0.1 Hz"
+    job.ended.set()
+    assert list(lines.new()) == ["shot 5/5: not fitted"]
+    display.watch(job)
+    assert task.fields["curve"] == "f_nat ▁█ 0.1 Hz"
