@@ -201,9 +201,9 @@ class Engine:
         """The job of that id.  Raises UnknownId."""
         return self._registry.job(kind, identifier)
 
-    def jobs(self, kind: str) -> list[AnyJob]:
-        """All jobs of a kind, oldest first."""
-        return self._registry.of_kind(kind)
+    def job_ids(self, kind: str) -> tuple[str, ...]:
+        """Ids of all jobs of a kind, oldest first."""
+        return self._registry.ids(kind)
 
     def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""

@@ -33,6 +33,16 @@ class JobRecords:
             record = to_json(record_of(job), indent=1, allow_nan=True)
             write_file(self._folder / f"{job.identifier}.json", record.encode())
 
+    @property
+    def kept(self) -> bool:
+        """Is anything kept?"""
+        return self._folder is not None
+
+    def one(self, identifier: str) -> AnyJob:
+        """A job that was saved.  Raises OSError, ValueError."""
+        assert self._folder is not None
+        return _job(StoredJob.model_validate_json((self._folder / f"{identifier}.json").read_text()).root)
+
     def load(
         self,
         kinds: frozenset[str] | None = None,

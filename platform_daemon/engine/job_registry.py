@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+
 import structlog
 
 from drivers.errors import InputError, PlatformError
@@ -17,6 +19,8 @@ ANALYSES = frozenset({"fit", "diagnosis", "characterisation"})
 """Kinds of jobs that leave the hardware alone; another process than its owner may hold them."""
 ON_HARDWARE = frozenset({"acquisition", "procedure", "calibration"})
 """The others."""
+MOST_ENDED = 200
+"""Jobs that have ended and are kept in memory."""
 
 
 class UnknownId(InputError):
@@ -32,8 +36,12 @@ class JobRegistry:
     def __init__(self, journal: JobRecords, kinds: frozenset[str], tell: Tell = quiet) -> None:
         self._journal, self._tell = journal, tell
         self._told: dict[str, JobState] = {}  # of jobs that have not ended
+        self._lock = threading.Lock()
         found = journal.load(kinds, ON_HARDWARE, lambda job: tell(job_event(job)))
-        self._jobs = {job.identifier: job for job in found}
+        self._jobs = {job.identifier: job for job in found}  # those that have not ended, and those that were used last
+        self._ids = dict.fromkeys(self._jobs)
+        self._ended = dict.fromkeys(job.identifier for job in found if job.state.final)
+        self._forget_oldest()
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._conducting: list[AnyJob] = []  # procedures that wait, or make steps
 
@@ -50,6 +58,9 @@ class JobRegistry:
         if conducting:
             self._conducting = [*(each for each in self._conducting if not each.state.final), job]
         self._jobs[job.identifier] = job
+        self._ids[job.identifier] = None
+        with self._lock:
+            self._ended.pop(job.identifier, None)
         self._tell_state(job)
 
     def left_waiting(self) -> list[AnyJob]:
@@ -61,17 +72,19 @@ class JobRegistry:
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
         job = self._jobs.get(identifier)
+        if job is None and identifier in self._ids:
+            job = self._read(identifier)
         if job is None or job.kind != kind:
             remedy = f"list the {kind}s for the ids that exist"
             raise UnknownId(f"no {kind} has the id {identifier!r}", where=identifier, remedy=remedy)
         return job
 
-    def of_kind(self, kind: str) -> list[AnyJob]:
-        """All jobs of a kind, oldest first."""
-        return [j for j in self.all() if j.kind == kind]
+    def ids(self, kind: str) -> tuple[str, ...]:
+        """Of all jobs of a kind, oldest first; an id begins with it."""
+        return tuple(each for each in list(self._ids) if each.partition("-")[0] == kind)
 
     def all(self) -> list[AnyJob]:
-        """All jobs."""
+        """All jobs that have not ended, and some that have."""
         return list(self._jobs.values())
 
     def stoppable(self) -> list[AnyJob]:
@@ -93,20 +106,41 @@ class JobRegistry:
         """Id of the job that has the hardware."""
         return next((j.identifier for j in list(self._moving) if j.state is JobState.RUNNING), None)
 
-    def _tell_state(self, job: AnyJob) -> None:
-        """Once for each state."""
+    def _tell_state(self, job: AnyJob, *, saved: bool = True) -> None:
+        """Once for each state; saved: its record is on the disk."""
         state = job.state
         if self._told.get(job.identifier) is state:
             return
         self._told[job.identifier] = state
         if state.final:
             del self._told[job.identifier]
+            if saved:
+                with self._lock:
+                    self._ended[job.identifier] = None
+                self._forget_oldest()
         self._tell(job_event(job))
 
+    def _forget_oldest(self) -> None:
+        """Of what has ended and is on disk only so many stay in memory: a job holds the fits of all its shots."""
+        with self._lock:
+            while self._journal.kept and len(self._ended) > MOST_ENDED:
+                oldest = next(iter(self._ended))
+                del self._ended[oldest]
+                self._jobs.pop(oldest, None)
+
+    def _read(self, identifier: str) -> AnyJob | None:
+        try:
+            return self._journal.one(identifier)
+        except (OSError, ValueError) as error:
+            log.error("job_record_unreadable", job=identifier, error=str(error))
+            return None
+
     def _keep(self, job: AnyJob) -> None:
+        saved = True
         try:
             self._journal.save(job)
         # A full disk must not end the thread; the job still answers until the daemon stops.
         except StorageError as error:
+            saved = False
             log.error("job_not_saved", job=job.identifier, error=str(error))
-        self._tell_state(job)
+        self._tell_state(job, saved=saved)

@@ -79,7 +79,7 @@ class ShownJob:
 
 class _Keeper(Protocol):
     def job(self, kind: str, identifier: str) -> AnyJob: ...
-    def jobs(self, kind: str) -> list[AnyJob]: ...
+    def job_ids(self, kind: str) -> tuple[str, ...]: ...
 
 
 class LocalJobs:
@@ -90,7 +90,7 @@ class LocalJobs:
 
     def job_ids(self, kind: str) -> tuple[str, ...]:
         """See JobHolder."""
-        return tuple(job.identifier for job in self._keeper.jobs(kind))
+        return self._keeper.job_ids(kind)
 
     def jobs(self, kind: str, identifiers: tuple[str, ...]) -> tuple[ShownJob, ...]:
         """See JobHolder."""

@@ -3,6 +3,7 @@ import json
 import pytest
 
 from drivers.errors import DeviceFault
+from platform_daemon.engine import job_registry
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.schemas.acquisitions import AcquisitionResult
@@ -86,3 +87,27 @@ def test_a_finished_job_keeps_its_result_over_a_restart(engine_with, tmp_path):
     assert again.state is JobState.DONE
     assert again.result == job.result
     assert again.request == job.request
+
+
+def test_of_jobs_that_have_ended_only_the_last_stay_in_memory_and_all_answer(tmp_path, monkeypatch):
+    monkeypatch.setattr(job_registry, "MOST_ENDED", 3)
+    events = []
+    registry = job_registry.JobRegistry(JobRecords(tmp_path), frozenset({"fit"}), events.append)
+    jobs = [Job("fit", RecordingFitRequest(recording=str(k)), NoResult(), 1, "frames") for k in range(10)]
+    for job in jobs:
+        registry.add(job)
+        job.run(lambda job: None)
+    assert len(registry.all()) == 3
+    assert registry.ids("fit") == tuple(job.identifier for job in jobs)
+    assert [registry.job("fit", job.identifier).request.recording for job in jobs] == list(map(str, range(10)))
+    assert [(e.job, str(e.state)) for e in events[:3]] == [
+        (jobs[0].identifier, state) for state in ("queued", "running", "done")
+    ]
+    again = job_registry.JobRegistry(JobRecords(tmp_path), frozenset({"fit"}))
+    assert len(again.all()) == 3
+    assert set(again.ids("fit")) == {job.identifier for job in jobs}
+    with pytest.raises(job_registry.UnknownId):
+        again.job("diagnosis", jobs[0].identifier)
+    (tmp_path / f"{jobs[0].identifier}.json").write_text("{")
+    with pytest.raises(job_registry.UnknownId):
+        registry.job("fit", jobs[0].identifier)

@@ -24,7 +24,7 @@ def idle_engine():
     """For what is refused before anything moves."""
     engine = start_engine(load_platform("simulated"))
     yield engine
-    assert engine.jobs("acquisition") == []
+    assert engine.job_ids("acquisition") == ()
     assert engine.platform.backends["simulated"].world.shots == 0
     engine.close()
 
@@ -60,7 +60,7 @@ def test_the_shots_of_all_steps_are_in_one_recording_grouped_by_step_with_their_
     assert log_of(tmp_path).result == job.result
     assert not folder_of(tmp_path / "s.h5").exists()
     # Each step is an acquisition like anybody's.
-    assert [j.identifier for j in engine.jobs("acquisition")] == [a for s in job.result.steps for a in s.acquisitions]
+    assert list(engine.job_ids("acquisition")) == [a for s in job.result.steps for a in s.acquisitions]
 
 
 def test_a_rule_ends_it_after_the_first_step_that_meets_it_and_the_recording_says_so(engine_with, tmp_path):
@@ -178,11 +178,11 @@ def test_whatever_stops_it_the_shots_on_disk_are_put_together_and_nothing_moves_
         job.pause_requested.set()
         until(lambda: job.phase == "paused")
     actions = {"stop": engine.outputs_off, "close": engine.close}
-    steps = engine.jobs("acquisition")
+    steps = [engine.job("acquisition", each) for each in engine.job_ids("acquisition")]
     actions.get(how, steps[-1].request_cancel if how == "cancel the step" else job.request_cancel)()
     assert job.ended.wait(timeout=60)
     assert job.state is JobState.CANCELLED
-    assert all(step.ended.wait(timeout=60) for step in engine.jobs("acquisition"))
+    assert all(step.ended.wait(timeout=60) for step in steps)
     recording = open_recording(tmp_path / "s.h5")
     assert recording.frames == len(job.result.steps[0].frames)
     assert recording.provenance.incomplete == "stopped after 0 of 3 steps: cancelled"

@@ -232,7 +232,7 @@ class TestTransmit:
         engine = engine_with("limits.max_coil_current_a=0.01")
         with pytest.raises(SequenceRejected, match="current of coil x"):
             engine.calibrate(CalibrationRequest(kind="transmit", frequencies_hz=FEW), tmp_path)
-        assert engine.jobs("calibration") == []
+        assert engine.job_ids("calibration") == ()
 
 
 class TestBadInput:
