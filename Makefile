@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -76,6 +76,10 @@ crash: install
 KILLS ?= 1000
 write-kills: install
 	$(BIN)/python -m tests.campaigns.write_kills --kills $(KILLS) --page docs/write-kills.md
+
+# Scheduled series with listeners; `make soak SOAK='--shots 1000'` is a short one.
+soak: install
+	$(BIN)/python -m tests.campaigns.soak --page docs/soak.md $(SOAK)
 
 # Angle records made by scipy; `make angle-study ANGLES='--records 32'` is a short one.
 angle-study: install

@@ -1,0 +1,218 @@
+"""Many scheduled series at simulated speed, with fits, while others listen and poll.
+
+python -m tests.campaigns.soak --shots 20000 --listeners 50 --page docs/soak.md
+
+Each series is a start of one schedule.  After each: resident memory and open handles of the processes.  Meanwhile
+listeners take all events, and one client asks for the state of the platform.  At the end every listener must have had
+the same events in the order of their numbers, without a gap, a shot and a fit for every shot.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import httpx2
+import psutil
+
+from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.data import ROOT
+from tests.kit.served import Served, served
+
+SERIES = 100  # shots
+PROCESSES = ("hardware", "web")
+HEAD = """# Soak
+
+`make soak` (`python -m tests.campaigns.soak {arguments}`): series of {series}
+shots (jewel, RX 0.6 s, fits in N50), each a start of one schedule, on the simulated platform as fast as it goes;
+{listeners} listeners of `GET /events`, and a client that asks for the state of the platform 20 times a second.
+
+| | |
+|---|---|
+"""
+
+
+@dataclass
+class Usage:
+    """Of one process after each series: resident memory in MB, open handles."""
+
+    resident_mb: list[float] = field(default_factory=list)
+    handles: list[int] = field(default_factory=list)
+
+    def look(self, pid: int) -> None:
+        """Once."""
+        process = psutil.Process(pid)
+        self.resident_mb.append(process.memory_info().rss / 1e6)
+        self.handles.append(process.num_fds())
+
+
+@dataclass
+class Found:
+    """What a soak has brought."""
+
+    shots: int
+    listeners: int
+    seconds: float = 0.0
+    usage: dict[str, Usage] = field(default_factory=lambda: {name: Usage() for name in PROCESSES})
+    status_s: list[float] = field(default_factory=list)
+    out_of_order: int = 0
+    """Listeners whose events were not those of all others in the order of their numbers."""
+    missing: int = 0
+    """Shots or fits of which some listener has not heard."""
+    dropped: int = 0
+    """Events that some listener was told it would not get."""
+    failed: list[str] = field(default_factory=list)
+
+    def percentile_s(self, share: float) -> float:
+        """Of the answers to who asked for the state."""
+        ordered = sorted(self.status_s)
+        return ordered[min(len(ordered) - 1, math.ceil(share * len(ordered)) - 1)]
+
+    def growth_mb(self, name: str) -> float:
+        """Resident memory of the last quarter of the series over that of the second, MB."""
+        values = self.usage[name].resident_mb
+        quarter = max(1, len(values) // 4)
+        return statistics.median(values[-quarter:]) - statistics.median(values[quarter : 2 * quarter] or values)
+
+
+class Listener(threading.Thread):
+    """Keeps numbers and kinds of what it hears."""
+
+    def __init__(self, address: str, ends: threading.Event) -> None:
+        super().__init__(daemon=True)
+        self.heard: list[tuple[int, str]] = []
+        self.dropped = 0
+        self._address, self._ends = address, ends
+        self.connected = threading.Event()
+
+    def run(self) -> None:
+        """Until the daemon ends."""
+        try:
+            with httpx2.stream("GET", f"{self._address}/events?kind=shot&kind=fit&kind=job", timeout=120) as answer:
+                self.connected.set()
+                kind = ""
+                for line in answer.iter_lines():
+                    if line.startswith("event: "):
+                        kind = line[7:]
+                    elif line.startswith("data: ") and kind == "dropped":
+                        self.dropped += 1
+                    elif line.startswith("id: ") and kind != "dropped":
+                        self.heard.append((int(line[4:]), kind))
+        except httpx2.TransportError:
+            self.connected.set()
+
+
+def soak(folder: Path, shots: int, listeners: int) -> Found:
+    """Raises AssertionError if a series cannot be started."""
+    found, ends = Found(shots, listeners), threading.Event()
+    with served(folder / "data") as daemon:
+        everyone = [Listener(daemon.address, ends) for _ in range(listeners)]
+        for each in everyone:
+            each.start()
+        assert all(each.connected.wait(60) for each in everyone)
+        poller = threading.Thread(target=_poll, args=(daemon, found, ends))
+        poller.start()
+        began = time.monotonic()
+        schedule = _schedule(daemon)
+        for _ in range(shots // SERIES):
+            _one(daemon, schedule, found)
+        found.seconds = time.monotonic() - began
+        time.sleep(2.0)
+        ends.set()
+        poller.join()
+    for each in everyone:
+        each.join(20)
+    _judge(found, everyone)
+    return found
+
+
+def _schedule(daemon: Served) -> str:
+    work = {"kind": "acquisition", "request": {**SHORT_JEWEL, "shots": SERIES, "window": "n50"}}
+    asked = {"name": "soak", "trigger": {"at": ["2099-01-01T00:00:00"]}, "work": work}  # all starts are by hand
+    answer = daemon.post("/schedules", asked)
+    assert answer.status_code == 201, answer.text
+    return str(answer.json()["identifier"])
+
+
+def _one(daemon: Served, schedule: str, found: Found) -> None:
+    until = time.monotonic() + 30
+    while (answer := daemon.post(f"/schedules/{schedule}/run", {})).status_code == 409:  # what ran is just ending
+        assert time.monotonic() < until, answer.text
+        time.sleep(0.1)
+    assert answer.status_code == 202, answer.text
+    number = answer.json()["number"]
+    while True:
+        row = daemon.get(f"/schedules/{schedule}/ledger?after={number - 1}&limit=1").json()["rows"][0]
+        if row["state"] not in ("due", "started"):
+            break
+        time.sleep(0.2)
+    if row["state"] not in ("run", "late"):
+        found.failed.append(f"{row['state']}: {row['reason']}")
+    for name in PROCESSES:
+        pid = daemon.pid(name)
+        assert pid is not None
+        found.usage[name].look(pid)
+
+
+def _poll(daemon: Served, found: Found, ends: threading.Event) -> None:
+    with httpx2.Client(base_url=daemon.address, timeout=30) as client:
+        while not ends.wait(0.05):
+            began = time.monotonic()
+            assert client.get("/platform").status_code == 200
+            found.status_s.append(time.monotonic() - began)
+
+
+def _judge(found: Found, listeners: list[Listener]) -> None:
+    first = listeners[0].heard
+    for each in listeners:
+        numbers = [number for number, _ in each.heard]
+        found.out_of_order += numbers != sorted(set(numbers)) or each.heard != first
+        found.dropped += each.dropped
+        for kind in ("shot", "fit"):
+            found.missing += abs(found.shots // SERIES * SERIES - sum(k == kind for _, k in each.heard))
+
+
+def page(found: Found, arguments: str) -> str:
+    """The page."""
+    rows = [
+        ("shots, all with a fit", f"{found.shots // SERIES * SERIES} in {found.seconds:.0f} s"),
+        ("series that did not end well", f"{len(found.failed)} {'; '.join(found.failed[:3])}"),
+        ("listeners with events in another order, a gap or one twice", str(found.out_of_order)),
+        ("shots and fits that a listener has not heard of", str(found.missing)),
+        ("events that a listener was told it would not get", str(found.dropped)),
+        ("state of the platform, median", f"{1e3 * found.percentile_s(0.5):.0f} ms"),
+        ("state of the platform, p99", f"{1e3 * found.percentile_s(0.99):.0f} ms of {len(found.status_s)}"),
+    ]
+    for name, usage in found.usage.items():
+        last, growth = usage.resident_mb[-1], found.growth_mb(name)
+        rows += [
+            (f"{name}: resident memory at the end", f"{last:.0f} MB, {growth:+.0f} MB since the second quarter"),
+            (f"{name}: open handles at the end", f"{usage.handles[-1]}, {min(usage.handles)} to {max(usage.handles)}"),
+        ]
+    head = HEAD.format(arguments=arguments, series=SERIES, listeners=found.listeners)
+    return head + "".join(f"| {what} | {value.strip()} |\n" for what, value in rows)
+
+
+def main() -> None:
+    """See the module."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--shots", type=int, default=20_000)
+    parser.add_argument("--listeners", type=int, default=50)
+    parser.add_argument("--page", type=Path)
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        found = soak(Path(folder), asked.shots, asked.listeners)
+    text = page(found, f"--shots {asked.shots} --listeners {asked.listeners}")
+    print(text)
+    if asked.page is not None:
+        (ROOT / asked.page).write_text(text)
+
+
+if __name__ == "__main__":
+    main()
