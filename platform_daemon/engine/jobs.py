@@ -96,6 +96,7 @@ class Job(Generic[RequestT, ResultT]):
     place: int | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
+    _kept: float | None = None
     _planned_s: tuple[float, ...] = ()  # what each unit takes, as planned
     _started_s: float = 0.0
     _rested_s: float = 0.0
@@ -145,6 +146,11 @@ class Job(Generic[RequestT, ResultT]):
         """Report progress, which never falls."""
         with self._lock:
             self.done, self.phase = max(self.done, done), phase
+
+    def kept(self, done: float) -> None:
+        """So much is kept if it ends before all is done: what was under way then does not count."""
+        with self._lock:
+            self._kept = done
 
     def progress(self) -> Progress:
         """How far it is; time left from the plan and the pace so far."""
@@ -215,6 +221,8 @@ class Job(Generic[RequestT, ResultT]):
         with self._lock:
             if not self.state.final:
                 self.state, self.error, self.finished, self.phase = state, error, self.clock.utc(), str(state)
+                if state is not JobState.DONE and self._kept is not None:
+                    self.done = self._kept
         self.on_change(self)  # kept before anybody who waits is told
         self.ended.set()
 

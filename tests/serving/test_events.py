@@ -123,7 +123,7 @@ def test_a_listener_that_never_reads_holds_up_nobody_and_is_told_what_it_did_not
     wait_for(lambda: late.of("device") and late.of("device")[-1]["error"] == "2999")
     assert late.events[0][0] == "dropped"
     assert late.events[0][2]["count"] + len(late.events) - 1 >= 3000
-    assert len(late.events) <= 1001
+    assert len(late.events) <= 1100  # a thousand, and what came meanwhile
 
 
 def test_shots_of_an_earlier_run_come_from_the_recording(tmp_path):

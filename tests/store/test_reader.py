@@ -322,6 +322,6 @@ def test_the_reader_never_opens_the_truth(tmp_path: Path) -> None:
 def test_no_module_but_the_writers_and_truth_itself_imports_the_truth() -> None:
     store = Path(open_recording.__code__.co_filename).parent
     importing = {p.name for p in store.glob("*.py") if "truth import" in p.read_text()}
-    assert importing == {"writer.py", "assembly.py"}
+    assert importing == {"writer.py", "assembly.py", "continuation.py"}
     naming = {p.name for p in store.glob("*.py") if "SIMULATION" in p.read_text()}
     assert naming == {"layout.py", "truth.py"}

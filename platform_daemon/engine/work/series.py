@@ -249,6 +249,7 @@ class SeriesWork:
     def _finish(self, job: AcquisitionJob, series: ShotSink) -> None:
         """Wait for the fits, put the series file together, say what came out; no shot leaves no file."""
         stored = series.shots
+        job.kept(stored)
         job.at(stored, "fit")
         started = time.monotonic()
         outcomes = self._fits.outcomes(stored)

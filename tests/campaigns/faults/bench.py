@@ -16,7 +16,7 @@ from platform_daemon.engine import hardware_thread as thread_module
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.planning import AcquisitionPlan
-from platform_daemon.engine.work.destination import OwnFile
+from platform_daemon.engine.work.destination import OwnFile, ShotSink
 from platform_daemon.engine.work.series import SeriesWork
 from platform_daemon.schemas.requests import AcquisitionRequest
 from platform_daemon.store.reader import open_recording
@@ -47,11 +47,11 @@ class WatchedSeries(SeriesWork):
         super().__init__(*arguments, **options)
         self._before_shot, self._number = before_shot, 0
 
-    def _pause(self, job: Job, *, first: bool) -> None:
+    def _pause(self, job: Job, done: int, series: ShotSink, *, first: bool) -> None:
         self._number += 1
         if not first:
             self._before_shot(self._number)
-        super()._pause(job, first=first)
+        super()._pause(job, done, series, first=first)
 
 
 class Bench:
