@@ -104,7 +104,7 @@ def create_context(
     previews = preview_workers(limits)
     alarms = AlarmBoard(data.alarms, tell, call)
     metrics = Metrics(hardware, alarms, data.recordings)
-    watched = Watched(data.recordings, data.events, idle_s=idle_s)
+    watched = Watched(data.recordings, data.events, data.alarms.with_suffix(".seen"), idle_s=idle_s)
     return Context(
         *(hardware, catalogue, analyses, previews, *folders),
         *(Library(data.models), data.calibrations, EventTail(data.events)),

@@ -15,7 +15,7 @@ import structlog
 
 from drivers.errors import PlatformError
 from platform_daemon.schemas import AnyHappening, JobEvent, JobState
-from platform_daemon.store import EventReader, StorageError, read_event
+from platform_daemon.store import EventReader, StorageError, read_event, write_file
 
 from .board import AlarmBoard
 from .rules import Rules
@@ -27,7 +27,8 @@ _GB = 1e9
 
 @dataclass(frozen=True)
 class Watched:
-    """What is looked at.  folder: of the data; journal: of the events; from which value on somebody should know:
+    """What is looked at.  folder: of the data; journal: of the events; seen: file of the number of the last event that
+    was looked at, so that none is missed while this process is away; from which value on somebody should know:
 
     disk_b, memory_b: less than this is free; clock_s: the clock of the day has leapt by more; idle_s: nothing has begun
     for longer, None: that is nothing to know of.
@@ -35,6 +36,7 @@ class Watched:
 
     folder: Path
     journal: Path
+    seen: Path
     disk_b: float = 2 * _GB
     memory_b: float = 0.3 * _GB
     clock_s: float = 5.0
@@ -42,8 +44,8 @@ class Watched:
 
 
 class Watch:
-    """Begins at once, with what happens from now on.  see: further readers of events; hardware: raises PlatformError
-    while its owner does not answer."""
+    """Begins at once, with what has happened since the last one looked.  see: further readers of events; hardware:
+    raises PlatformError while its owner does not answer."""
 
     def __init__(
         self,
@@ -83,7 +85,8 @@ class Watch:
     def _read(self) -> None:
         if self._reader is None:
             self._reader = EventReader(self._watched.journal)
-            self._last = self._last or self._reader.newest()
+            self._last = self._last or self._seen(self._reader.newest())
+            self._keep()
         found = self._reader.after(self._last, _PAGE)
         for each in found:
             self._last = each.id
@@ -92,6 +95,19 @@ class Watch:
                 self._begun_s = time.monotonic()
             self._rules.see(what)
             self._see(what)
+        if found:
+            self._keep()
+
+    def _keep(self) -> None:
+        write_file(self._watched.seen, f"{self._last}\n".encode())
+
+    def _seen(self, newest: int) -> int:
+        """Number of the last event that was looked at; `newest` where nobody knows, or of another journal."""
+        try:
+            last = int(self._watched.seen.read_text())
+        except (OSError, ValueError):
+            return newest
+        return last if last <= newest else newest
 
     def _look(self) -> None:
         w = self._watched

@@ -1,0 +1,94 @@
+"""What is watched: events, also those of while nobody looked, and the computer."""
+
+import time
+from dataclasses import replace
+
+import pytest
+
+from drivers.errors import DeviceLost
+from platform_daemon.alarms import watch as module
+from platform_daemon.alarms.board import AlarmBoard
+from platform_daemon.alarms.watch import Watch, Watched
+from platform_daemon.schemas import DeviceEvent, InterlockEvent
+from platform_daemon.store import EventJournal
+
+
+@pytest.fixture
+def watching(tmp_path, monkeypatch):
+    """Begins a watch on a folder; all are ended."""
+    monkeypatch.setattr(module, "_EVENTS_EVERY_S", 0.02)
+    monkeypatch.setattr(module, "_COMPUTER_EVERY_S", 0.02)
+    watched = Watched(tmp_path, tmp_path / "events.db", tmp_path / "alarms.seen", disk_b=0.0, memory_b=0.0)
+    begun = []
+
+    def begin(hardware=lambda: None, **changes):
+        board = AlarmBoard(tmp_path / "alarms.json", lambda event: None)
+        begun.append(Watch(replace(watched, **changes), board, hardware))
+        return board, begun[-1]
+
+    yield begin
+    for each in begun:
+        each.close()
+
+
+def wait_for(board, *names):
+    until = time.monotonic() + 10
+    while set(board.standing()) != set(names):
+        assert time.monotonic() < until, board.all()
+        time.sleep(0.01)
+
+
+def wait_until_it_looks(folder):
+    until = time.monotonic() + 10
+    while not ((seen := folder / "alarms.seen").exists() and seen.read_text().strip().isdigit()):
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def test_what_happens_while_nobody_looks_is_noticed_afterwards_and_only_once(tmp_path, watching):
+    journal = EventJournal(tmp_path / "events.db")
+    board, watch = watching()
+    wait_until_it_looks(tmp_path)
+    journal.tell(InterlockEvent(why="the door"))
+    wait_for(board, "interlock")
+    watch.close()
+    journal.tell(DeviceEvent(device="card", error="gone"))
+    time.sleep(0.3)
+    board, watch = watching()
+    wait_for(board, "interlock", "device:card")
+    assert [each.times for each in board.all()] == [1, 1]
+    watch.close()
+    (tmp_path / "alarms.seen").write_text("nonsense")
+    board, _ = watching()
+    wait_until_it_looks(tmp_path)
+    journal.tell(InterlockEvent(why=None))
+    wait_for(board, "device:card")
+    journal.close()
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"), [({"disk_b": 1e18}, "disk"), ({"memory_b": 1e18}, "memory"), ({"idle_s": 0.05}, "idle")]
+)
+def test_a_computer_that_runs_out_of_something_raises_an_alarm(watching, changes, name):
+    board, _ = watching(**changes)
+    wait_for(board, name)
+
+
+def test_an_owner_that_does_not_answer_and_a_clock_that_leaps_raise_alarms_that_end(watching, monkeypatch):
+    answers = []
+
+    def hardware():
+        if not answers:
+            raise DeviceLost("nobody is there")
+
+    board, _ = watching(hardware)
+    wait_for(board, "hardware")
+    answers.append(True)
+    wait_for(board)
+    wall = time.time
+    monkeypatch.setattr(module.time, "time", lambda: wall() - 3600)
+    until = time.monotonic() + 10
+    while not any(each.name == "clock" and "-3600 s" in each.what for each in board.all()):
+        assert time.monotonic() < until
+        time.sleep(0.01)
+    wait_for(board)
