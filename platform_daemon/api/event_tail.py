@@ -33,6 +33,7 @@ class EventTail:
         self._grown = asyncio.Condition()
         self._task: asyncio.Task[None] | None = None
         self._ended = False
+        self._last_page: tuple[tuple[int, int], list[KeptEvent]] = (-1, -1), []
 
     def close(self) -> None:
         """All listeners are let go, within a moment; from any thread.  Idempotent."""
@@ -55,7 +56,7 @@ class EventTail:
                 last = reader.base
                 yield _dropped(last, None)
             while not self._ended:
-                for event in _page(reader, last):
+                for event in self._page(reader, last):
                     last = event.id
                     yield event
                 async with self._grown:
@@ -63,6 +64,13 @@ class EventTail:
                         await self._grown.wait()
         finally:
             self._listeners -= 1
+
+    def _page(self, reader: EventReader, last: int) -> list[KeptEvent]:
+        """What comes next for one who has had `last`; most ask for the same, one after the other."""
+        asked = last, self._newest
+        if self._last_page[0] != asked:
+            self._last_page = asked, _page(reader, last)
+        return self._last_page[1]
 
     async def _look(self) -> None:
         """As long as anybody listens."""

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import structlog
 
 from .child import CHECKED, READY, Child
+from .logs import LOGS, keep_log
 from .options import ServeOptions
 
 log = structlog.get_logger()
@@ -42,6 +43,7 @@ class Daemon:
         hardware.wait_for(READY)  # before the web answers: the data folder may be another daemon's
         web.go()
         web.wait_for(READY)
+        keep_log(self._options.data / LOGS, "daemon")
 
     def run(self, heartbeat: Callable[[], None] = lambda: None) -> None:
         """Until an interrupt; `heartbeat` is called about every second while both processes live."""

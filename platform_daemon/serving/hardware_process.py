@@ -19,6 +19,7 @@ from platform_daemon.store import DataFolder, EventJournal, StorageError, open_d
 from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
+from .logs import LOGS, keep_log
 from .options import ServeOptions
 from .process import wait_for_signals
 
@@ -33,6 +34,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
         return
     folder = open_data_folder(options.data)
     life.follow()
+    keep_log(options.data / LOGS, "hardware")
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
     kept = JobRecords(folder.jobs), Library(folder.models), catalogue
     limits = WorkerLimits().changed(options.worker_limits)

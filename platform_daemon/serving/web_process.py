@@ -13,6 +13,7 @@ from platform_daemon.store import EventJournal, audit_log_in, data_paths, tokens
 from platform_daemon.workers import WorkerLimits
 
 from .child import CHECKED, READY, Life
+from .logs import LOGS, keep_log
 from .options import ServeOptions
 from .process import step_back
 
@@ -39,6 +40,7 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     if not life.wait_to_go():
         return
     life.follow()
+    keep_log(options.data / LOGS, "web")
     folder = data_paths(options.data)
     catalogue = open_catalogue(folder.resonators, folder.sequences, options.resonators, folder.presets)
     events = EventJournal(folder.events)
