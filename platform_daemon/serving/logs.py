@@ -67,5 +67,5 @@ class _Waiting(QueueHandler):
 def _keep(logger: WrappedLogger, name: str, event: EventDict) -> EventDict:
     if _kept.handlers:
         first = {key: event[key] for key in ("timestamp", "level", "event") if key in event}
-        _kept.info("%s", json.dumps(first | event, default=str, ensure_ascii=False))
+        _kept.info("%s", json.dumps({**first, **event}, default=str, ensure_ascii=False))
     return event

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from io import BytesIO
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from platform_daemon.store import write_file
 
 from ..numbers import estimates_text
 
+_CAPTION = 110  # characters that a line above the picture takes
 COLOURS = ("#1b6ca8", "#d1495b", "#3a7d44")
 BUCKET_S = 0.012  # longer than two periods of 212 Hz, so that the filled band shows no beating with the buckets
 
@@ -26,7 +28,7 @@ def draw(picture: RingDownPlotData) -> Figure:
     figure = Figure(figsize=(11, 9), layout="constrained")
     FigureCanvasAgg(figure)
     whole, zoom, rest, spectrum = figure.subplots(4, 1, height_ratios=(3, 3, 2, 3))
-    figure.suptitle(f"{picture.title}\n{_caption(picture.fit)}", fontsize=11)
+    figure.suptitle(f"{picture.title}\n{textwrap.fill(_caption(picture.fit), _CAPTION)}", fontsize=11)
     _whole(whole, picture)
     _zoom(zoom, picture)
     _residual(rest, picture)
@@ -79,10 +81,10 @@ def _whole(axes: Axes, p: RingDownPlotData) -> None:
     if p.fit.window_s is not None:
         axes.axvline(p.fit.window_s, color="k", ls="--", lw=0.8)
         axes.annotate(
-            " end of the fitted window",
-            (p.fit.window_s, 0.97),
+            " end of the fitted window ",
+            (p.fit.window_s, 0.03),
             xycoords=("data", "axes fraction"),
-            va="top",
+            ha="right" if p.fit.window_s > 0.7 * t[-1] else "left",
             fontsize=8,
         )
     axes.set(ylabel=p.unit, xlabel="time after the first RX sample / s")
