@@ -20,7 +20,9 @@ ANALYSES = frozenset({"fit", "diagnosis", "characterisation"})
 ON_HARDWARE = frozenset({"acquisition", "procedure", "calibration"})
 """The others."""
 MOST_ENDED = 200
-"""Jobs that have ended and are kept in memory."""
+"""Jobs that have ended and are kept in memory; ..."""
+MOST_FITS = 1000
+"""... and fits in them, each some 20 KB with all that it refers to; the last job stays however many it has."""
 
 
 class UnknownId(InputError):
@@ -40,7 +42,7 @@ class JobRegistry:
         found = journal.load(kinds, ON_HARDWARE, lambda job: tell(job_event(job)))
         self._jobs = {job.identifier: job for job in found}  # those that have not ended, and those that were used last
         self._ids = dict.fromkeys(self._jobs)
-        self._ended = dict.fromkeys(job.identifier for job in found if job.state.final)
+        self._ended = {job.identifier: _fits(job) for job in found if job.state.final}  # fits in them
         self._forget_oldest()
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._conducting: list[AnyJob] = []  # procedures that wait, or make steps
@@ -116,16 +118,17 @@ class JobRegistry:
             del self._told[job.identifier]
             if saved:
                 with self._lock:
-                    self._ended[job.identifier] = None
+                    self._ended[job.identifier] = _fits(job)
                 self._forget_oldest()
         self._tell(job_event(job))
 
     def _forget_oldest(self) -> None:
-        """Of what has ended and is on disk only so many stay in memory: a job holds the fits of all its shots."""
+        """Of what has ended and is on disk only so much stays in memory: a job holds the fits of all its shots."""
         with self._lock:
-            while self._journal.kept and len(self._ended) > MOST_ENDED:
+            fits = sum(self._ended.values())
+            while self._journal.kept and len(self._ended) > 1 and (len(self._ended) > MOST_ENDED or fits > MOST_FITS):
                 oldest = next(iter(self._ended))
-                del self._ended[oldest]
+                fits -= self._ended.pop(oldest)
                 self._jobs.pop(oldest, None)
 
     def _read(self, identifier: str) -> AnyJob | None:
@@ -144,3 +147,8 @@ class JobRegistry:
             saved = False
             log.error("job_not_saved", job=job.identifier, error=str(error))
         self._tell_state(job, saved=saved)
+
+
+def _fits(job: AnyJob) -> int:
+    fit = getattr(job.result, "fit", None) or job.result
+    return len(getattr(fit, "frames", ()))

@@ -11,7 +11,7 @@ from typing import Any
 from .jobs import ShownJob
 
 RECENT_S = 0.05
-MOST_ENDED = 1000  # jobs
+MOST_ENDED = 50  # jobs, each with the fits of all its shots
 
 
 class Recent:
@@ -54,7 +54,7 @@ class Recent:
 
 
 class Ended:
-    """Jobs that have ended, as they are unless somebody resumes them; the last thousand of them."""
+    """Jobs that have ended, as they are unless somebody resumes them; the last fifty of them."""
 
     def __init__(self) -> None:
         self._jobs: OrderedDict[tuple[str, str], ShownJob] = OrderedDict()

@@ -8,7 +8,8 @@ from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.schemas.acquisitions import AcquisitionResult
 from platform_daemon.schemas.analysis_requests import RecordingFitRequest
-from platform_daemon.schemas.base import NoResult
+from platform_daemon.schemas.base import EXAMPLES, NoResult
+from platform_daemon.schemas.fits import FitReport
 from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import AcquisitionRequest
 from tests.kit.acquisitions import acquire
@@ -111,3 +112,17 @@ def test_of_jobs_that_have_ended_only_the_last_stay_in_memory_and_all_answer(tmp
     (tmp_path / f"{jobs[0].identifier}.json").write_text("{")
     with pytest.raises(job_registry.UnknownId):
         registry.job("fit", jobs[0].identifier)
+
+
+def test_of_jobs_with_many_fits_fewer_stay_in_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(job_registry, "MOST_FITS", 7)
+    registry = job_registry.JobRegistry(JobRecords(tmp_path), frozenset({"fit"}))
+    text = (EXAMPLES / "fit_report.json").read_text()
+    report = FitReport.model_validate_json(text)
+    report = report.model_copy(update={"frames": (report.frames[0],) * 3})
+    jobs = [Job("fit", RecordingFitRequest(recording="a"), NoResult(), 1, "frames") for _ in range(5)]
+    for job in jobs:
+        registry.add(job)
+        job.run(lambda job: setattr(job, "result", report))
+    assert [job.identifier for job in registry.all()] == [job.identifier for job in jobs[-2:]]
+    assert registry.job("fit", jobs[0].identifier).result == report
