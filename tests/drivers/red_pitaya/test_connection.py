@@ -292,6 +292,7 @@ def test_a_take_over_from_whoever_has_thrown_us_out_waits_before_it_commands(sta
     with listener() as command, listener() as data:
         ports = (command.getsockname()[1], data.getsockname()[1])
         hung = []
+        thrown_out = threading.Event()
 
         def client(*pair):
             with contextlib.suppress(OSError):
@@ -303,6 +304,7 @@ def test_a_take_over_from_whoever_has_thrown_us_out_waits_before_it_commands(sta
             stranger = command.accept()[0]
             for each in first:
                 each.shutdown(socket.SHUT_RDWR)
+            thrown_out.set()
             taken = data.accept()[0]
             if stays:
                 ours = command.accept()[0]
@@ -319,6 +321,7 @@ def test_a_take_over_from_whoever_has_thrown_us_out_waits_before_it_commands(sta
         threading.Thread(target=serve, daemon=True).start()
         old = opened(ports)
         stranger = socket.create_connection(("127.0.0.1", ports[0]))
+        assert thrown_out.wait(5)
         new = take_over(old, "127.0.0.1", ports, 2.0, ())
         assert new.ask("RP:ADC:WP?") == 7
         assert not hung
