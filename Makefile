@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: trend-alarms soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -76,6 +76,11 @@ crash: install
 KILLS ?= 1000
 write-kills: install
 	$(BIN)/python -m tests.campaigns.write_kills --kills $(KILLS) --page docs/write-kills.md
+
+# Half years of specimens; `make trend-alarms YEARS=10` is a short one.
+YEARS ?= 200
+trend-alarms: install
+	$(BIN)/python -m tests.campaigns.trend_alarms --years $(YEARS) --page docs/trend-alarms.md
 
 # Scheduled series with listeners; `make soak SOAK='--shots 1000'` is a short one.
 soak: install

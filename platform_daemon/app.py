@@ -97,7 +97,7 @@ def create_context(
     raised when nothing has begun for so long, None: none is.
     """
     # Here, because the process that owns the hardware needs no web.
-    from platform_daemon.api import Context, EventTail, Metrics
+    from platform_daemon.api import Context, EventTail, Metrics, TrendKeeper
 
     folders = data.recordings, data.fits, data.diagnoses, data.characterisations, data.procedures
     analyses = AnalysisJobs(WorkerProcess("analyses", limits, _NICE_ANALYSES), JobRecords(data.jobs), tell)
@@ -109,6 +109,7 @@ def create_context(
         *(hardware, catalogue, analyses, previews, *folders),
         *(Library(data.models), data.calibrations, EventTail(data.events)),
         *(alarms, metrics, Watch(watched, alarms, hardware.status, metrics.see)),
+        trends=TrendKeeper(data.recordings, alarms),
     )
 
 

@@ -73,3 +73,8 @@ from .sliding import amplitude_course as amplitude_course
 from .sliding import flatness_lines as flatness_lines
 from .sliding import slide_frame as slide_frame
 from .sliding import sliding_report as sliding_report
+from .trends.indexed import UnknownSpecimen as UnknownSpecimen
+from .trends.indexed import indexed_specimens as indexed_specimens
+from .trends.indexed import indexed_trend as indexed_trend
+from .trends.indexed import update_index as update_index
+from .trends.trend import POINTS_TO_FALSE_ALARM as POINTS_TO_FALSE_ALARM

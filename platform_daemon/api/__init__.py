@@ -3,6 +3,7 @@
 Context: What every route needs.
 EventTail: Follows the journal of events for all listeners.
 Metrics: Numbers for Prometheus.
+TrendKeeper: Brings the index of the recordings up to date, and raises alarms of changes.
 certificate_of: The files of TLS, both or none.
 rules: The rules for a server on an address.
 too_many_previews: All processes that compute what requests wait for are busy.
@@ -18,11 +19,13 @@ from .network.lanes import too_many_previews
 from .network.listening import certificate_of, rules
 from .network.served import served
 from .server import create_api, create_stop_api
+from .trend_keeper import TrendKeeper
 
 __all__ = [
     "Context",
     "EventTail",
     "Metrics",
+    "TrendKeeper",
     "certificate_of",
     "create_api",
     "create_stop_api",

@@ -21,6 +21,7 @@ from platform_daemon.workers import Computer, Stopped, Task
 
 from .event_tail import EventTail
 from .metrics import Metrics
+from .trend_keeper import TrendKeeper
 
 ResultT = TypeVar("ResultT")
 EXAMPLE_RECORDING = "acquisition-20261121T101500-1a2b3c"
@@ -32,7 +33,7 @@ class Context:
 
     hardware: its owner; catalogue: what can be measured; analyses: those asked for; previews: who computes what a
     request waits for; then folders; models: adopted ones; events: for those who listen; watch: what raises
-    alarms.
+    alarms; trends: of specimens.
     """
 
     hardware: Hardware
@@ -50,11 +51,13 @@ class Context:
     alarms: AlarmBoard
     metrics: Metrics
     watch: Watch
+    trends: TrendKeeper
 
     def close(self) -> None:
         """The processes that compute end, and listeners are let go.  Idempotent."""
         self.events.close()
         self.watch.close()
+        self.trends.close()
         self.analyses.close()
         self.previews.close()
 

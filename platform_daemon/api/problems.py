@@ -16,7 +16,7 @@ from starlette.routing import compile_path
 from drivers import errors
 from drivers.validation import complaints, listed
 from platform_daemon.alarms import UnknownAlarm
-from platform_daemon.analysis import UnknownModel
+from platform_daemon.analysis import UnknownModel, UnknownSpecimen
 from platform_daemon.engine import ShuttingDown, UnknownId
 from platform_daemon.link import HardwareAway
 from platform_daemon.schedules import UnknownSchedule
@@ -44,6 +44,7 @@ STATUS: dict[type[errors.PlatformError], int] = {
     UnknownId: 404,
     UnknownModel: 404,
     UnknownAlarm: 404,
+    UnknownSpecimen: 404,
     UnknownRecording: 404,
     UnknownSchedule: 404,
     UnsupportedMediaType: 415,

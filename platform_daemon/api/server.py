@@ -30,6 +30,7 @@ from .routes import (
     procedures,
     recordings,
     schedules,
+    specimens,
 )
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
@@ -46,6 +47,7 @@ TAGS = {
     "schedules": "Work by the calendar, and what became of each start",
     "calibrations": "Of the receive and of the transmit side",
     "recordings": "What was measured, with its dm/dt",
+    "specimens": "What specimens do over months",
     "fits": "Of stored recordings",
     "derived": "What follows from fits, recordings and plans",
     "design": "What magnets and bearing alone say of a resonator, and manufacturing defects",
@@ -81,6 +83,7 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
         alarms,
         calibrations,
         recordings,
+        specimens,
         fits,
         derived,
         design,

@@ -39,6 +39,7 @@ from .serve import serve
 from .sliding import slide
 from .sweep import sweep
 from .tokens import token_app
+from .trend import index_app, trend
 from .tune import tune
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, help=__doc__)
@@ -48,6 +49,7 @@ app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(models_app, name="models")
 app.add_typer(token_app, name="token")
 app.add_typer(schedule_app, name="schedule")
+app.add_typer(index_app, name="index")
 app.command()(adopt)
 app.command()(devices)
 app.command()(reset_amplifier)
@@ -70,6 +72,7 @@ app.command()(ramp)
 app.command()(tune)
 app.command()(info)
 app.command()(plot)
+app.command()(trend)
 
 
 def main() -> None:

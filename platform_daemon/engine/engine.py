@@ -126,13 +126,14 @@ class Engine:
 
         goes_on: in the recording that `again` has left.
 
-        Raises DeviceStateError if the transmit side is no longer the one it was planned for.
+        Raises DeviceStateError if the transmit side is no longer the planned one, or `again` is gone on with already.
         """
         with self._planning:
+            if goes_on and again is not None and not self.job(again.kind, again.identifier).state.final:
+                raise DeviceStateError("its missing shots are queued", where=again.identifier, remedy="wait for them")
             if plan.side is not self.side:
-                raise DeviceStateError(
-                    "the transmit calibration has changed since the plan was made", remedy="plan anew"
-                )
+                what = "the transmit calibration has changed since the plan was made"
+                raise DeviceStateError(what, remedy="plan anew")
             before = again.identifier if again is not None and goes_on else None
             own = OwnFile(target, folder, overwrite=overwrite)
             destination = own if before is None else SameFile(folder / f"{before}.h5")

@@ -11,6 +11,8 @@ from .figures.ramp import save_ramp_png as save_ramp_png
 from .figures.ring_down import ring_down_png as ring_down_png
 from .figures.ring_down import save_png as save_png
 from .figures.sliding import save_sliding_png as save_sliding_png
+from .figures.trend import save_trend_png as save_trend_png
+from .figures.trend import trend_png as trend_png
 from .fit_tables import fit_line as fit_line
 from .fit_tables import fit_table_text as fit_table_text
 from .fit_tables import prediction_table_text as prediction_table_text
@@ -23,3 +25,5 @@ from .recording_tables import print_recording as print_recording
 from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text
 from .series_plan import dry_run_text as dry_run_text
+from .trend_text import trend_csv as trend_csv
+from .trend_text import trend_text as trend_text

@@ -233,6 +233,12 @@ RampOutcome: What a ramp has found so far.
 RampRequest: Ramp: raise the field step by step until side modes show.
 RampStep: One field of a ramp.
 RampThreshold: Field at which the z residual passes the visible level.
+ChangeName: What a change is taken for.
+SpecimenListing: Specimens with recordings that were fitted.
+TrendChange: Something has changed by more than chance.
+TrendChart: The control chart of one quantity.
+TrendPoint: Shots of one recording that were made within ten minutes.
+TrendReport: Months of a specimen.
 TunedPreset: The sequence of a resonator that tune has found, as it is kept.
 TuneOutcome: What tune has found so far.
 TuneRequest: Tune: find the resonator's frequency, and how it is measured best.

@@ -223,6 +223,12 @@ from .sliding import WindowFitReport as WindowFitReport
 from .sweeps import StopRule as StopRule
 from .sweeps import SweepAxis as SweepAxis
 from .sweeps import SweepRequest as SweepRequest
+from .trends import ChangeName as ChangeName
+from .trends import SpecimenListing as SpecimenListing
+from .trends import TrendChange as TrendChange
+from .trends import TrendChart as TrendChart
+from .trends import TrendPoint as TrendPoint
+from .trends import TrendReport as TrendReport
 from .tunes import TunedPreset as TunedPreset
 from .tunes import TuneOutcome as TuneOutcome
 from .tunes import TuneRequest as TuneRequest

@@ -28,6 +28,11 @@ write_new_file: The same, but never in the place of another file.
 NotFinite: A sample is NaN or infinite.
 check_room: Raises StorageUnusable where the disk cannot take a recording.
 kept_series: Series whose shots are safe but were never put together.
+read_fit: On-line fits as a recording keeps them.
+IndexedRecording: What the index holds of a recording.
+IndexedShot: A shot with a good fit.
+IndexUpdate: What was looked at.
+RecordingIndex: The index of the recordings.
 recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
 stored_frame: Where a frame of a recording is, or of a series that runs.
@@ -72,7 +77,9 @@ from .index import Broken, list_recordings, resolve
 from .joined_fits import joined_fits
 from .leftovers import kept_series
 from .reader import open_recording, read_calibration
+from .recorded_fits import read_fit
 from .recording import RESONATOR, Excitation, FrameInfo, Recording, SequenceInfo, StepLabel
+from .recording_index import IndexedRecording, IndexedShot, IndexUpdate, RecordingIndex
 from .recovery import recover_all
 from .room import check_room
 from .running import describe_running, stored_frame
@@ -91,9 +98,13 @@ __all__ = [
     "Excitation",
     "FitTable",
     "FrameInfo",
+    "IndexUpdate",
+    "IndexedRecording",
+    "IndexedShot",
     "KeptEvent",
     "NotFinite",
     "Recording",
+    "RecordingIndex",
     "SequenceInfo",
     "SeriesHeader",
     "SeriesWriter",
@@ -123,6 +134,7 @@ __all__ = [
     "read_angles",
     "read_calibration",
     "read_event",
+    "read_fit",
     "read_transmit_calibration",
     "recover_all",
     "resolve",

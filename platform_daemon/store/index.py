@@ -55,7 +55,7 @@ def list_recordings(folder: Path | str, *, after: str = "", limit: int | None = 
     after, limit: only so many files whose names come after this one; no other file is opened.
     """
     entries, broken = [], []
-    files = list(_files(Path(folder)))
+    files = list(recording_files(Path(folder)))
     ids: dict[str, Path] = {}
     for path in files:
         ids.setdefault(path.stem, path)
@@ -79,14 +79,15 @@ def resolve(folder: Path | str, identifier: str) -> Path:
 
     Ids are compared with the names in the folder and never become part of a path, so none can lead out of it.
     """
-    for path in _files(Path(folder)):
+    for path in recording_files(Path(folder)):
         if path.stem == identifier:
             return path
     remedy = "list the recordings for their ids"
     raise UnknownRecording(f"no recording {identifier!r}", where=str(folder), remedy=remedy)
 
 
-def _files(folder: Path) -> Iterator[Path]:
+def recording_files(folder: Path) -> Iterator[Path]:
+    """What may be a recording by its name and place, sorted by name."""
     if not folder.is_dir():
         return
     for path in sorted(folder.iterdir()):

@@ -15,4 +15,5 @@ platform: What the platform is and does: state, readiness, stop, the kinds of pr
 schedules: Work by the calendar, and what became of each start.
 procedures: Procedures as jobs: ask (202), watch step by step, pause, resume, cancel.
 recordings: Recordings on disk: list, describe, download, calibrated dm/dt for plots and in full.
+specimens: What specimens do over months.
 """

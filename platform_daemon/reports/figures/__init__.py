@@ -7,5 +7,6 @@ diagnosis: Pictures of a diagnosis: what is left over before and after, in time,
 parameter_trace: Picture of a constant that moves along the ring-down: against time, amplitude and peak speed.
 ramp: Picture of a ramp: z residual and deflection against the field, the threshold and the field to work at.
 ring_down: Pictures of a ring-down for people who would rather look than read.
+trend: Picture of a trend: each quantity over the months, and its control chart beside it.
 sliding: The picture of sliding-window fits: what a complete model keeps constant, window by window, with errors.
 """

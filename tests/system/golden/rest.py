@@ -53,6 +53,9 @@ def _platform(daemon: Daemon) -> None:
     daemon.ask("platform/alarms", "GET", "/alarms")
     daemon.ask("platform/no-alarm", "POST", "/alarms/nothing/acknowledge", json={"by": "me"})
     daemon.ask("platform/metrics", "GET", "/metrics")
+    daemon.ask("platform/specimens", "GET", "/specimens")
+    for part in ("", "/picture", "/table"):
+        daemon.ask(f"platform/no-trend{part.replace('/', '-')}", "GET", f"/specimens/nobody/trend{part}")
     daemon.ask("platform/events-number", "GET", "/events", params={"after": "x"})
     daemon.ask("platform/queue", "POST", "/platform/queue", json={"order": ["nothing"]})
     daemon.ask("platform/no-live", "GET", "/live/harmonics")

@@ -1,0 +1,80 @@
+"""Trends of the recordings in a folder, by its index."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+
+from drivers.errors import InputError
+from platform_daemon.schemas import TrendReport
+from platform_daemon.store import IndexUpdate, RecordingIndex
+
+from .look import look_at_recording
+from .trend import POINTS_TO_FALSE_ALARM, specimen_trend
+
+INDEX = ".index.db"
+"""In the folder of the recordings: a name that no recording has."""
+
+
+def open_index(folder: Path) -> RecordingIndex:
+    """The index of a folder, made if missing, not brought up to date.  Raises StorageError."""
+    return RecordingIndex(folder / INDEX, folder)
+
+
+def update_index(
+    folder: Path, done: Callable[[int, int], None] = lambda n, of: None, *, rebuild: bool = False
+) -> tuple[IndexUpdate, dict[str, str]]:
+    """What was looked at, and the files of the folder that cannot be read, by id, each with the reason.
+
+    done: told how many of how many; rebuild: look at all of them.  Raises StorageError.
+    """
+    with closing(open_index(folder)) as index:
+        if rebuild:
+            index.forget_all()
+        found = index.update(look_at_recording, done)
+        return found, dict(index.broken())
+
+
+def indexed_specimens(folder: Path) -> tuple[str, ...]:
+    """Names of all specimens with shots that were fitted.  Raises StorageError."""
+    with closing(open_index(folder)) as index:
+        return tuple(index.specimens())
+
+
+def indexed_trend(
+    folder: Path,
+    specimen: str,
+    since: str | None = None,
+    until: str | None = None,
+    points_to_false_alarm: float = POINTS_TO_FALSE_ALARM,
+) -> TrendReport:
+    """The trend of a specimen between two times, ISO 8601; raises InputError for one that nobody has measured."""
+    begin, end = _time(since, "since"), _time(until, "until")
+    with closing(open_index(folder)) as index:
+        if specimen not in index.specimens():
+            known = ", ".join(index.specimens()[:20]) or "none yet"
+            why = f"those with on-line fits: {known}"
+            remedy = "name one of them; `sample` of an acquisition is the name of the specimen, else its resonator's"
+            raise UnknownSpecimen(f"no recording is of {specimen!r}", where="specimen", why=why, remedy=remedy)
+        found = index.recordings(specimen, begin or "", end or "\uffff")
+    return specimen_trend(specimen, found, points_to_false_alarm)
+
+
+class UnknownSpecimen(InputError):
+    """No recording is of that specimen."""
+
+    title = "Unknown specimen"
+
+
+def _time(text: str | None, where: str) -> str | None:
+    """In UTC, as the index keeps it.  Raises InputError."""
+    if text is None:
+        return None
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        remedy = "write it as 2026-11-21 or 2026-11-21T18:00:00+01:00"
+        raise InputError(f"{text!r} is no time of ISO 8601", where=where, remedy=remedy) from None
+    return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,94 @@
+"""What the index keeps of a recording: its good on-line fits, and the noise beside the ring-down."""
+
+from __future__ import annotations
+
+import math
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal.windows import hann
+
+from drivers.errors import RecordingError
+from platform_daemon.store import FitTable, IndexedRecording, IndexedShot, Recording, open_recording, read_fit
+
+PREFERRED = "d30"
+"""The on-line fits that are taken if there are several."""
+NOISE_FROM_HZ, BESIDE_HZ, HARMONICS = 20.0, 8.0, 30
+"""The noise is what lies above the first frequency and not within the second of one of so many harmonics of f_nat."""
+_NOISE_S = 1.0  # of the end of the RX window
+
+
+def look_at_recording(path: Path) -> IndexedRecording | None:
+    """What the index holds of a recording; None: it is not one of ours.  Raises RecordingError."""
+    recording = open_recording(path)
+    p = recording.provenance
+    if p is None:
+        return None
+    fit = PREFERRED if PREFERRED in recording.fits else next(iter(recording.fits), None)
+    table = None if fit is None else read_fit(recording, fit)
+    return IndexedRecording(
+        identifier=path.stem,
+        begun=_utc(p.start_time, path),
+        specimen=p.sample_name,
+        operator=p.operator,
+        frames=recording.frames,
+        good=sum(info.verdict == "good" for info in recording.frame_info),
+        calibration=None if recording.calibration is None else recording.calibration.identifier,
+        fit=None if table is None else f"{fit} {table.variant}".strip(),
+        shots=() if table is None else tuple(_shots(recording, table)),
+    )
+
+
+def _shots(recording: Recording, table: FitTable) -> list[IndexedShot]:
+    found = []
+    for k, info in enumerate(recording.frame_info):
+        if table.verdict[k] != "good" or info.verdict != "good" or info.blank or info.time_stamp is None:
+            continue
+        estimated = np.isfinite(table.values[k]) & np.isfinite(table.std[k])
+        values = {name: float(table.values[k, j]) for j, name in enumerate(table.parameters) if estimated[j]}
+        values["nrmse"] = float(table.nrmse[k])
+        values |= _noise(recording, k, values.get("f_nat_hz"))
+        field_t = None if info.excitation is None else info.excitation.field_t
+        at = _utc(info.time_stamp, recording.path)
+        kept = {name: value for name, value in values.items() if math.isfinite(value)}
+        found.append(IndexedShot(k, at, info.temperature_c, field_t, kept))
+    return found
+
+
+def _noise(recording: Recording, k: int, f_nat_hz: float | None) -> dict[str, float]:
+    """Volts RMS of each channel beside the ring-down, `noise_CHANNEL_v`; nothing in windows too short for it."""
+    rate = recording.sequence.rate_hz
+    volts = recording.rx_volts(k)
+    volts = volts[:, -min(volts.shape[1], round(_NOISE_S * rate)) :]
+    levels = noise_beside(volts, rate, f_nat_hz)
+    said = recording.provenance
+    names = said.channel_names if said is not None and said.channel_names else tuple(map(str, range(len(volts))))
+    return {} if levels is None else {f"noise_{name}_v": float(v) for name, v in zip(names, levels, strict=True)}
+
+
+def noise_beside(volts: NDArray[np.float64], rate_hz: float, f_nat_hz: float | None) -> NDArray[np.float64] | None:
+    """RMS (channels,) of volts (channels, n) outside of the harmonics of f_nat; None if nothing lies there."""
+    n = volts.shape[1]
+    frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
+    beside = frequency >= NOISE_FROM_HZ
+    if f_nat_hz is not None:
+        order = np.round(frequency / f_nat_hz)
+        beside &= (np.abs(frequency - order * f_nat_hz) > BESIDE_HZ) | (order > HARMONICS)
+    if not beside.any():
+        return None
+    window = hann(n, sym=False)
+    power = np.abs(np.fft.rfft((volts - volts.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
+    found: NDArray[np.float64] = np.sqrt(2.0 * power[:, beside].sum(axis=1) / (n * np.sum(window**2)))
+    return found
+
+
+def _utc(text: str, path: Path) -> str:
+    """ISO 8601 in UTC, so that texts are in the order of time.  Raises RecordingError."""
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        what, remedy = f"{text!r} is no time of ISO 8601", "write another copy of the recording"
+        raise RecordingError(what, where=str(path), remedy=remedy) from None
+    return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,84 @@
+"""What specimens do over months."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Query, Response
+
+from platform_daemon import analysis, reports
+from platform_daemon.schemas import SpecimenListing, TrendReport
+
+from ..context import Context, Shared
+from ..network.routes import GuardedRoute
+from ..pages import NEXT, Paged
+from ..problems import problems
+
+router = APIRouter(prefix="/specimens", tags=["specimens"], route_class=GuardedRoute)
+PNG = {"schema": {"type": "string", "format": "binary"}}
+TEXT = {"schema": {"type": "string"}}
+Specimen = Annotated[
+    str, Path(description="name of the sample, or of the resonator if none was given", examples=["T-07"])
+]
+Since = Annotated[str | None, Query(description="begin there, ISO 8601; the charts begin anew, too", max_length=40)]
+Until = Annotated[str | None, Query(description="end there, ISO 8601", max_length=40)]
+Rate = Annotated[
+    float, Query(ge=100, le=1e6, description="points to a false alarm, on average over all charts of a specimen")
+]
+
+
+@router.get("", summary="Specimens that were measured", responses={**NEXT, **problems(422)})
+def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
+    """Names of all specimens with shots that were fitted, page by page."""
+    return SpecimenListing(tuple(page.of(analysis.indexed_specimens(context.recordings))))
+
+
+@router.get("/{specimen}/trend", summary="What a specimen does over months", responses=problems(404, 422))
+def get_trend(
+    specimen: Specimen,
+    context: Shared,
+    since: Since = None,
+    until: Until = None,
+    points_to_false_alarm: Rate = analysis.POINTS_TO_FALSE_ALARM,
+) -> TrendReport:
+    """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
+    return _trend(context, specimen, since, until, points_to_false_alarm)
+
+
+@router.get(
+    "/{specimen}/trend/picture",
+    summary="Picture of a trend",
+    response_class=Response,
+    responses={200: {"content": {"image/png": PNG}, "description": "PNG"}, **problems(404, 422)},
+)
+def get_trend_picture(
+    specimen: Specimen,
+    context: Shared,
+    since: Since = None,
+    until: Until = None,
+    points_to_false_alarm: Rate = analysis.POINTS_TO_FALSE_ALARM,
+) -> Response:
+    """Each quantity over the months, as measured and at one temperature, and its control chart."""
+    found = _trend(context, specimen, since, until, points_to_false_alarm)
+    return Response(reports.trend_png(found), media_type="image/png")
+
+
+@router.get(
+    "/{specimen}/trend/table",
+    summary="Points of a trend as CSV",
+    response_class=Response,
+    responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422)},
+)
+def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, until: Until = None) -> Response:
+    """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature."""
+    found = _trend(context, specimen, since, until, analysis.POINTS_TO_FALSE_ALARM)
+    return Response(reports.trend_csv(found), media_type="text/csv")
+
+
+def _trend(context: Context, specimen: str, since: str | None, until: str | None, rate: float) -> TrendReport:
+    """Raises UnknownSpecimen, InputError, StorageError."""
+    found = analysis.indexed_trend(context.recordings, specimen, since, until, rate)
+    behind = context.trends.behind
+    if behind:
+        found = found.model_copy(update={"notes": (*found.notes, f"{behind} recordings are still to be looked at")})
+    return found

@@ -1,0 +1,74 @@
+"""Brings the index of the recordings up to date, and raises an alarm for each change of a specimen that stands."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.alarms import AlarmBoard
+from platform_daemon.analysis import indexed_specimens, indexed_trend, update_index
+
+log = structlog.get_logger()
+_LOOK_EVERY_S = 2.0
+
+
+class TrendKeeper:
+    """In a thread of its own, from now on.  folder: of the recordings; board: takes the alarms."""
+
+    def __init__(self, folder: Path, board: AlarmBoard) -> None:
+        self._folder, self._board = folder, board
+        self._left, self._seen_ns = 0, -1
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="trends", daemon=True)
+        self._thread.start()
+
+    @property
+    def behind(self) -> int:
+        """Recordings that have still to be looked at."""
+        return self._left
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._ended.set()
+        self._thread.join(5.0)
+
+    def _work(self) -> None:
+        while not self._ended.wait(_LOOK_EVERY_S):
+            try:
+                self._look()
+            except _Ended:
+                return
+            except (PlatformError, OSError) as error:
+                log.error("trends_not_looked_at", error=str(error))
+
+    def _look(self) -> None:
+        changed_ns = self._folder.stat().st_mtime_ns  # a recording appears, and goes, by its name
+        if changed_ns == self._seen_ns:
+            return
+        found, _ = update_index(self._folder, self._told)
+        for specimen in sorted(found.specimens.intersection(indexed_specimens(self._folder))):
+            self._raise(specimen)
+        self._seen_ns = changed_ns
+
+    def _told(self, n: int, of: int) -> None:
+        self._left = of - n
+        if self._ended.is_set():
+            raise _Ended
+
+    def _raise(self, specimen: str) -> None:
+        report = indexed_trend(self._folder, specimen)
+        standing = {each.name: each for each in report.changes if each.stands}
+        for name, change in standing.items():
+            what = f"{specimen} since {change.since}: {change.what}. See GET /specimens/{specimen}/trend"
+            self._board.notice(f"trend:{specimen}:{name}", what)
+        for alarm in self._board.standing():
+            _, _, of = alarm.partition(f"trend:{specimen}:")
+            if of and of not in standing:
+                self._board.clear(alarm)
+
+
+class _Ended(Exception):
+    """The process ends."""

@@ -1,0 +1,73 @@
+"""`platform-daemon trend | index rebuild`: what a specimen does over months."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivers.errors import InputError
+
+from .options import ForceOption, JsonOption
+from .output import must_not_exist, write_json
+
+index_app = typer.Typer(help="The index of the recordings, which trends are made from; it is made of the files.")
+FolderOption = Annotated[Path, typer.Option("--recordings", help="Folder of the recordings.")]
+FOLDER = Path("data/recordings")
+FALSE_ALARM = 20_000.0
+
+
+def trend(
+    specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
+    recordings: FolderOption = FOLDER,
+    since: Annotated[str | None, typer.Option(help="Begin there, ISO 8601: also the charts begin anew.")] = None,
+    until: Annotated[str | None, typer.Option(help="End there, ISO 8601.")] = None,
+    points_to_false_alarm: Annotated[
+        float, typer.Option(help="Points to a false alarm, on average over all charts.")
+    ] = FALSE_ALARM,
+    png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Write the points as a table.")] = None,
+    json_file: JsonOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Say what a specimen does over months: values at one temperature, control charts, and changes by name."""
+    from platform_daemon.analysis import indexed_trend
+    from platform_daemon.reports import save_trend_png, trend_csv, trend_text
+    from platform_daemon.store import write_file
+
+    for path, ending in ((png, ".png"), (csv, ".csv"), (json_file, ".json")):
+        must_not_exist(path, force, ending)
+    _updated(recordings, rebuild=False)
+    report = indexed_trend(recordings, specimen, since, until, points_to_false_alarm)
+    print(trend_text(report))
+    write_json(json_file, report)
+    if csv is not None:
+        write_file(csv, trend_csv(report).encode())
+    if png is not None:
+        save_trend_png(report, png)
+
+
+@index_app.command()
+def rebuild(recordings: FolderOption = FOLDER) -> None:
+    """Make the index anew from all files."""
+    print(f"{_updated(recordings, rebuild=True)} files looked at")
+
+
+def _updated(folder: Path, *, rebuild: bool) -> int:
+    """Raises InputError if there is no such folder; files that cannot be read are named on stderr."""
+    from platform_daemon.analysis import update_index
+
+    if not folder.is_dir():
+        raise InputError("is no folder", where=str(folder), remedy="name the folder of the recordings, --recordings")
+    shown = sys.stderr.isatty()
+
+    def told(n: int, of: int) -> None:
+        if shown and of:
+            print(f"\r{n} of {of} recordings looked at", end="\n" if n == of else "", file=sys.stderr)
+
+    found, broken = update_index(folder, told, rebuild=rebuild)
+    for why in broken.values():
+        print(f"left out: {why}", file=sys.stderr)
+    return found.looked

@@ -1,0 +1,233 @@
+"""The index of the recordings: what is asked of many files at once, in SQLite.
+
+It holds nothing that the files do not say: one that is missing, broken or of another version is made anew from them.
+Several processes may read and write it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sqlite3
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import structlog
+
+from drivers.errors import RecordingError
+
+from .errors import StorageError
+from .index import recording_files
+
+log = structlog.get_logger()
+_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 1, 10.0  # "MMRI"
+_TABLES = """
+CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,
+    modified INTEGER NOT NULL, error TEXT, begun TEXT, specimen TEXT, operator TEXT, frames INTEGER, good INTEGER,
+    calibration TEXT, fit TEXT);
+CREATE INDEX by_specimen ON recordings (specimen, begun);
+CREATE TABLE shots (recording TEXT NOT NULL, frame INTEGER NOT NULL, at TEXT NOT NULL, temperature REAL, field REAL,
+    fitted TEXT NOT NULL, PRIMARY KEY (recording, frame)) WITHOUT ROWID;
+"""
+
+
+@dataclass(frozen=True)
+class IndexedShot:
+    """A shot with a good fit.
+
+    frame: from 0; at: ISO 8601; temperature_c: of the platform, None: not measured; field_t: peak of the field that it
+    was excited with, None: not said; values: estimates and figures of the fit, by name with unit.
+    """
+
+    frame: int
+    at: str
+    temperature_c: float | None
+    field_t: float | None
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class IndexedRecording:
+    """What the index holds of a recording.
+
+    begun: ISO 8601; specimen: name of the sample; frames, good: all of them, and those that may be used; calibration:
+    name of the receive calibration; fit: name of the on-line fits that the shots are from, None: it has none.
+    """
+
+    identifier: str
+    begun: str
+    specimen: str
+    operator: str
+    frames: int
+    good: int
+    calibration: str | None
+    fit: str | None
+    shots: Sequence[IndexedShot] = field(default_factory=tuple)
+
+
+@dataclass(frozen=True)
+class IndexUpdate:
+    """looked: how many files were looked at; specimens: whose recordings have come, changed or gone."""
+
+    looked: int
+    specimens: frozenset[str]
+
+
+Look = Callable[[Path], IndexedRecording | None]
+"""What the index holds of a file; None: nothing, it is not one of ours.  Raises RecordingError."""
+
+
+class RecordingIndex:
+    """For one thread at a time.  folder: of the recordings; path: of the index; raises StorageError."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self._path, self._folder = path, folder
+        try:
+            self._sql = _opened(path)
+        except (sqlite3.Error, OSError) as error:
+            raise self._refused(error) from None
+
+    def close(self) -> None:
+        """Idempotent."""
+        self._sql.close()
+
+    def forget_all(self) -> None:
+        """Begin anew.  Raises StorageError."""
+        with self._written():
+            self._sql.execute("DELETE FROM shots")
+            self._sql.execute("DELETE FROM recordings")
+
+    def update(self, look: Look, done: Callable[[int, int], None] = lambda n, of: None) -> IndexUpdate:
+        """Look at the files that are new or have changed, forget those that are gone.
+
+        A file that cannot be read is kept with the reason, and looked at again when it has changed.  done: told how
+        many of how many.  Raises StorageError.
+        """
+        known = {
+            row[0]: row[1:] for row in self._sql.execute("SELECT identifier, file, size, modified FROM recordings")
+        }
+        there: dict[str, tuple[str, int, int]] = {}
+        for path in recording_files(self._folder):
+            with contextlib.suppress(FileNotFoundError):
+                stat = path.stat()
+                there.setdefault(path.stem, (path.name, stat.st_size, stat.st_mtime_ns))
+        gone = [name for name in known if name not in there]
+        new = [name for name, facts in there.items() if known.get(name) != facts]
+        touched = {self._specimen(name) for name in (*gone, *new)}
+        with self._written():
+            for name in gone:
+                self._forget(name)
+        for n, name in enumerate(new):
+            done(n, len(new))
+            self._look_at(name, there[name], look)
+        done(len(new), len(new))
+        touched |= {self._specimen(name) for name in new}
+        return IndexUpdate(len(new), frozenset(touched - {""}))
+
+    def _specimen(self, name: str) -> str:
+        """Whose recording it is, "" if nobody knows."""
+        found = self._sql.execute("SELECT specimen FROM recordings WHERE identifier = ?", (name,)).fetchone()
+        return (found and found[0]) or ""
+
+    def _look_at(self, name: str, facts: tuple[str, int, int], look: Look) -> None:
+        found, error = None, None
+        try:
+            found = look(self._folder / facts[0])
+        except RecordingError as failure:
+            error = str(failure)
+        row: tuple[object, ...] = (name, *facts, error, *(None,) * 7)
+        if found is not None:
+            said = (found.begun, found.specimen, found.operator, found.frames, found.good, found.calibration, found.fit)
+            row = (name, *facts, error, *said)
+        with self._written():
+            self._forget(name)
+            self._sql.execute(f"INSERT INTO recordings VALUES ({', '.join('?' * 12)})", row)
+            for shot in () if found is None else found.shots:
+                values = (name, shot.frame, shot.at, shot.temperature_c, shot.field_t, json.dumps(dict(shot.values)))
+                self._sql.execute("INSERT INTO shots VALUES (?, ?, ?, ?, ?, ?)", values)
+
+    def _forget(self, name: str) -> None:
+        self._sql.execute("DELETE FROM shots WHERE recording = ?", (name,))
+        self._sql.execute("DELETE FROM recordings WHERE identifier = ?", (name,))
+
+    def specimens(self) -> Sequence[str]:
+        """Names of all specimens with a shot that was fitted."""
+        query = "SELECT DISTINCT specimen FROM recordings WHERE fit IS NOT NULL ORDER BY specimen"
+        return [row[0] for row in self._sql.execute(query)]
+
+    def recordings(self, specimen: str, since: str = "", until: str = "\uffff") -> Sequence[IndexedRecording]:
+        """Recordings of a specimen with fits, oldest first, with their shots; between two times, ISO 8601 in UTC."""
+        query = (
+            "SELECT identifier, begun, specimen, operator, frames, good, calibration, fit FROM recordings"
+            " WHERE specimen = ? AND fit IS NOT NULL AND begun >= ? AND begun <= ? ORDER BY begun, identifier"
+        )
+        found = self._sql.execute(query, (specimen, since, until)).fetchall()
+        return [_recording(row, self._shots(row[0])) for row in found]
+
+    def _shots(self, recording: str) -> Sequence[IndexedShot]:
+        query = "SELECT frame, at, temperature, field, fitted FROM shots WHERE recording = ? ORDER BY frame"
+        found = self._sql.execute(query, (recording,))
+        return [IndexedShot(k, at, warm, field_t, json.loads(text)) for k, at, warm, field_t, text in found]
+
+    def broken(self) -> Mapping[str, str]:
+        """Files that cannot be read, by id, each with the reason."""
+        return dict(self._sql.execute("SELECT identifier, error FROM recordings WHERE error IS NOT NULL"))
+
+    @contextlib.contextmanager
+    def _written(self) -> Iterator[None]:
+        """Raises StorageError."""
+        try:
+            self._sql.execute("BEGIN IMMEDIATE")
+            try:
+                yield
+            except BaseException:
+                self._sql.execute("ROLLBACK")
+                raise
+            self._sql.execute("COMMIT")
+        except sqlite3.Error as error:
+            raise self._refused(error) from None
+
+    def _refused(self, error: Exception) -> StorageError:
+        what, remedy = "the index of the recordings cannot be kept", "free or repair the disk; no recording is lost"
+        return StorageError(what, where=str(self._path), why=str(error), remedy=remedy)
+
+
+def _recording(row: Sequence[Any], shots: Sequence[IndexedShot]) -> IndexedRecording:
+    identifier, begun, specimen, operator, frames, good, calibration, fit = row
+    return IndexedRecording(identifier, begun, specimen, operator, frames, good, calibration, fit, shots)
+
+
+def _opened(path: Path) -> sqlite3.Connection:
+    """Raises sqlite3.Error, OSError."""
+    try:
+        return _connected(path)
+    except sqlite3.DatabaseError as error:
+        if isinstance(error, sqlite3.OperationalError):  # the disk or a lock, not the file
+            raise
+        log.warning("index_made_anew", file=str(path), why=str(error))
+        for end in ("", "-wal", "-shm"):
+            path.with_name(path.name + end).unlink(missing_ok=True)
+        return _connected(path)
+
+
+def _connected(path: Path) -> sqlite3.Connection:
+    sql = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=_BUSY_S)
+    try:
+        sql.execute("PRAGMA journal_mode = WAL")
+        sql.execute("PRAGMA synchronous = NORMAL")
+        sql.execute("BEGIN IMMEDIATE")
+        if sql.execute("SELECT count(*) FROM sqlite_master").fetchone()[0] == 0:
+            for statement in _TABLES.split(";")[:-1]:
+                sql.execute(statement)
+            sql.execute(f"PRAGMA application_id = {_APPLICATION}")
+            sql.execute(f"PRAGMA user_version = {_VERSION}")
+        sql.execute("COMMIT")
+        found = [sql.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version")]
+        if found != [_APPLICATION, _VERSION]:
+            raise sqlite3.DatabaseError(f"it is no index of version {_VERSION}")
+    except BaseException:
+        sql.close()
+        raise
+    return sql

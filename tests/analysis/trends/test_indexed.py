@@ -1,0 +1,156 @@
+"""From files to a trend, by the index; and what happens to an index."""
+
+import math
+import os
+import shutil
+import sqlite3
+
+import numpy as np
+import pytest
+
+from drivers.errors import InputError, RecordingError
+from platform_daemon.analysis.trends.indexed import (
+    INDEX,
+    UnknownSpecimen,
+    indexed_specimens,
+    indexed_trend,
+    open_index,
+    update_index,
+)
+from platform_daemon.analysis.trends.look import noise_beside
+from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recorded_fits import read_fit
+from platform_daemon.store.recording_index import IndexUpdate
+from tests.kit.fit_tables import read_fits
+from tests.kit.recording_files import write_minimal, write_series
+from tests.kit.specimen_months import DROP_AT, months
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("months")
+    months(folder)
+    months(folder, 3, specimen="other")
+    write_minimal(folder / "foreign.h5")
+    (folder / "broken.h5").write_text("no")
+    return folder
+
+
+@pytest.fixture
+def folder(kept, tmp_path):
+    return shutil.copytree(kept, tmp_path / "recordings")
+
+
+def content(folder):
+    """All rows of an index."""
+    with sqlite3.connect(folder / INDEX) as sql:
+        rows = [sql.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall() for table in ("recordings", "shots")]
+    sql.close()
+    return rows
+
+
+def test_lost_magnetisation_is_found_in_files_and_said_by_name(folder):
+    found, broken = update_index(folder)
+    assert found == IndexUpdate(75, frozenset({"T 1", "other"}))
+    assert set(broken) == {"broken"}
+    assert indexed_specimens(folder) == ("T 1", "other")
+    report = indexed_trend(folder, "T 1")
+    assert len(report.points) == 70
+    (change,) = report.changes
+    assert (change.name, set(change.quantities)) == ("lost_magnetisation", {"f_nat_hz", "m_r_am2"})
+    assert change.stands
+    at = [point.recording for point in report.points]
+    assert abs(at.index(change.since_recording) - DROP_AT) <= 1
+    f_nat = next(chart for chart in report.charts if chart.quantity == "f_nat_hz")
+    assert f_nat.relative_per_k == pytest.approx(-5e-4, abs=4 * f_nat.relative_per_k_std)
+    assert f_nat.relative_per_k_std < 3e-5
+    before = np.array(f_nat.corrected[20:DROP_AT])
+    assert np.std(before) < 0.3 * np.std(f_nat.value[20:DROP_AT])
+    shift = dict(zip(change.quantities, (change.relative,), strict=False))
+    expected = {"f_nat_hz": -0.0025, "m_r_am2": -0.005}
+    for name, relative in shift.items():
+        assert relative == pytest.approx(expected[name], rel=0.05)
+
+
+def test_only_what_is_new_or_has_changed_is_looked_at_and_the_rest_is_as_if_made_anew(folder):
+    update_index(folder)
+    assert update_index(folder)[0] == IndexUpdate(0, frozenset())
+    (folder / "T-1-000.h5").unlink()
+    shutil.copy(folder / "other-000.h5", folder / "other-009.h5")
+    os.utime(folder / "other-001.h5", ns=(0, 0))
+    assert update_index(folder)[0] == IndexUpdate(2, frozenset({"T 1", "other"}))
+    grown = content(folder)
+    assert update_index(folder, rebuild=True)[0].looked == 75
+    assert content(folder) == grown
+    assert len(indexed_trend(folder, "T 1").points) == 69
+
+
+@pytest.mark.parametrize("damage", ["text", "version", "empty"])
+def test_an_index_that_is_damaged_or_of_another_version_is_made_anew(folder, damage):
+    update_index(folder)
+    good = content(folder)
+    if damage == "version":
+        with sqlite3.connect(folder / INDEX) as sql:
+            sql.execute("PRAGMA user_version = 99")
+        sql.close()
+    else:
+        (folder / INDEX).write_text("no index\n" * 200 if damage == "text" else "")
+        for end in ("-wal", "-shm"):
+            (folder / (INDEX + end)).unlink(missing_ok=True)
+    assert update_index(folder)[0].looked == 75
+    assert content(folder) == good
+
+
+def test_two_programs_may_bring_it_up_to_date_at_once(folder):
+    first, second = open_index(folder), open_index(folder)
+    update_index(folder)
+    assert first.specimens() == second.specimens() == ["T 1", "other"]
+    first.close()
+    second.close()
+
+
+def test_since_and_until_are_times_in_any_zone(folder):
+    update_index(folder)
+    whole = indexed_trend(folder, "T 1").points
+    later = indexed_trend(folder, "T 1", since="2026-03-05T01:00:00+01:00").points
+    assert later == whole[16:]
+    assert indexed_trend(folder, "T 1", until="2026-03-01").points == whole[:1]
+    with pytest.raises(InputError, match="no time of ISO 8601"):
+        indexed_trend(folder, "T 1", since="yesterday")
+
+
+def test_who_was_never_measured_is_named_with_those_who_were(folder):
+    update_index(folder)
+    with pytest.raises(UnknownSpecimen, match="T 1, other"):
+        indexed_trend(folder, "nobody")
+    with pytest.raises(InputError, match="ask for 100 to 1e\\+06"):
+        indexed_trend(folder, "T 1", points_to_false_alarm=5.0)
+
+
+def test_a_table_of_fits_is_read_as_it_was_written_and_a_damaged_one_is_named(folder):
+    path = folder / "T-1-000.h5"
+    (written,) = read_fits(path)
+    found = read_fit(open_recording(path), "d30")
+    assert found.parameters == written.parameters
+    assert np.array_equal(found.values, written.values)
+    assert found.verdict == written.verdict
+    with pytest.raises(RecordingError, match="/fit/n50/parameters"):
+        read_fit(open_recording(path), "n50")
+
+
+def test_the_noise_beside_a_ring_down_is_that_of_the_channel():
+    rate, n = 15_000.0, 15_000
+    rng = np.random.default_rng(9)
+    t = np.arange(n) / rate
+    ring = np.exp(-2.0 * t) * sum(np.sin(2 * np.pi * 213.0 * k * t) / k for k in (1, 2, 3))
+    volts = np.stack([ring + rng.normal(0, 1e-3, n), 0.1 * ring + rng.normal(0, 5e-3, n), rng.normal(0, 2e-3, n)])
+    found = noise_beside(volts, rate, 213.0)
+    assert found == pytest.approx([1e-3, 5e-3, 2e-3], rel=0.08)  # of which the harmonics take some
+    humming = volts + 4e-3 * math.sqrt(2) * np.sin(2 * np.pi * 50.0 * t)
+    assert noise_beside(humming, rate, 213.0)[0] == pytest.approx(math.hypot(1e-3, 4e-3), rel=0.05)
+
+
+def test_a_recording_that_is_refused_or_blank_is_no_point(tmp_path):
+    write_series(tmp_path / "plain.h5", 2)
+    update_index(tmp_path)
+    assert indexed_specimens(tmp_path) == ()

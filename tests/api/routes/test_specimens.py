@@ -1,0 +1,36 @@
+"""Trends by REST, and the alarm of a change."""
+
+from tests.kit.command_line import wait_for
+from tests.kit.rest import pages, problem
+from tests.kit.specimen_months import months
+
+JEWEL = "paper jewel specimen"
+
+
+def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(client):
+    wait_for(lambda: client.get("/specimens").json() == [JEWEL])
+    report = client.get(f"/specimens/{JEWEL}/trend").json()
+    assert [point["shots"] for point in report["points"]] == [2]
+    assert "still learning" in report["notes"][0]
+    folder = client.folder.recordings
+    for path in months(folder.parent, 70):
+        path.rename(folder / path.name)
+    wait_for(lambda: client.get("/specimens").json() == ["T 1", JEWEL])
+    name = "trend:T 1:lost_magnetisation"
+    wait_for(lambda: name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is None})
+    found = client.get("/specimens/T 1/trend").json()
+    assert [change["name"] for change in found["changes"]] == ["lost_magnetisation"]
+    assert client.get("/specimens/T 1/trend/picture").content.startswith(b"\x89PNG")
+    table = client.get("/specimens/T 1/trend/table").text.splitlines()
+    assert table[0].startswith("at,recording,shots,temperature_c,f_nat_hz,f_nat_hz_corrected")
+    assert len(table) == 71
+    assert list(pages(client, "/specimens", 1)) == [["T 1"], [JEWEL]]
+    for path in folder.glob("T-1-0[5-6]*.h5"):
+        path.unlink()
+    wait_for(lambda: name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is not None})
+
+
+def test_bad_input(client):
+    assert "no recording is of 'nobody'" in problem(client.get("/specimens/nobody/trend"), 404)["detail"]
+    problem(client.get(f"/specimens/{JEWEL}/trend?since=x"), 422)
+    problem(client.get(f"/specimens/{JEWEL}/trend?points_to_false_alarm=1"), 422)

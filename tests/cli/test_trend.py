@@ -1,0 +1,45 @@
+"""`trend` and `index rebuild` as commands."""
+
+import csv
+import json
+
+from platform_daemon.schemas.trends import TrendReport
+from tests.kit.command_line import here
+from tests.kit.specimen_months import months
+
+
+def test_a_trend_is_told_drawn_and_written(tmp_path):
+    months(tmp_path, 70)
+    files = ("--png", tmp_path / "t.png", "--csv", tmp_path / "t.csv", "--json", tmp_path / "t.json")
+    told = here("trend", "T 1", "--recordings", tmp_path, *files)
+    assert told.returncode == 0, told.stderr
+    assert "now: lost_magnetisation since 2026-03-13" in told.stdout
+    assert "once in 20000 points" in told.stdout
+    assert (tmp_path / "t.png").read_bytes().startswith(b"\x89PNG")
+    report = TrendReport.model_validate_json((tmp_path / "t.json").read_text())
+    rows = list(csv.DictReader((tmp_path / "t.csv").open()))
+    assert len(rows) == len(report.points) == 70
+    f_nat = next(chart for chart in report.charts if chart.quantity == "f_nat_hz")
+    assert [float(row["f_nat_hz"]) for row in rows] == list(f_nat.value)
+    assert json.loads((tmp_path / "t.json").read_text())["specimen"] == "T 1"
+    again = here("trend", "T 1", "--recordings", tmp_path, "--png", tmp_path / "t.png")
+    assert again.returncode == 2
+    assert "exists already" in again.stderr
+
+
+def test_bad_input_is_one_line(tmp_path):
+    months(tmp_path, 1)
+    (tmp_path / "broken.h5").write_text("no")
+    for arguments, said in (
+        (("trend", "nobody", "--recordings", tmp_path), "no recording is of 'nobody'"),
+        (("trend", "T 1", "--recordings", tmp_path / "none"), "is no folder"),
+        (("trend", "T 1", "--recordings", tmp_path, "--since", "x"), "no time of ISO 8601"),
+        (("trend", "T 1", "--recordings", tmp_path, "--points-to-false-alarm", "3"), "false alarm"),
+        (("index", "rebuild", "--recordings", tmp_path / "none"), "is no folder"),
+    ):
+        told = here(*arguments)
+        assert told.returncode == 2, told.stdout
+        assert said in told.stderr.splitlines()[-1]
+    told = here("index", "rebuild", "--recordings", tmp_path)
+    assert told.stdout == "2 files looked at\n"
+    assert "broken.h5: not an HDF5 file" in told.stderr
