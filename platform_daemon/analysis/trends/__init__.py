@@ -1,1 +1,10 @@
-"""Trends of a specimen over many recordings: when a change is more than chance, and what it is called."""
+"""Trends of a specimen over many recordings: when a change is more than chance, and what it is called.
+
+look: What the index keeps of a recording.
+indexed: Trends of the recordings in a folder, by its index.
+trend: The trend of a specimen.
+points: Shots that were made together are one point.
+charts: The charts of all quantities; changes: what a change is called.
+chart: A control chart of one quantity; prediction: what the points before say of the next one; ewma: limits from the
+    false-alarm rate.
+"""
