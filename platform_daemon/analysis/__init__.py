@@ -77,6 +77,7 @@ preview_picture: What to draw of a frame.
 preview_sliding: Sliding windows along one ring-down.
 sliding_report: Every window with its estimates or the reason of its refusal, and how flat each constant is.
 UnknownSpecimen: No recording is of that specimen.
+find_recordings: Names of the files of what is looked for.
 indexed_specimens: Names of all specimens with shots that were fitted.
 indexed_trend: The trend of a specimen between two times.
 update_index: Look at the recordings that are new or have changed.

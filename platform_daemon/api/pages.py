@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar
-from urllib.parse import quote
+from urllib.parse import quote, urlencode
 
 from fastapi import Depends, Query, Request, Response
 
@@ -42,6 +42,7 @@ class Page:
     after: str | None
     path: str
     headers: Any  # of the answer
+    asked: str = ""  # the other keys of the query, as `key=value&`
 
     def of(self, keys: Sequence[str]) -> Sequence[str]:
         """The keys on this page; the link to the next one is set.  Raises InputError for an `after` that is no key."""
@@ -62,7 +63,7 @@ class Page:
 
     def goes_on_after(self, last: str) -> None:
         """Set the link to the next page."""
-        self.headers["Link"] = f'<{self.path}?limit={self.limit}&after={quote(last, safe="")}>; rel="next"'
+        self.headers["Link"] = f'<{self.path}?{self.asked}limit={self.limit}&after={quote(last, safe="")}>; rel="next"'
 
     def as_json(self, items: Iterable[tuple[str, Schema]]) -> Response:
         """The JSON array of the items on this page, by key; no longer than `MOST_BYTES`, but one item at least."""
@@ -80,7 +81,9 @@ class Page:
 
 
 async def _page(request: Request, response: Response, limit: Limit = DEFAULT_LIMIT, after: After = None) -> Page:
-    return Page(limit, after, request.url.path, response.headers)
+    others = [(key, value) for key, value in request.query_params.multi_items() if key not in ("limit", "after")]
+    asked = f"{urlencode(others)}&" if others else ""
+    return Page(limit, after, request.url.path, response.headers, asked)
 
 
 Paged = Annotated[Page, Depends(_page)]

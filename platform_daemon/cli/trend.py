@@ -55,6 +55,26 @@ def rebuild(recordings: FolderOption = FOLDER) -> None:
     print(f"{_updated(recordings, rebuild=True)} files looked at")
 
 
+@index_app.command()
+def find(
+    recordings: FolderOption = FOLDER,
+    specimen: Annotated[str | None, typer.Option(help="Name of the sample, or of the resonator.")] = None,
+    operator: Annotated[str | None, typer.Option(help="Part of the operator's name.")] = None,
+    since: Annotated[str | None, typer.Option(help="Begun from then on, ISO 8601.")] = None,
+    until: Annotated[str | None, typer.Option(help="Begun until then, ISO 8601.")] = None,
+    refused: Annotated[
+        bool | None, typer.Option("--refused/--not-refused", help="With a refused shot, or without.")
+    ] = None,
+) -> None:
+    """List the files of what is looked for, one a line."""
+    from platform_daemon.analysis import find_recordings
+    from platform_daemon.store import Wanted
+
+    _updated(recordings, rebuild=False)
+    for name in find_recordings(recordings, Wanted(specimen, operator, since, until, refused)):
+        print(recordings / name)
+
+
 def _updated(folder: Path, *, rebuild: bool) -> int:
     """Raises InputError if there is no such folder; files that cannot be read are named on stderr."""
     from platform_daemon.analysis import update_index

@@ -54,6 +54,7 @@ Recording: A checked recording.
 SequenceInfo: Sample clock and windows of every frame.
 StepLabel: Which step of a procedure a shot belongs to.
 SeriesWriter: Writes one series.
+Wanted: Which recordings are looked for.
 Version: One version of something.
 VersionedFolder: The versions in a folder, which need not exist before the first is added.
 """
@@ -79,7 +80,7 @@ from .leftovers import kept_series
 from .reader import open_recording, read_calibration
 from .recorded_fits import read_fit
 from .recording import RESONATOR, Excitation, FrameInfo, Recording, SequenceInfo, StepLabel
-from .recording_index import IndexedRecording, IndexedShot, IndexUpdate, RecordingIndex
+from .recording_index import IndexedRecording, IndexedShot, IndexUpdate, RecordingIndex, Wanted
 from .recovery import recover_all
 from .room import check_room
 from .running import describe_running, stored_frame
@@ -115,6 +116,7 @@ __all__ = [
     "UnknownRecording",
     "Version",
     "VersionedFolder",
+    "Wanted",
     "add_receive_calibration",
     "add_transmit_calibration",
     "audit_log_in",

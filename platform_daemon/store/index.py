@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -49,17 +49,19 @@ class Listing:
     last: str | None = None
 
 
-def list_recordings(folder: Path | str, *, after: str = "", limit: int | None = None) -> Listing:
+def list_recordings(
+    folder: Path | str, *, after: str = "", limit: int | None = None, only: Container[str] | None = None
+) -> Listing:
     """The recordings in `folder` (not below it); reads no volts.  A folder that does not exist is empty.
 
-    after, limit: only so many files whose names come after this one; no other file is opened.
+    after, limit: only so many files whose names come after this one; only: names of files; no other file is opened.
     """
     entries, broken = [], []
     files = list(recording_files(Path(folder)))
     ids: dict[str, Path] = {}
     for path in files:
         ids.setdefault(path.stem, path)
-    wanted = [path for path in files if path.name > after]
+    wanted = [path for path in files if path.name > after and (only is None or path.name in only)]
     for path in wanted[:limit]:
         try:
             if ids[path.stem] != path:

@@ -75,6 +75,21 @@ class IndexUpdate:
     specimens: frozenset[str]
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """Which recordings are looked for; None: whatever it is.
+
+    specimen: name of the sample; operator: part of the name, in any case; since, until: ISO 8601 in UTC, of the begin;
+    refused: True: those with a shot that was refused, False: those without.
+    """
+
+    specimen: str | None = None
+    operator: str | None = None
+    since: str | None = None
+    until: str | None = None
+    refused: bool | None = None
+
+
 Look = Callable[[Path], IndexedRecording | None]
 """What the index holds of a file; None: nothing, it is not one of ours.  Raises RecordingError."""
 
@@ -152,6 +167,20 @@ class RecordingIndex:
         self._sql.execute("DELETE FROM shots WHERE recording = ?", (name,))
         self._sql.execute("DELETE FROM recordings WHERE identifier = ?", (name,))
 
+    def find(self, wanted: Wanted) -> Sequence[str]:
+        """Names of the files of what is looked for, sorted; files that cannot be read are never found."""
+        w = wanted
+        conditions = {
+            "specimen = ?": w.specimen,
+            "instr(folded(operator), folded(?)) > 0": w.operator,
+            "begun >= ?": w.since,
+            "begun <= ?": w.until,
+            "(good < frames) = ?": w.refused,
+        }
+        used = {text: value for text, value in conditions.items() if value is not None}
+        query = f"SELECT file FROM recordings WHERE {' AND '.join(['begun IS NOT NULL', *used])} ORDER BY file"
+        return [row[0] for row in self._sql.execute(query, tuple(used.values()))]
+
     def specimens(self) -> Sequence[str]:
         """Names of all specimens with a shot that was fitted."""
         query = "SELECT DISTINCT specimen FROM recordings WHERE fit IS NOT NULL ORDER BY specimen"
@@ -215,6 +244,7 @@ def _opened(path: Path) -> sqlite3.Connection:
 def _connected(path: Path) -> sqlite3.Connection:
     sql = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=_BUSY_S)
     try:
+        sql.create_function("folded", 1, str.casefold, deterministic=True)  # SQLite's lower() knows ASCII only
         sql.execute("PRAGMA journal_mode = WAL")
         sql.execute("PRAGMA synchronous = NORMAL")
         sql.execute("BEGIN IMMEDIATE")

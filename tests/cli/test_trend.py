@@ -43,3 +43,10 @@ def test_bad_input_is_one_line(tmp_path):
     told = here("index", "rebuild", "--recordings", tmp_path)
     assert told.stdout == "2 files looked at\n"
     assert "broken.h5: not an HDF5 file" in told.stderr
+
+
+def test_files_are_found(tmp_path):
+    months(tmp_path, 3)
+    told = here("index", "find", "--recordings", tmp_path, "--specimen", "T 1", "--since", "2026-03-01T05:00")
+    assert told.stdout.split() == [str(tmp_path / "T-1-001.h5"), str(tmp_path / "T-1-002.h5")]
+    assert here("index", "find", "--recordings", tmp_path, "--refused").stdout == ""

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from drivers.errors import InputError
 from platform_daemon.schemas import TrendReport
-from platform_daemon.store import IndexUpdate, RecordingIndex
+from platform_daemon.store import IndexUpdate, RecordingIndex, Wanted
 
 from .look import look_at_recording
 from .trend import POINTS_TO_FALSE_ALARM, specimen_trend
@@ -35,6 +36,13 @@ def update_index(
             index.forget_all()
         found = index.update(look_at_recording, done)
         return found, dict(index.broken())
+
+
+def find_recordings(folder: Path, wanted: Wanted) -> tuple[str, ...]:
+    """Names of the files of what is looked for, by the index; times in any zone.  Raises InputError, StorageError."""
+    in_utc = replace(wanted, since=_time(wanted.since, "since"), until=_time(wanted.until, "until"))
+    with closing(open_index(folder)) as index:
+        return tuple(index.find(in_utc))
 
 
 def indexed_specimens(folder: Path) -> tuple[str, ...]:

@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal
 from urllib.parse import quote
 
 import numpy as np
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Depends, Query, Response
 from fastapi.responses import FileResponse
 from numpy.typing import NDArray
 
 from drivers.errors import InputError
-from platform_daemon.analysis import calibrated_signal, min_max_decimate
+from platform_daemon.analysis import calibrated_signal, find_recordings, min_max_decimate
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.schemas import (
     DmdtSeries,
@@ -27,6 +27,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import (
     Broken,
     Recording,
+    Wanted,
     describe,
     describe_running,
     dmdt_file,
@@ -57,20 +58,40 @@ def opened(identifier: str, context: Shared) -> Recording:
     return open_recording(resolve(context.recordings, identifier))
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """What is looked for."""
+
+    specimen: Annotated[str | None, Query(description="name of the sample, or of the resonator if none was given")] = (
+        None
+    )
+    operator: Annotated[str | None, Query(min_length=1, description="part of the operator's name")] = None
+    since: Annotated[str | None, Query(max_length=40, description="begun from then on, ISO 8601")] = None
+    until: Annotated[str | None, Query(max_length=40, description="begun until then, ISO 8601")] = None
+    refused: Annotated[bool | None, Query(description="true: with a refused shot; false: without")] = None
+
+    def files(self, context: Context) -> set[str] | None:
+        """Names of the files; None: all.  Raises InputError, StorageError."""
+        wanted = Wanted(self.specimen, self.operator, self.since, self.until, self.refused)
+        return None if wanted == Wanted() else set(find_recordings(context.recordings, wanted))
+
+
 @router.get("", summary="All recordings", responses={**NEXT, **problems(422)})
-def list_recordings(context: Shared, page: Paged) -> RecordingListing:
+def list_recordings(context: Shared, page: Paged, asked: Annotated[_Asked, Depends()]) -> RecordingListing:
     """Every recording, and every file that cannot be read with the reason; by name, page by page.
 
     Among the latter, on the first page, are shots that could not be put together: POST /recordings/recover does.
+    What is looked for is found by the index, some seconds after a recording has appeared.
     """
-    found = recordings_in(context.recordings, after=page.after or "", limit=page.limit)
+    only = asked.files(context)
+    found = recordings_in(context.recordings, after=page.after or "", limit=page.limit, only=only)
     if found.last is not None:
         page.goes_on_after(found.last)
     return RecordingListing(
         recordings=tuple(
             RecordingSummary(**{**asdict(e), "path": e.path.name}, links=_links(e.identifier)) for e in found.recordings
         ),
-        broken=tuple(map(unreadable, (*found.broken, *_kept(context, page)))),
+        broken=tuple(map(unreadable, (*found.broken, *(_kept(context, page) if only is None else ())))),
     )
 
 

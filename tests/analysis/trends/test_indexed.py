@@ -12,6 +12,7 @@ from drivers.errors import InputError, RecordingError
 from platform_daemon.analysis.trends.indexed import (
     INDEX,
     UnknownSpecimen,
+    find_recordings,
     indexed_specimens,
     indexed_trend,
     open_index,
@@ -20,7 +21,7 @@ from platform_daemon.analysis.trends.indexed import (
 from platform_daemon.analysis.trends.look import noise_beside
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recorded_fits import read_fit
-from platform_daemon.store.recording_index import IndexUpdate
+from platform_daemon.store.recording_index import IndexUpdate, Wanted
 from tests.kit.fit_tables import read_fits
 from tests.kit.recording_files import write_minimal, write_series
 from tests.kit.specimen_months import DROP_AT, months
@@ -154,3 +155,14 @@ def test_a_recording_that_is_refused_or_blank_is_no_point(tmp_path):
     write_series(tmp_path / "plain.h5", 2)
     update_index(tmp_path)
     assert indexed_specimens(tmp_path) == ()
+
+
+@pytest.mark.parametrize(("wanted", "found"), [
+    (Wanted(), 73), (Wanted(specimen="other"), 3), (Wanted(specimen="nobody"), 0), (Wanted(operator="łovelace"), 73),
+    (Wanted(operator="lovelace"), 0), (Wanted(operator="ada"), 73), (Wanted(operator="ADA Ł"), 73),
+    (Wanted(specimen="T 1", until="2026-03-02"), 5), (Wanted(since="2026-03-02T02:00:00+02:00"), 66),
+    (Wanted(refused=True), 0), (Wanted(refused=False, specimen="T 1"), 70),
+])  # fmt: skip
+def test_recordings_are_found_by_what_they_say(folder, wanted, found):
+    update_index(folder)
+    assert len(find_recordings(folder, wanted)) == found

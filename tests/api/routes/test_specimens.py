@@ -25,6 +25,10 @@ def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(cl
     assert table[0].startswith("at,recording,shots,temperature_c,f_nat_hz,f_nat_hz_corrected")
     assert len(table) == 71
     assert list(pages(client, "/specimens", 1)) == [["T 1"], [JEWEL]]
+    listed = [page["recordings"] for page in pages(client, "/recordings?specimen=T 1&limit=30&until=2026-03-16")]
+    assert [len(page) for page in listed] == [30, 30, 1]
+    assert client.get("/recordings", params={"specimen": "T 1", "refused": True}).json()["recordings"] == []
+    problem(client.get("/recordings?since=x"), 422)
     for path in folder.glob("T-1-0[5-6]*.h5"):
         path.unlink()
     wait_for(lambda: name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is not None})
