@@ -76,6 +76,7 @@ preview_harmonics: Harmonics of a frame.
 preview_picture: What to draw of a frame.
 preview_sliding: Sliding windows along one ring-down.
 sliding_report: Every window with its estimates or the reason of its refusal, and how flat each constant is.
+accept: A specimen is what it is now; its charts begin anew.
 UnknownSpecimen: No recording is of that specimen.
 find_recordings: Names of the files of what is looked for.
 indexed_specimens: Names of all specimens with shots that were fitted.

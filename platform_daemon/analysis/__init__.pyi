@@ -73,6 +73,7 @@ from .sliding import amplitude_course as amplitude_course
 from .sliding import flatness_lines as flatness_lines
 from .sliding import slide_frame as slide_frame
 from .sliding import sliding_report as sliding_report
+from .trends.baseline import accept as accept
 from .trends.indexed import UnknownSpecimen as UnknownSpecimen
 from .trends.indexed import find_recordings as find_recordings
 from .trends.indexed import indexed_specimens as indexed_specimens

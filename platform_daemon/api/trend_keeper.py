@@ -50,7 +50,7 @@ class TrendKeeper:
             return
         found, _ = update_index(self._folder, self._told)
         for specimen in sorted(found.specimens.intersection(indexed_specimens(self._folder))):
-            self._raise(specimen)
+            self.judge(specimen)
         self._seen_ns = changed_ns
 
     def _told(self, n: int, of: int) -> None:
@@ -58,7 +58,8 @@ class TrendKeeper:
         if self._ended.is_set():
             raise _Ended
 
-    def _raise(self, specimen: str) -> None:
+    def judge(self, specimen: str) -> None:
+        """Raise or clear its alarms.  Raises UnknownSpecimen, StorageError."""
         report = indexed_trend(self._folder, specimen)
         standing = {each.name: each for each in report.changes if each.stands}
         for name, change in standing.items():

@@ -27,6 +27,10 @@ def trend(
     points_to_false_alarm: Annotated[
         float, typer.Option(help="Points to a false alarm, on average over all charts.")
     ] = FALSE_ALARM,
+    accept: Annotated[
+        str | None, typer.Option(help="Accept it as it is, from --since or from now on, and why: charts begin anew.")
+    ] = None,
+    by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
     png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
     csv: Annotated[Path | None, typer.Option(help="Write the points as a table.")] = None,
     json_file: JsonOption = None,
@@ -40,6 +44,10 @@ def trend(
     for path, ending in ((png, ".png"), (csv, ".csv"), (json_file, ".json")):
         must_not_exist(path, force, ending)
     _updated(recordings, rebuild=False)
+    if accept is not None:
+        indexed_trend(recordings, specimen)  # raises for one that nobody has measured
+        _accept(recordings, specimen, {"reason": accept, "by": by, **({} if since is None else {"since": since})})
+        since = None
     report = indexed_trend(recordings, specimen, since, until, points_to_false_alarm)
     print(trend_text(report))
     write_json(json_file, report)
@@ -47,6 +55,16 @@ def trend(
         write_file(csv, trend_csv(report).encode())
     if png is not None:
         save_trend_png(report, png)
+
+
+def _accept(folder: Path, specimen: str, asked: dict[str, str]) -> None:
+    """Raises InputError, StorageError."""
+    from drivers.validation import validated
+    from platform_daemon.analysis import accept
+    from platform_daemon.schemas import BaselineRequest
+
+    made = accept(folder, specimen, validated(BaselineRequest, asked, "trend --accept"))
+    print(f"accepted as it is since {made.since}")
 
 
 @index_app.command()

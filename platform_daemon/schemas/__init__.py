@@ -233,6 +233,9 @@ RampOutcome: What a ramp has found so far.
 RampRequest: Ramp: raise the field step by step until side modes show.
 RampStep: One field of a ramp.
 RampThreshold: Field at which the z residual passes the visible level.
+Baseline: Since when a specimen is what it is now.
+BaselineRequest: A specimen is accepted as it is.
+Baselines: The file of the baselines.
 ChangeName: What a change is taken for.
 SpecimenListing: Specimens with recordings that were fitted.
 TrendChange: Something has changed by more than chance.

@@ -223,6 +223,9 @@ from .sliding import WindowFitReport as WindowFitReport
 from .sweeps import StopRule as StopRule
 from .sweeps import SweepAxis as SweepAxis
 from .sweeps import SweepRequest as SweepRequest
+from .trends import Baseline as Baseline
+from .trends import BaselineRequest as BaselineRequest
+from .trends import Baselines as Baselines
 from .trends import ChangeName as ChangeName
 from .trends import SpecimenListing as SpecimenListing
 from .trends import TrendChange as TrendChange

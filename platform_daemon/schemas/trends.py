@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
-from .base import FiniteOrNull, Root, Schema, example
+from .base import FiniteOrNull, Given, Request, Root, Schema, example
 
 ChangeName = TypeAliasType(
     "ChangeName",
@@ -99,3 +99,35 @@ class SpecimenListing(Root[tuple[str, ...]]):
     """Specimens with recordings that were fitted."""
 
     model_config = ConfigDict(json_schema_extra=example("specimen_listing"))
+
+
+class BaselineRequest(Request):
+    """A specimen is accepted as it is: a bearing was replaced, a magnet exchanged."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"by": "DC", "reason": "new jewel"}]})
+
+    since: Given[Annotated[str, Field(max_length=40)]] = None
+    """From when on, ISO 8601; missing: from now on."""
+    by: Annotated[str, Field(min_length=1, max_length=200, pattern=r"\S")]
+    """Name of the person."""
+    reason: Annotated[str, Field(min_length=1, max_length=2000, pattern=r"\S")]
+    """Why."""
+
+
+class Baseline(Schema):
+    """Since when a specimen is what it is now."""
+
+    model_config = ConfigDict(json_schema_extra=example("baseline"))
+
+    since: str
+    """Its charts begin there, ISO 8601, UTC."""
+    by: str
+    """Who has accepted it."""
+    reason: str
+    """Why."""
+    accepted: str
+    """When, ISO 8601, UTC."""
+
+
+class Baselines(Root[dict[str, Baseline]]):
+    """The file of the baselines, by specimen."""

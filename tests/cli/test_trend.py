@@ -22,6 +22,11 @@ def test_a_trend_is_told_drawn_and_written(tmp_path):
     f_nat = next(chart for chart in report.charts if chart.quantity == "f_nat_hz")
     assert [float(row["f_nat_hz"]) for row in rows] == list(f_nat.value)
     assert json.loads((tmp_path / "t.json").read_text())["specimen"] == "T 1"
+    accepted = here(
+        "trend", "T 1", "--recordings", tmp_path, "--accept", "new", "--by", "DC", "--since", "2026-03-13T12"
+    )
+    assert accepted.stdout.splitlines()[0] == "accepted as it is since 2026-03-13T12:00:00.000+00:00"
+    assert "no change beyond chance" in accepted.stdout
     again = here("trend", "T 1", "--recordings", tmp_path, "--png", tmp_path / "t.png")
     assert again.returncode == 2
     assert "exists already" in again.stderr
@@ -35,6 +40,7 @@ def test_bad_input_is_one_line(tmp_path):
         (("trend", "T 1", "--recordings", tmp_path / "none"), "is no folder"),
         (("trend", "T 1", "--recordings", tmp_path, "--since", "x"), "no time of ISO 8601"),
         (("trend", "T 1", "--recordings", tmp_path, "--points-to-false-alarm", "3"), "false alarm"),
+        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "by"),
         (("index", "rebuild", "--recordings", tmp_path / "none"), "is no folder"),
     ):
         told = here(*arguments)

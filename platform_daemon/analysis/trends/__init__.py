@@ -2,6 +2,7 @@
 
 look: What the index keeps of a recording.
 indexed: Trends of the recordings in a folder, by its index.
+baseline: Since when a specimen is what it is now.
 trend: The trend of a specimen.
 points: Shots that were made together are one point.
 charts: The charts of all quantities; changes: what a change is called.

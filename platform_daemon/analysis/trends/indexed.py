@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 
 from drivers.errors import InputError
 from platform_daemon.schemas import TrendReport
 from platform_daemon.store import IndexUpdate, RecordingIndex, Wanted
 
+from .baseline import baseline_of, in_utc
 from .look import look_at_recording
 from .trend import POINTS_TO_FALSE_ALARM, specimen_trend
 
@@ -58,7 +58,12 @@ def indexed_trend(
     until: str | None = None,
     points_to_false_alarm: float = POINTS_TO_FALSE_ALARM,
 ) -> TrendReport:
-    """The trend of a specimen between two times, ISO 8601; raises InputError for one that nobody has measured."""
+    """The trend of a specimen between two times, ISO 8601; since None: from where it was accepted as it is.
+
+    Raises UnknownSpecimen, InputError, StorageError.
+    """
+    accepted = baseline_of(folder, specimen) if since is None else None
+    since = since if accepted is None else accepted.since
     begin, end = _time(since, "since"), _time(until, "until")
     with closing(open_index(folder)) as index:
         if specimen not in index.specimens():
@@ -67,7 +72,11 @@ def indexed_trend(
             remedy = "name one of them; `sample` of an acquisition is the name of the specimen, else its resonator's"
             raise UnknownSpecimen(f"no recording is of {specimen!r}", where="specimen", why=why, remedy=remedy)
         found = index.recordings(specimen, begin or "", end or "\uffff")
-    return specimen_trend(specimen, found, points_to_false_alarm)
+    report = specimen_trend(specimen, found, points_to_false_alarm)
+    if accepted is None:
+        return report
+    note = f"begun anew at {accepted.since} by {accepted.by}: {accepted.reason}"
+    return report.model_copy(update={"notes": (note, *report.notes)})
 
 
 class UnknownSpecimen(InputError):
@@ -78,11 +87,4 @@ class UnknownSpecimen(InputError):
 
 def _time(text: str | None, where: str) -> str | None:
     """In UTC, as the index keeps it.  Raises InputError."""
-    if text is None:
-        return None
-    try:
-        found = datetime.fromisoformat(text)
-    except ValueError:
-        remedy = "write it as 2026-11-21 or 2026-11-21T18:00:00+01:00"
-        raise InputError(f"{text!r} is no time of ISO 8601", where=where, remedy=remedy) from None
-    return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC).isoformat(timespec="milliseconds")
+    return None if text is None else in_utc(text, where).isoformat(timespec="milliseconds")

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Response
 
 from platform_daemon import analysis, reports
-from platform_daemon.schemas import SpecimenListing, TrendReport
+from platform_daemon.schemas import Baseline, BaselineRequest, SpecimenListing, TrendReport
 
 from ..context import Context, Shared
 from ..network.routes import GuardedRoute
@@ -73,6 +73,17 @@ def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, un
     """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature."""
     found = _trend(context, specimen, since, until, analysis.POINTS_TO_FALSE_ALARM)
     return Response(reports.trend_csv(found), media_type="text/csv")
+
+
+@router.post("/{specimen}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 507))
+def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) -> Baseline:
+    """Its charts begin anew, from now or from `since` on, and its alarms are over; `?since=` of a trend looks further
+    back."""
+    if specimen not in analysis.indexed_specimens(context.recordings):
+        analysis.indexed_trend(context.recordings, specimen)  # which says so
+    made = analysis.accept(context.recordings, specimen, body)
+    context.trends.judge(specimen)
+    return made
 
 
 def _trend(context: Context, specimen: str, since: str | None, until: str | None, rate: float) -> TrendReport:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.errors import InputError, RecordingError
+from platform_daemon.analysis.trends.baseline import accept
 from platform_daemon.analysis.trends.indexed import (
     INDEX,
     UnknownSpecimen,
@@ -19,6 +20,8 @@ from platform_daemon.analysis.trends.indexed import (
     update_index,
 )
 from platform_daemon.analysis.trends.look import noise_beside
+from platform_daemon.schemas.trends import BaselineRequest
+from platform_daemon.store.errors import StorageError
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recorded_fits import read_fit
 from platform_daemon.store.recording_index import IndexUpdate, Wanted
@@ -166,3 +169,26 @@ def test_a_recording_that_is_refused_or_blank_is_no_point(tmp_path):
 def test_recordings_are_found_by_what_they_say(folder, wanted, found):
     update_index(folder)
     assert len(find_recordings(folder, wanted)) == found
+
+
+def test_a_specimen_that_is_accepted_begins_anew_and_a_damaged_file_of_that_is_named(folder):
+    update_index(folder)
+    assert indexed_trend(folder, "T 1").changes
+    made = accept(folder, "T 1", BaselineRequest(since="2026-03-13T13:00+01:00", by="DC", reason="new magnet"))
+    assert made.since == "2026-03-13T12:00:00.000+00:00"
+    report = indexed_trend(folder, "T 1")
+    assert (len(report.points), report.changes) == (20, ())
+    assert report.notes[0] == "begun anew at 2026-03-13T12:00:00.000+00:00 by DC: new magnet"
+    assert len(indexed_trend(folder, "T 1", since="2026-03-01").changes) == 1
+    accept(folder, "other", BaselineRequest(by="DC", reason="also"))
+    assert len(indexed_trend(folder, "other").points) == 0
+    assert len(indexed_trend(folder, "T 1").points) == 20
+    with pytest.raises(InputError, match="still to come"):
+        accept(folder, "T 1", BaselineRequest(since="2999-01-01", by="DC", reason="x"))
+    (folder / ".baselines.json").write_text("no")
+    for ask in (
+        lambda: indexed_trend(folder, "T 1"),
+        lambda: accept(folder, "T 1", BaselineRequest(by="a", reason="b")),
+    ):
+        with pytest.raises(StorageError, match="correct the file"):
+            ask()

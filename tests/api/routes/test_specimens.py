@@ -29,6 +29,15 @@ def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(cl
     assert [len(page) for page in listed] == [30, 30, 1]
     assert client.get("/recordings", params={"specimen": "T 1", "refused": True}).json()["recordings"] == []
     problem(client.get("/recordings?since=x"), 422)
+    body = {"by": "DC", "reason": "new magnet", "since": "2026-03-13T12:00:00Z"}
+    assert client.post("/specimens/T 1/baseline", json=body).json()["by"] == "DC"
+    assert name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is not None}
+    assert client.get("/specimens/T 1/trend").json()["changes"] == []
+    problem(client.post("/specimens/nobody/baseline", json=body), 404)
+    problem(client.post("/specimens/T 1/baseline", json={"by": " ", "reason": "x"}), 422)
+    (folder / ".baselines.json").unlink()
+    (folder / "T-1-069.h5").unlink()  # so that it is looked at again, and found changed as before
+    wait_for(lambda: name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is None})
     for path in folder.glob("T-1-0[5-6]*.h5"):
         path.unlink()
     wait_for(lambda: name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is not None})

@@ -1,0 +1,63 @@
+"""Since when a specimen is what it is now: somebody has accepted a change, and its charts begin anew."""
+
+from __future__ import annotations
+
+import fcntl
+from datetime import UTC, datetime
+from pathlib import Path
+
+from drivers.errors import InputError
+from platform_daemon.schemas import Baseline, BaselineRequest, Baselines, to_json
+from platform_daemon.store import StorageError, write_file
+
+BASELINES, LOCK = ".baselines.json", ".baselines.lock"
+"""In the folder of the recordings: names that no recording has."""
+
+
+def baseline_of(folder: Path, specimen: str) -> Baseline | None:
+    """What was accepted last; None: nothing yet.  Raises StorageError for a file that is damaged."""
+    return _read(folder).root.get(specimen)
+
+
+def accept(folder: Path, specimen: str, request: BaselineRequest) -> Baseline:
+    """From now on, or from `since` on, its charts begin anew.  Raises InputError, StorageError."""
+    now = datetime.now(UTC)
+    since = now if request.since is None else in_utc(request.since, "since")
+    if since > now:
+        remedy = "name a time that has passed, or leave it out for now"
+        raise InputError(f"{request.since} is still to come", where="since", remedy=remedy)
+    made = Baseline(since=_text(since), by=request.by.strip(), reason=request.reason.strip(), accepted=_text(now))
+    try:
+        with (folder / LOCK).open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # several programs may accept at once
+            kept = Baselines({**_read(folder).root, specimen: made})
+            write_file(folder / BASELINES, to_json(kept, indent=1).encode())
+    except OSError as error:
+        what, remedy = "the baseline cannot be kept", "free or repair the disk, and accept again"
+        raise StorageError(what, where=str(folder / BASELINES), why=str(error), remedy=remedy) from None
+    return made
+
+
+def in_utc(text: str, where: str) -> datetime:
+    """A time of ISO 8601; UTC where it names no zone.  Raises InputError."""
+    try:
+        found = datetime.fromisoformat(text)
+    except ValueError:
+        remedy = "write it as 2026-11-21 or 2026-11-21T18:00:00+01:00"
+        raise InputError(f"{text!r} is no time of ISO 8601", where=where, remedy=remedy) from None
+    return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC)
+
+
+def _text(at: datetime) -> str:
+    return at.isoformat(timespec="milliseconds")
+
+
+def _read(folder: Path) -> Baselines:
+    try:
+        return Baselines.model_validate_json((folder / BASELINES).read_bytes())
+    except FileNotFoundError:
+        return Baselines({})
+    except (OSError, ValueError) as error:
+        what, remedy = "what was accepted of specimens cannot be read", "correct the file, or delete it and accept anew"
+        why = str(error).splitlines()[0]
+        raise StorageError(what, where=str(folder / BASELINES), why=why, remedy=remedy) from None
