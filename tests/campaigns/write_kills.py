@@ -148,7 +148,9 @@ def look(folder: Path, said: list[object], found: Found) -> None:
     found.acknowledged += len(acknowledged)
     found.lost += len(acknowledged - seen.keys())
     found.doubled += sum(count > 1 for count in seen.values())
-    found.junk += [p.name for p in (folder / "recordings").iterdir() if p.suffix != ".h5"]
+    found.junk += [
+        p.name for p in (folder / "recordings").iterdir() if p.suffix != ".h5" and not p.name.startswith(".index.db")
+    ]
     found.junk += [p.name for p in (folder / "jobs").iterdir() if p.suffix != ".json"]
 
 
