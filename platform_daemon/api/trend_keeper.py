@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from pathlib import Path
 
 import structlog
@@ -13,6 +14,7 @@ from platform_daemon.analysis import indexed_specimens, indexed_trend, update_in
 
 log = structlog.get_logger()
 _LOOK_EVERY_S = 2.0
+_REST = 9.0  # times as long as judging took
 
 
 class TrendKeeper:
@@ -21,6 +23,8 @@ class TrendKeeper:
     def __init__(self, folder: Path, board: AlarmBoard) -> None:
         self._folder, self._board = folder, board
         self._left, self._seen_ns = 0, -1
+        self._changed: set[str] = set()
+        self._next_s = 0.0
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._work, name="trends", daemon=True)
         self._thread.start()
@@ -36,22 +40,38 @@ class TrendKeeper:
         self._thread.join(5.0)
 
     def _work(self) -> None:
+        said = ""
         while not self._ended.wait(_LOOK_EVERY_S):
             try:
                 self._look()
+                self._judge_changed()
+                said = ""
             except _Ended:
                 return
             except (PlatformError, OSError) as error:
-                log.error("trends_not_looked_at", error=str(error))
+                if str(error) != said:  # once, not every two seconds
+                    log.error("trends_not_looked_at", error=str(error))
+                said = str(error)
 
     def _look(self) -> None:
         changed_ns = self._folder.stat().st_mtime_ns  # a recording appears, and goes, by its name
         if changed_ns == self._seen_ns:
             return
         found, _ = update_index(self._folder, self._told)
-        for specimen in sorted(found.specimens.intersection(indexed_specimens(self._folder))):
-            self.judge(specimen)
+        self._changed |= found.specimens
         self._seen_ns = changed_ns
+
+    def _judge_changed(self) -> None:
+        begun_s = time.monotonic()
+        if not self._changed or begun_s < self._next_s:
+            return
+        known = indexed_specimens(self._folder)
+        while self._changed and not self._ended.is_set():
+            specimen = self._changed.pop()
+            if specimen in known:
+                self.judge(specimen)
+        # Years of a specimen take a second: recordings that come faster are judged together.
+        self._next_s = time.monotonic() + _REST * (time.monotonic() - begun_s)
 
     def _told(self, n: int, of: int) -> None:
         self._left = of - n

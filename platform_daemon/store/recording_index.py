@@ -95,11 +95,14 @@ Look = Callable[[Path], IndexedRecording | None]
 
 
 class RecordingIndex:
-    """For one thread at a time.  folder: of the recordings; path: of the index; raises StorageError."""
+    """For one thread at a time.  folder: of the recordings; path: of the index; anew: forget what it holds; raises
+    StorageError."""
 
-    def __init__(self, path: Path, folder: Path) -> None:
+    def __init__(self, path: Path, folder: Path, *, anew: bool = False) -> None:
         self._path, self._folder = path, folder
         try:
+            if anew:
+                _forget(path)
             self._sql = _opened(path)
         except (sqlite3.Error, OSError) as error:
             raise self._refused(error) from None
@@ -108,21 +111,13 @@ class RecordingIndex:
         """Idempotent."""
         self._sql.close()
 
-    def forget_all(self) -> None:
-        """Begin anew.  Raises StorageError."""
-        with self._written():
-            self._sql.execute("DELETE FROM shots")
-            self._sql.execute("DELETE FROM recordings")
-
     def update(self, look: Look, done: Callable[[int, int], None] = lambda n, of: None) -> IndexUpdate:
         """Look at the files that are new or have changed, forget those that are gone.
 
         A file that cannot be read is kept with the reason, and looked at again when it has changed.  done: told how
         many of how many.  Raises StorageError.
         """
-        known = {
-            row[0]: row[1:] for row in self._sql.execute("SELECT identifier, file, size, modified FROM recordings")
-        }
+        known = {row[0]: row[1:] for row in self._rows("SELECT identifier, file, size, modified FROM recordings")}
         there: dict[str, tuple[str, int, int]] = {}
         for path in recording_files(self._folder):
             with contextlib.suppress(FileNotFoundError):
@@ -143,8 +138,8 @@ class RecordingIndex:
 
     def _specimen(self, name: str) -> str:
         """Whose recording it is, "" if nobody knows."""
-        found = self._sql.execute("SELECT specimen FROM recordings WHERE identifier = ?", (name,)).fetchone()
-        return (found and found[0]) or ""
+        found = self._rows("SELECT specimen FROM recordings WHERE identifier = ?", (name,))
+        return (found and found[0][0]) or ""
 
     def _look_at(self, name: str, facts: tuple[str, int, int], look: Look) -> None:
         found, error = None, None
@@ -179,12 +174,12 @@ class RecordingIndex:
         }
         used = {text: value for text, value in conditions.items() if value is not None}
         query = f"SELECT file FROM recordings WHERE {' AND '.join(['begun IS NOT NULL', *used])} ORDER BY file"
-        return [row[0] for row in self._sql.execute(query, tuple(used.values()))]
+        return [row[0] for row in self._rows(query, tuple(used.values()))]
 
     def specimens(self) -> Sequence[str]:
         """Names of all specimens with a shot that was fitted."""
         query = "SELECT DISTINCT specimen FROM recordings WHERE fit IS NOT NULL ORDER BY specimen"
-        return [row[0] for row in self._sql.execute(query)]
+        return [row[0] for row in self._rows(query)]
 
     def recordings(self, specimen: str, since: str = "", until: str = "\uffff") -> Sequence[IndexedRecording]:
         """Recordings of a specimen with fits, oldest first, with their shots; between two times, ISO 8601 in UTC."""
@@ -192,17 +187,24 @@ class RecordingIndex:
             "SELECT identifier, begun, specimen, operator, frames, good, calibration, fit FROM recordings"
             " WHERE specimen = ? AND fit IS NOT NULL AND begun >= ? AND begun <= ? ORDER BY begun, identifier"
         )
-        found = self._sql.execute(query, (specimen, since, until)).fetchall()
+        found = self._rows(query, (specimen, since, until))
         return [_recording(row, self._shots(row[0])) for row in found]
 
     def _shots(self, recording: str) -> Sequence[IndexedShot]:
         query = "SELECT frame, at, temperature, field, fitted FROM shots WHERE recording = ? ORDER BY frame"
-        found = self._sql.execute(query, (recording,))
+        found = self._rows(query, (recording,))
         return [IndexedShot(k, at, warm, field_t, json.loads(text)) for k, at, warm, field_t, text in found]
 
     def broken(self) -> Mapping[str, str]:
         """Files that cannot be read, by id, each with the reason."""
-        return dict(self._sql.execute("SELECT identifier, error FROM recordings WHERE error IS NOT NULL"))
+        return dict(self._rows("SELECT identifier, error FROM recordings WHERE error IS NOT NULL"))
+
+    def _rows(self, query: str, values: Sequence[object] = ()) -> list[Any]:
+        """Raises StorageError."""
+        try:
+            return self._sql.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            raise self._refused(error) from None
 
     @contextlib.contextmanager
     def _written(self) -> Iterator[None]:
@@ -219,7 +221,8 @@ class RecordingIndex:
             raise self._refused(error) from None
 
     def _refused(self, error: Exception) -> StorageError:
-        what, remedy = "the index of the recordings cannot be kept", "free or repair the disk; no recording is lost"
+        what = "the index of the recordings cannot be used"
+        remedy = "free or repair the disk, then platform-daemon index rebuild; no recording is lost"
         return StorageError(what, where=str(self._path), why=str(error), remedy=remedy)
 
 
@@ -236,9 +239,13 @@ def _opened(path: Path) -> sqlite3.Connection:
         if isinstance(error, sqlite3.OperationalError):  # the disk or a lock, not the file
             raise
         log.warning("index_made_anew", file=str(path), why=str(error))
-        for end in ("", "-wal", "-shm"):
-            path.with_name(path.name + end).unlink(missing_ok=True)
+        _forget(path)
         return _connected(path)
+
+
+def _forget(path: Path) -> None:
+    for end in ("", "-wal", "-shm"):
+        path.with_name(path.name + end).unlink(missing_ok=True)
 
 
 def _connected(path: Path) -> sqlite3.Connection:

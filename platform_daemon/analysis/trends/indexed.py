@@ -19,9 +19,9 @@ INDEX = ".index.db"
 """In the folder of the recordings: a name that no recording has."""
 
 
-def open_index(folder: Path) -> RecordingIndex:
-    """The index of a folder, made if missing, not brought up to date.  Raises StorageError."""
-    return RecordingIndex(folder / INDEX, folder)
+def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
+    """The index of a folder, made if missing, not brought up to date; anew: empty.  Raises StorageError."""
+    return RecordingIndex(folder / INDEX, folder, anew=anew)
 
 
 def update_index(
@@ -31,9 +31,7 @@ def update_index(
 
     done: told how many of how many; rebuild: look at all of them.  Raises StorageError.
     """
-    with closing(open_index(folder)) as index:
-        if rebuild:
-            index.forget_all()
+    with closing(open_index(folder, anew=rebuild)) as index:
         found = index.update(look_at_recording, done)
         return found, dict(index.broken())
 

@@ -192,3 +192,18 @@ def test_a_specimen_that_is_accepted_begins_anew_and_a_damaged_file_of_that_is_n
     ):
         with pytest.raises(StorageError, match="correct the file"):
             ask()
+
+
+def test_an_index_that_breaks_in_its_middle_is_named_with_the_command_that_makes_it_anew(folder):
+    update_index(folder)
+    good = content(folder)
+    with sqlite3.connect(folder / INDEX) as sql:
+        sql.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+    sql.close()
+    raw = bytearray((folder / INDEX).read_bytes())
+    raw[4096:] = b"\xff" * (len(raw) - 4096)
+    (folder / INDEX).write_bytes(raw)
+    with pytest.raises(StorageError, match="index rebuild"):
+        indexed_trend(folder, "T 1")
+    assert update_index(folder, rebuild=True)[0].looked == 75
+    assert content(folder) == good
