@@ -76,6 +76,7 @@ from .sliding import sliding_report as sliding_report
 from .trends.baseline import accept as accept
 from .trends.indexed import UnknownSpecimen as UnknownSpecimen
 from .trends.indexed import find_recordings as find_recordings
+from .trends.indexed import indexed_fits as indexed_fits
 from .trends.indexed import indexed_specimens as indexed_specimens
 from .trends.indexed import indexed_trend as indexed_trend
 from .trends.indexed import update_index as update_index

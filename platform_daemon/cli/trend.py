@@ -93,6 +93,25 @@ def find(
         print(recordings / name)
 
 
+@index_app.command()
+def export(
+    specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
+    csv: Annotated[Path, typer.Option(help="Table to write, a row per shot.")],
+    recordings: FolderOption = FOLDER,
+    force: ForceOption = False,
+) -> None:
+    """Write the on-line fits of all shots of a specimen as one table."""
+    from platform_daemon.analysis import indexed_fits
+    from platform_daemon.reports import fits_csv
+    from platform_daemon.store import write_file
+
+    must_not_exist(csv, force, ".csv")
+    _updated(recordings, rebuild=False)
+    rows = indexed_fits(recordings, specimen)
+    write_file(csv, fits_csv(rows).encode())
+    print(f"{len(rows)} shots in {csv}")
+
+
 def _updated(folder: Path, *, rebuild: bool) -> int:
     """Raises InputError if there is no such folder; files that cannot be read are named on stderr."""
     from platform_daemon.analysis import update_index

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 from rich.table import Table
@@ -68,4 +69,13 @@ def trend_csv(report: TrendReport) -> str:
         values = [v for chart in report.charts for v in (chart.value[k], chart.corrected[k])]
         cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
         writer.writerow([point.at, point.recording, point.shots, *cells])
+    return text.getvalue()
+
+
+def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> str:
+    """A row per shot; a column per key of any of them, empty where a shot has none."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
     return text.getvalue()

@@ -5,6 +5,7 @@ import json
 
 from platform_daemon.schemas.trends import TrendReport
 from tests.kit.command_line import here
+from tests.kit.fit_tables import read_fits
 from tests.kit.specimen_months import months
 
 
@@ -56,3 +57,14 @@ def test_files_are_found(tmp_path):
     told = here("index", "find", "--recordings", tmp_path, "--specimen", "T 1", "--since", "2026-03-01T05:00")
     assert told.stdout.split() == [str(tmp_path / "T-1-001.h5"), str(tmp_path / "T-1-002.h5")]
     assert here("index", "find", "--recordings", tmp_path, "--refused").stdout == ""
+
+
+def test_the_fits_of_a_specimen_are_one_table(tmp_path):
+    made = months(tmp_path, 3)
+    told = here("index", "export", "T 1", "--csv", tmp_path / "fits.csv", "--recordings", tmp_path)
+    assert told.stdout == f"3 shots in {tmp_path / 'fits.csv'}\n", told.stderr
+    rows = list(csv.DictReader((tmp_path / "fits.csv").open()))
+    assert [row["recording"] for row in rows] == [path.stem for path in made]
+    assert [float(row["f_nat_hz"]) for row in rows] == [read_fits(path)[0].values[0, 0] for path in made]
+    assert here("index", "export", "x", "--csv", tmp_path / "x.csv", "--recordings", tmp_path).returncode == 2
+    assert not (tmp_path / "x.csv").exists()

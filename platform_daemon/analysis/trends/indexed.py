@@ -64,17 +64,40 @@ def indexed_trend(
     since = since if accepted is None else accepted.since
     begin, end = _time(since, "since"), _time(until, "until")
     with closing(open_index(folder)) as index:
-        if specimen not in index.specimens():
-            known = ", ".join(index.specimens()[:20]) or "none yet"
-            why = f"those with on-line fits: {known}"
-            remedy = "name one of them; `sample` of an acquisition is the name of the specimen, else its resonator's"
-            raise UnknownSpecimen(f"no recording is of {specimen!r}", where="specimen", why=why, remedy=remedy)
+        _check_known(index, specimen)
         found = index.recordings(specimen, begin or "", end or "\uffff")
     report = specimen_trend(specimen, found, points_to_false_alarm)
     if accepted is None:
         return report
     note = f"begun anew at {accepted.since} by {accepted.by}: {accepted.reason}"
     return report.model_copy(update={"notes": (note, *report.notes)})
+
+
+def indexed_fits(folder: Path, specimen: str) -> list[dict[str, str | float]]:
+    """A row per shot with a good on-line fit, oldest recording first: where it is from, and values by name.
+
+    Raises UnknownSpecimen, StorageError.
+    """
+    with closing(open_index(folder)) as index:
+        _check_known(index, specimen)
+        found = index.recordings(specimen)
+    rows: list[dict[str, str | float]] = []
+    for each in found:
+        for shot in each.shots:
+            said = {"temperature_c": shot.temperature_c, "field_t": shot.field_t}
+            row: dict[str, str | float] = {"recording": each.identifier, "frame": shot.frame, "at": shot.at}
+            row |= {"fit": each.fit or "", **{key: v for key, v in said.items() if v is not None}, **shot.values}
+            rows.append(row)
+    return rows
+
+
+def _check_known(index: RecordingIndex, specimen: str) -> None:
+    """Raises UnknownSpecimen."""
+    specimens = index.specimens()
+    if specimen not in specimens:
+        why = f"those with on-line fits: {', '.join(specimens[:20]) or 'none yet'}"
+        remedy = "name one of them; `sample` of an acquisition is the name of the specimen, else its resonator's"
+        raise UnknownSpecimen(f"no recording is of {specimen!r}", where="specimen", why=why, remedy=remedy)
 
 
 class UnknownSpecimen(InputError):
