@@ -33,8 +33,11 @@ class Exchange:
     """The owner of a wire: any thread may ask, one question is on the wire at a time.
 
     identity: what `*IDN?` must contain, empty: anything; on_open: called after every opening, the first included, to
-    bring the device into its safe state; a device may set it anew.
+    bring the device into its safe state; a device may set it anew.  last_words: commands that are sent when an exchange
+    has failed, before the wire is opened anew: a device that still hears, but is not heard, is made safe by them.
     """
+
+    last_words: tuple[str, ...] = ()
 
     def __init__(
         self,
@@ -117,8 +120,16 @@ class Exchange:
         try:
             yield
         except DeviceError:
+            self._say_last_words()
             self._drop()
             raise
+
+    def _say_last_words(self) -> None:
+        """To a device that has been identified on this wire; up to the first that does not go out."""
+        if self._wire is not None:
+            with contextlib.suppress(DeviceError):
+                for words in self.last_words:
+                    self._wire.send(words)
 
     def _drop(self) -> None:
         if self._wire is not None:

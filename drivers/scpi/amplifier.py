@@ -20,6 +20,7 @@ class ScpiAmplifier:
         self._exchange, self._do, self._words = exchange, commands, words
         self._enabled_muted = False  # of an amplifier without mute commands
         exchange.on_open = self._make_safe
+        exchange.last_words = tuple(filter(None, (commands.disable, commands.mute)))
         self._make_safe(exchange)
         self.disable()
 

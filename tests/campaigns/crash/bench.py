@@ -1,0 +1,179 @@
+"""An emulated lab with a daemon on it, as the processes that it is."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, Literal
+
+import httpx2
+
+from drivers.tx_rx_switch import SwitchPosition
+from tests.kit.emulated_lab import Lab
+
+Moment = Literal["tx", "rx", "between"]
+SERIES = {"resonator": "jewel", "shots": 2000, "sequence": {"rx_s": 0.4, "pause_s": 0.15}}
+_ASK_S = 2e-3  # the emulator runs in this process, too
+_MOMENT_S = 90.0
+_END_S = 60.0
+
+
+class NotThere(AssertionError):
+    """The moment to strike did not come."""
+
+
+class Bench:
+    """The daemon is started when it is needed, with a state folder of its own."""
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        self.lab = Lab(folder, 'specimen="../resonators/jewel.toml"', f"world.seed={seed}", f"seed={seed}")
+        self.world = self.lab.emulator.world
+        self._folder = folder
+        os.environ["XDG_STATE_HOME"] = str(folder / "state")  # of the guards, and of `reset_fault` here
+        self.process: subprocess.Popen[str] | None = None
+        self.address = ""
+        self._job = ""
+
+    def end(self) -> None:
+        """Daemon and lab end."""
+        self.stop_daemon()
+        self.lab.emulator.close()
+
+    def stop_daemon(self) -> None:
+        """Whatever is left of it and of its processes is gone."""
+        process, self.process = self.process, None
+        if process is None:
+            return
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+        try:
+            process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+        assert process.stdout is not None
+        process.stdout.read()  # until the last that holds its end of the pipe is gone
+
+    def begin(self) -> None:
+        """A daemon that measures."""
+        self.lab.control("repair")
+        if self.process is None or self.process.poll() is not None:
+            self.stop_daemon()
+            self.lab.reset_fault()  # as a person does who has looked at the platform
+            self._start()
+        if self._job and self._get(self._job)["state"] in ("queued", "running"):
+            return
+        answer = self._post("/acquisitions", SERIES)
+        if answer.status_code == 409:  # a fault stands
+            self._post("/platform/fault/reset", {"by": "a campaign", "reason": "a strike on purpose"})
+            answer = self._post("/acquisitions", SERIES)
+        assert answer.status_code == 202, answer.text
+        self._job = answer.headers["location"]
+
+    def _start(self) -> None:
+        command = [sys.executable, "-m", "platform_daemon", "serve", "--port", "0", "--data", str(self._folder / "data")]
+        where = ["--platform", "emulated", "--endpoints", str(self.lab.endpoints)]
+        with (self._folder / "daemon.log").open("ab") as log:
+            self.process = subprocess.Popen([*command, *where], stdout=subprocess.PIPE, stderr=log, text=True)
+        assert self.process.stdout is not None
+        self.address = self.process.stdout.readline().split()[-1]
+        self._job = ""
+
+    # --- what the daemon says
+
+    def answers(self) -> bool:
+        """Does the web?"""
+        try:
+            return httpx2.get(f"{self.address}/health", timeout=10).status_code == 200
+        except httpx2.HTTPError:
+            return False
+
+    def series_ended(self) -> bool:
+        """Has the series ended?"""
+        return self._get(self._job)["state"] not in ("queued", "running")
+
+    def end_series(self) -> None:
+        """It is cancelled, or has ended before."""
+        httpx2.delete(f"{self.address}{self._job}", timeout=30)
+        until = time.monotonic() + _END_S
+        while not self.series_ended():
+            assert time.monotonic() < until, "the series does not end"
+            time.sleep(0.05)
+
+    def _get(self, path: str) -> Any:
+        answer = httpx2.get(f"{self.address}{path}", timeout=30)
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    def _post(self, path: str, body: Any) -> Any:
+        return httpx2.post(f"{self.address}{path}", json=body, timeout=30)
+
+    # --- processes
+
+    def parent(self) -> int:
+        """Its id."""
+        assert self.process is not None
+        return self.process.pid
+
+    def hardware(self) -> int:
+        """Its id."""
+        return _child(self.parent(), "platform_daemon.serving", "hardware")
+
+    def web(self) -> int:
+        """Its id."""
+        return _child(self.parent(), "platform_daemon.serving", "web")
+
+    def guard(self) -> int:
+        """Its id."""
+        return _child(self.hardware(), "platform_daemon.supervisor")
+
+    def worker(self) -> int:
+        """Id of the one that makes the on-line fits."""
+        return _child(self.hardware(), "spawn_main")
+
+    # --- what the world says
+
+    def power_until_s(self, since_s: float) -> float:
+        """How long after that world time power could reach the coils, s."""
+        return max([0.0, *(span.stop_s - since_s for span in self.world.power_log())])
+
+    @property
+    def outputs_on(self) -> bool:
+        """The amplifier is enabled, a DAC plays, the gate is high, or the receiver is not disconnected."""
+        return self.world.power.enabled or self.card_on
+
+    @property
+    def card_on(self) -> bool:
+        """A DAC plays, the gate is high, or the receiver is not disconnected: what the card's lines do."""
+        if self._position() is not SwitchPosition.TRANSMIT:
+            return True
+        found = self.lab.control("outputs")
+        return bool(found["playing"] or found["pa_gate"])
+
+    def _position(self) -> SwitchPosition:
+        return self.world.contacts().position(self.world.clock.monotonic_s())
+
+    def wait_for(self, moment: Moment) -> None:
+        """Until power is on, the receiver is connected, or a shot has ended and none has begun.  Raises NotThere."""
+        until, first = time.monotonic() + _MOMENT_S, self.world.shots
+        while time.monotonic() < until:
+            receives = self._position() is SwitchPosition.RECEIVE
+            here = {"tx": self.world.power.enabled and self.world.is_running() and not receives, "rx": receives,
+                    "between": self.world.shots > first and not self.world.is_running() and not receives}  # fmt: skip
+            if self.world.shots > first and here[moment]:  # not before one shot was whole
+                return
+            time.sleep(_ASK_S)
+        raise NotThere(f"no {moment} within {_MOMENT_S:g} s")
+
+
+def _child(parent: int, *words: str) -> int:
+    """The id of the child whose command has these words.  Raises NotThere."""
+    for task in Path(f"/proc/{parent}/task").iterdir():
+        for pid in (task / "children").read_text().split():
+            said = Path(f"/proc/{pid}/cmdline").read_text()
+            if all(word in said for word in words):
+                return int(pid)
+    raise NotThere(f"{parent} has no child {' '.join(words)}")

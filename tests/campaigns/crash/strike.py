@@ -1,0 +1,136 @@
+"""One strike: its moment, the blow, and how long the outputs stayed on."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from platform_daemon.supervisor.watch import LEASE_S
+
+from .bench import Bench, Moment
+from .strikes import LATE_S, Strike
+
+_WITHIN_S = LEASE_S + 15.0
+_BEFORE, _AFTER = 2, 3
+"""Shots before and after a strike that a series must survive."""
+_LONGEST_S = 10.0
+
+
+@dataclass
+class Came:
+    """What came of a strike, s after it: power_s until power could no longer reach the coils, amplifier_s until the
+    amplifier was disabled, all_s until all outputs were off, late_s the most that a shot was late; None: not asked.
+
+    missed: what must not be; met: how often power met a connected receiver.
+    """
+
+    name: str
+    moment: Moment
+    power_s: float | None = None
+    amplifier_s: float | None = None
+    all_s: float | None = None
+    late_s: float | None = None
+    missed: list[str] = field(default_factory=list)
+    met: int = 0
+
+
+def strike(bench: Bench, what: Strike, moment: Moment) -> Came:
+    """Do it.  Raises NotThere if its moment does not come, AssertionError if what it needs cannot be had."""
+    bench.begin()
+    met, came = len(bench.lab.violations()), Came(what.name, moment)
+    usual_s = _period_s(bench) if what.must == "go on" else 0.0
+    bench.wait_for(moment)
+    since_s, since = bench.world.clock.monotonic_s(), time.monotonic()
+    what.do(bench)
+    if what.must == "go on":
+        _goes_on(bench, came, usual_s)
+    elif what.must == "wiring":
+        _wiring_alone(bench, came, since)
+    else:
+        _goes_off(bench, came, since)
+    came.power_s = bench.power_until_s(since_s)
+    _afterwards(bench, what, came)
+    came.met = len(bench.lab.violations()) - met
+    return came
+
+
+def _period_s(bench: Bench) -> float:
+    return float(np.median(np.diff(_starts(bench, _BEFORE + 1))))
+
+
+def _starts(bench: Bench, count: int) -> list[float]:
+    """When the next shots begin, s."""
+    found, known, until = list[float](), bench.world.shots, time.monotonic() + _LONGEST_S * count
+    while len(found) < count and time.monotonic() < until:
+        if bench.world.shots > known:
+            known = bench.world.shots
+            found.append(time.monotonic())
+        time.sleep(1e-3)
+    return found
+
+
+def _goes_on(bench: Bench, came: Came, usual_s: float) -> None:
+    starts = _starts(bench, _AFTER)
+    if len(starts) < _AFTER:
+        came.missed.append("the series has ended, or a shot did not come in time")
+        return
+    came.late_s = float(max(np.diff(starts)) - usual_s)
+    if came.late_s > LATE_S:
+        came.missed.append(f"a shot was {came.late_s:.2f} s late")
+    until = time.monotonic() + _WITHIN_S
+    while not bench.answers():
+        if time.monotonic() > until:
+            came.missed.append("the web does not answer")
+            return
+
+
+def _goes_off(bench: Bench, came: Came, since: float) -> None:
+    while time.monotonic() - since < _WITHIN_S:
+        if came.amplifier_s is None and not bench.world.power.enabled:
+            came.amplifier_s = time.monotonic() - since
+        if not bench.outputs_on:
+            came.all_s = time.monotonic() - since
+            came.amplifier_s = came.all_s if came.amplifier_s is None else came.amplifier_s
+            if _stays_off(bench):
+                return
+            came.amplifier_s = came.all_s = None  # between two shots: it has not noticed yet
+        time.sleep(1e-3)
+    came.missed.append("outputs stayed on")
+
+
+def _stays_off(bench: Bench) -> bool:
+    """No shot begins in the next half second."""
+    until, shots = time.monotonic() + 0.5, bench.world.shots
+    while time.monotonic() < until:
+        if bench.outputs_on or bench.world.shots > shots:
+            return False
+        time.sleep(1e-3)
+    return True
+
+
+def _wiring_alone(bench: Bench, came: Came, since: float) -> None:
+    while bench.card_on:
+        assert time.monotonic() - since < _WITHIN_S, "the shot does not end"
+        time.sleep(1e-3)
+    came.all_s = time.monotonic() - since
+
+
+def _afterwards(bench: Bench, what: Strike, came: Came) -> None:
+    """The outputs are off, whoever is left; and what lives can measure again, which the next strike begins with."""
+    if what.dies:
+        bench.stop_daemon()
+    else:
+        bench.lab.control("clear_faults")
+        bench.end_series()
+    if what.must == "wiring":
+        fault = bench.lab.reset_fault()
+        if fault is None:
+            came.missed.append("no fault stood")
+    until = time.monotonic() + _WITHIN_S  # a device that could not be reached is tried again and again
+    while bench.outputs_on:
+        if time.monotonic() > until:
+            came.missed.append("outputs are on at the end")
+            return
+        time.sleep(0.05)

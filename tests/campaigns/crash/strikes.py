@@ -1,0 +1,93 @@
+"""What is done to the daemon or its lab, and what must come of it."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from platform_daemon.supervisor.watch import LEASE_S
+
+from .bench import Bench, Moment
+
+KILL_S = 0.1
+"""The amplifier is disabled within this time of a kill, in the median."""
+HANG_S = LEASE_S + 0.2
+"""... and of a hang or a dead link."""
+LATE_S = 0.5
+"""A shot that begins so much after its time is late."""
+ALL: tuple[Moment, ...] = ("tx", "rx", "between")
+POWERED: tuple[Moment, ...] = ("tx", "rx")
+
+
+@dataclass(frozen=True)
+class Strike:
+    """`must`: the outputs go off, with the amplifier disabled within `median_s` in the median; the series goes on, no
+    shot late; or power ends by the wiring alone, and the amplifier stays enabled.  `dies`: the daemon is gone then."""
+
+    name: str
+    moments: tuple[Moment, ...]
+    do: Callable[[Bench], None]
+    must: Literal["off", "go on", "wiring"] = "off"
+    median_s: float = KILL_S
+    dies: bool = True
+
+
+def _send(number: signal.Signals, *to: Callable[[Bench], int]) -> Callable[[Bench], None]:
+    def do(bench: Bench) -> None:
+        for pid in [each(bench) for each in to]:  # all are known before the first is gone
+            os.kill(pid, number)
+
+    return do
+
+
+def _twice(bench: Bench) -> None:
+    for pause_s in (0.05, 0.0):
+        os.kill(bench.parent(), signal.SIGINT)
+        time.sleep(pause_s)
+
+
+def _wire(device: str, kind: str, count: int = 1) -> Callable[[Bench], None]:
+    def do(bench: Bench) -> None:
+        bench.lab.control("wire_fault", device=device, kind=kind, count=count, **({"delay_s": 0.3} if count > 1 else {}))
+
+    return do
+
+
+def _power_cut(bench: Bench) -> None:
+    """Its server is gone and its outputs are as at power-up; later it has power again."""
+    bench.lab.kill_server(0)
+    board = bench.lab.emulator.cards.boards[0]
+    board.power_up(board.options)
+    time.sleep(0.2)
+    bench.lab.start_server(0)
+
+
+_parent, _hardware, _web, _worker, _guard = Bench.parent, Bench.hardware, Bench.web, Bench.worker, Bench.guard
+STRIKES = (
+    Strike("hardware process, SIGKILL", ALL, _send(signal.SIGKILL, _hardware)),
+    Strike("hardware process, SIGSEGV", ALL, _send(signal.SIGSEGV, _hardware)),
+    Strike("hardware process, SIGSTOP", POWERED, _send(signal.SIGSTOP, _hardware), median_s=HANG_S),
+    Strike("web process, SIGKILL", ALL, _send(signal.SIGKILL, _web), must="go on"),
+    Strike("worker, SIGKILL", ALL, _send(signal.SIGKILL, _worker), must="go on", dies=False),
+    Strike("parent, SIGKILL", ALL, _send(signal.SIGKILL, _parent)),
+    Strike("parent and hardware process, SIGKILL", ALL, _send(signal.SIGKILL, _parent, _hardware)),
+    Strike("parent, hardware process and guard, SIGKILL", ALL, _send(signal.SIGKILL, _parent, _guard, _hardware),
+           must="wiring"),
+    *(Strike(f"parent, {number.name}", ALL, _send(number, _parent))
+      for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)),
+    Strike("parent, SIGINT twice", ALL, _twice),
+    Strike("card, link cut", ALL, _wire("io_card_0", "disconnect"), median_s=HANG_S, dies=False),
+    Strike("card, says nothing", ALL, _wire("io_card_0", "one_way_link"), median_s=HANG_S, dies=False),
+    Strike("card, hears nothing", ALL, _wire("io_card_0", "deaf_link"), median_s=HANG_S, dies=False),
+    Strike("card, answers 0.3 s late, 40 times", ALL, _wire("io_card_0", "slow_link", 40), median_s=HANG_S,
+           dies=False),
+    Strike("switch, link cut", ALL, _wire("switch", "disconnect"), median_s=HANG_S, dies=False),
+    Strike("switch, says nothing", ALL, _wire("switch", "one_way_link"), median_s=HANG_S, dies=False),
+    Strike("amplifier, link cut", ALL, _wire("amplifier", "disconnect"), median_s=HANG_S, dies=False),
+    Strike("amplifier, says nothing", ALL, _wire("amplifier", "one_way_link"), median_s=HANG_S, dies=False),
+    Strike("card, power cut", ALL, _power_cut, median_s=HANG_S, dies=False),
+)  # fmt: skip
