@@ -1,5 +1,6 @@
 """REST over the owner of the hardware and the analysis.
 
+AnalysisKeeper: Takes up analyses that wait.
 Context: What every route needs.
 EventTail: Follows the journal of events for all listeners.
 Metrics: Numbers for Prometheus.
@@ -12,6 +13,7 @@ create_api: The application over the owner of the hardware and the data folder.
 create_stop_api: An application that can do nothing but stop, by the same rules.
 """
 
+from .analysis_keeper import AnalysisKeeper
 from .context import Context
 from .event_tail import EventTail
 from .metrics import Metrics
@@ -22,6 +24,7 @@ from .server import create_api, create_stop_api
 from .trend_keeper import TrendKeeper
 
 __all__ = [
+    "AnalysisKeeper",
     "Context",
     "EventTail",
     "Metrics",

@@ -18,6 +18,7 @@ record_of: What is kept of a job, as it is now.
 DAEMON_ENDED: The warning of a job that no person has cancelled.
 AnyJob: A job of whatever kind.
 Job: One piece of work.
+Work: What a job does.
 put_in_order: Jobs that wait, in another order.
 edit_series: Another request for a series that has not begun.
 resume_series: The missing shots of a series that was cut off.
@@ -41,11 +42,11 @@ AcquisitionJob: The job of a series of shots.
 from .analysis_jobs import AnalysisJobs
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
-from .engine import Engine, ShuttingDown
+from .engine import Engine
 from .happenings import Tell, quiet
 from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
-from .jobs import DAEMON_ENDED, AnyJob, Job
+from .jobs import DAEMON_ENDED, AnyJob, Job, ShuttingDown, Work
 from .latency import reduce_latency
 from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
@@ -86,6 +87,7 @@ __all__ = [
     "Tell",
     "TunedPresets",
     "UnknownId",
+    "Work",
     "edit_series",
     "open_catalogue",
     "plan_procedure",

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
+import structlog
+
+from drivers.errors import PlatformError
+from platform_daemon.schemas import JobState
 from platform_daemon.workers import Computer
 
-from .engine import ShuttingDown
 from .happenings import Tell, quiet
 from .job_records import JobRecords
 from .job_registry import ANALYSES, JobRegistry
-from .jobs import AnyJob, Job, RequestT, ResultT, Work
+from .jobs import AnyJob, Job, RequestT, ResultT, ShuttingDown, Work
+
+log = structlog.get_logger()
 
 
 class AnalysisJobs:
@@ -28,10 +35,32 @@ class AnalysisJobs:
         with self._lock:
             if self._closed:
                 raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
-            job = Job.of(work)
-            self._registry.add(job)
-            self._thread.submit(job.run, work)
-            return job
+            return self._queued(work)
+
+    def take_up(self, make: Callable[[Any], Work[Any, Any]]) -> None:
+        """Queue those that wait and that nobody has queued: of an earlier run, or put there by another process.
+
+        make: the work of a request; one that cannot be made any more is failed with the reason.
+        """
+        with self._lock:  # one that is asked for now is on the disk before it is known
+            found = self._registry.found_waiting()
+        for job in found:
+            try:
+                work = make(job.request)
+                with self._lock:
+                    if self._closed or job.state is not JobState.QUEUED:
+                        continue
+                    self._queued(work, job)
+                log.info("job_taken_up", job=job.identifier)
+            except PlatformError as error:
+                log.error("job_not_taken_up", job=job.identifier, error=str(error))
+                self._registry.end_left(job, JobState.FAILED, error)
+
+    def _queued(self, work: Work[RequestT, ResultT], again: AnyJob | None = None) -> Job[RequestT, ResultT]:
+        job = Job.of(work, again=again)
+        self._registry.add(job)
+        self._thread.submit(job.run, work)
+        return job
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""

@@ -37,7 +37,7 @@ from .hardware_thread import HardwareThread, run_job
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
-from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, Work
+from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
@@ -53,12 +53,6 @@ if TYPE_CHECKING:
 log = structlog.get_logger()
 
 
-class ShuttingDown(DeviceStateError):
-    """The daemon takes no work any more."""
-
-    title = "Shutting down"
-
-
 class Engine:
     """Runs acquisitions one after the other on one platform, and fits beside them.
 
@@ -67,8 +61,7 @@ class Engine:
     catalogue: what can be measured by name; online: computes on-line fits and plans; computing: what takes longer;
     tell: takes events.
 
-    On-line fits and procedures have a thread each, so that none holds up a shot nor the others.  Raises
-    SequenceRejected if the self-test leaves the limits.
+    On-line fits and procedures have a thread each.  Raises SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -121,12 +114,12 @@ class Engine:
         overwrite: bool = False,
         again: AnyJob | None = None,
         goes_on: bool = False,
+        identifier: str | None = None,
     ) -> AcquisitionJob:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
 
-        goes_on: in the recording that `again` has left.
-
-        Raises DeviceStateError if the transmit side is no longer the planned one, or `again` is gone on with already.
+        goes_on: in the recording that `again` has left; identifier: of its job.  Raises DeviceStateError if the
+        transmit side is no longer the planned one, or `again` is gone on with already.
         """
         with self._planning:
             if goes_on and again is not None and not self.job(again.kind, again.identifier).state.final:
@@ -134,10 +127,9 @@ class Engine:
             if plan.side is not self.side:
                 what = "the transmit calibration has changed since the plan was made"
                 raise DeviceStateError(what, remedy="plan anew")
-            before = again.identifier if again is not None and goes_on else None
-            own = OwnFile(target, folder, overwrite=overwrite)
-            destination = own if before is None else SameFile(folder / f"{before}.h5")
-            return self.submit(SeriesWork(self.series_bench, plan, destination), again=again)
+            same = SameFile(folder / f"{again.identifier}.h5") if again is not None and goes_on else None
+            destination = same or OwnFile(target, folder, overwrite=overwrite)
+            return self.submit(SeriesWork(self.series_bench, plan, destination), None, again, identifier)
 
     @property
     def queue(self) -> HardwareQueue:
@@ -152,23 +144,29 @@ class Engine:
         fits = self._online, self.online
         return SeriesBench(self.platform, self.config_text, *fits, self.live, in_shot, self_test, self._tell)
 
-    def calibrate(self, request: CalibrationRequest, folder: Path, again: AnyJob | None = None) -> CalibrationJob:
+    def calibrate(
+        self, request: CalibrationRequest, folder: Path, again: AnyJob | None = None, identifier: str | None = None
+    ) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
-            self_test = self._calibration_in_use.self_test
-            return self.submit(calibration_work(self.platform, request, self.side, folder, self_test), again=again)
+            work = calibration_work(self.platform, request, self.side, folder, self._calibration_in_use.self_test)
+            return self.submit(work, None, again, identifier)
 
     def submit(
-        self, work: Work[RequestT, ResultT], within: AnyJob | None = None, again: AnyJob | None = None
+        self,
+        work: Work[RequestT, ResultT],
+        within: AnyJob | None = None,
+        again: AnyJob | None = None,
+        identifier: str | None = None,
     ) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
 
-        within: the procedure that it is a step of; whatever stops one of them stops both; again: the job of an earlier
-        run that it takes the place of.  Raises ShuttingDown, InterlockError while a fault stands.
+        See `Job.of`; whatever stops the procedure stops its step.  Raises ShuttingDown, InterlockError while a fault
+        stands.
         """
         self._interlock.refuse()
         with self._planning:
-            job = Job.of(work, within, again)
+            job = Job.of(work, within, again, identifier)
             self._register(job, moving=True)
             self._hardware.put(job, work)
             return job
@@ -186,14 +184,16 @@ class Engine:
             self._calibration_in_use.activate(request, folder)
             return self._calibration_in_use.in_use()
 
-    def conduct(self, work: Work[RequestT, ResultT], again: AnyJob | None = None) -> Job[RequestT, ResultT]:
+    def conduct(
+        self, work: Work[RequestT, ResultT], again: AnyJob | None = None, identifier: str | None = None
+    ) -> Job[RequestT, ResultT]:
         """Run a procedure, which submits its steps itself, in a thread for procedures, after that before it.
 
         Raises ShuttingDown.
         """
         self._interlock.refuse()
         with self._planning:
-            job = Job.of(work, again=again)
+            job = Job.of(work, None, again, identifier)
             self._register(job, conducting=True)
             self._procedures.submit(run_job, job, work)
             return job

@@ -6,6 +6,7 @@ shots are.  One that waited for the hardware waits on; all others that waited ar
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -37,6 +38,15 @@ class JobRecords:
     def kept(self) -> bool:
         """Is anything kept?"""
         return self._folder is not None
+
+    def has(self, identifier: str) -> bool:
+        """Is there a record of that job?"""
+        return self._folder is not None and (self._folder / f"{identifier}.json").exists()
+
+    def names(self, kinds: frozenset[str]) -> set[str]:
+        """Ids of all jobs of these kinds that were saved."""
+        found = os.listdir(self._folder) if self._folder is not None else []
+        return {n.removesuffix(".json") for n in found if n.endswith(".json") and n.partition("-")[0] in kinds}
 
     def one(self, identifier: str) -> AnyJob:
         """A job that was saved.  Raises OSError, ValueError."""

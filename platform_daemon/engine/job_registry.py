@@ -39,9 +39,11 @@ class JobRegistry:
         self._journal, self._tell = journal, tell
         self._told: dict[str, JobState] = {}  # of jobs that have not ended
         self._lock = threading.Lock()
-        found = journal.load(kinds, ON_HARDWARE, lambda job: tell(job_event(job)))
+        self._kinds = kinds
+        found = journal.load(kinds, kinds, lambda job: tell(job_event(job)))
         self._jobs = {job.identifier: job for job in found}  # those that have not ended, and those that were used last
         self._ids = dict.fromkeys(self._jobs)
+        self._left = [job for job in found if not job.state.final]  # which nobody has queued
         self._ended = {job.identifier: _fits(job) for job in found if job.state.final}  # fits in them
         self._forget_oldest()
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
@@ -70,6 +72,19 @@ class JobRegistry:
         known = {id(job) for job in self.stoppable()}
         left = [job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known]
         return sorted(left, key=lambda job: (job.place is None, job.place or 0))  # the others came later
+
+    def found_waiting(self) -> list[AnyJob]:
+        """Jobs on disk that wait and that nobody has queued, oldest first, those that came after the start too."""
+        for identifier in sorted(self._journal.names(self._kinds) - self._ids.keys()):
+            self._ids[identifier] = None  # an unreadable one is said once
+            job = self._read(identifier)
+            if job is not None:
+                self._jobs[identifier] = job
+                self._left.append(job)
+        found, self._left = [job for job in self._left if job.state is JobState.QUEUED], []
+        for job in found:
+            job.on_change = self._keep
+        return found
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""

@@ -12,7 +12,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import structlog
 
 from drivers.clock import Clock, SystemClock
-from drivers.errors import PlatformError
+from drivers.errors import DeviceStateError, PlatformError
 from platform_daemon.schemas import JobState, Progress
 
 from .shot_log import ShotLog
@@ -27,6 +27,12 @@ DAEMON_ENDED = "stopped because the daemon was told to end"
 
 class Cancelled(Exception):
     """Somebody asked the job to stop, and it did at a safe point."""
+
+
+class ShuttingDown(DeviceStateError):
+    """The daemon takes no work any more."""
+
+    title = "Shutting down"
 
 
 RequestT = TypeVar("RequestT")
@@ -110,14 +116,18 @@ class Job(Generic[RequestT, ResultT]):
 
     @classmethod
     def of(
-        cls, work: Work[RequestT, ResultT], within: AnyJob | None = None, again: AnyJob | None = None
+        cls,
+        work: Work[RequestT, ResultT],
+        within: AnyJob | None = None,
+        again: AnyJob | None = None,
+        identifier: str | None = None,
     ) -> Job[RequestT, ResultT]:
         """The job that will do this work.
 
         within: the procedure that it is a step of, None: of none; again: the job of an earlier run, whose id and time
-        it has.
+        it has; identifier: that it will have, None: a new one.
         """
-        job = cls(work.kind, work.request, work.no_result, work.total, work.unit)
+        job = cls(work.kind, work.request, work.no_result, work.total, work.unit, identifier=identifier or "")
         if again is not None:
             job.identifier, job.created = again.identifier, again.created
             job.result, job.done, job.place = again.result, again.done, again.place

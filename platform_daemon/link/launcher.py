@@ -1,25 +1,32 @@
-"""Scheduled works, started on the owner of the hardware like those that somebody asks for."""
+"""Scheduled works, started by the owner of the hardware like those that somebody asks for."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from secrets import token_hex
 
 from drivers.errors import InputError
-from platform_daemon.engine import DAEMON_ENDED
+from platform_daemon.engine import DAEMON_ENDED, JobRecords
 from platform_daemon.schedules import JobOutcome, Launcher
 from platform_daemon.schemas import AnyWorkRequest, JobState
 
-from .hardware import Hardware
+from .jobs import ShownJob
+from .owner import OwnedHardware
+from .scheduled_analyses import ScheduledAnalyses
 
 
 class HardwareLauncher(Launcher):
-    """See Launcher.  hardware: who answers now; raises DeviceError while nobody does."""
+    """See Launcher.  hardware: who owns it now, raises DeviceError while nobody does; records: of all jobs; recordings:
+    their folder."""
 
-    def __init__(self, hardware: Callable[[], Hardware]) -> None:
-        self._hardware = hardware
+    def __init__(self, hardware: Callable[[], OwnedHardware], records: JobRecords, recordings: Path) -> None:
+        self._hardware, self._records = hardware, records
+        self._analyses = ScheduledAnalyses(records, recordings)
 
     def planned_s(self, work: AnyWorkRequest) -> float | None:
-        """See Launcher; of a calibration nobody knows."""
+        """See Launcher; of a calibration and of what is stored nobody knows."""
         if work.kind == "acquisition":
             return self._hardware().dry_run(work.request).duration_s
         if work.kind == "procedure":
@@ -31,27 +38,41 @@ class HardwareLauncher(Launcher):
         status = self._hardware().status()
         return status.running is not None or bool(status.queued)
 
-    def launch(self, work: AnyWorkRequest) -> str:
+    def new_id(self, work: AnyWorkRequest) -> str:
         """See Launcher."""
-        hardware = self._hardware()
-        if work.kind == "acquisition":
-            return hardware.acquire(work.request).identifier
-        if work.kind == "procedure":
-            return hardware.conduct(work.request).identifier
-        return hardware.calibrate(work.request).identifier
+        return f"{work.kind}-{datetime.now(UTC):%Y%m%dT%H%M%S}-{token_hex(3)}"
+
+    def launch(self, work: AnyWorkRequest, job: str) -> None:
+        """See Launcher."""
+        if work.kind == "fit" or work.kind == "diagnosis":
+            self._analyses.queue(work, job)
+        elif work.kind == "acquisition":
+            self._hardware().acquire(work.request, identifier=job)
+        elif work.kind == "procedure":
+            self._hardware().conduct(work.request, identifier=job)
+        else:
+            self._hardware().calibrate(work.request, identifier=job)
 
     def outcome(self, job: str) -> JobOutcome:
         """See Launcher."""
+        if not self._records.has(job):
+            return JobOutcome("unknown")
+        kind = job.partition("-")[0]
         try:
-            found = self._hardware().job(job.partition("-")[0], job)
+            analysis = kind in ScheduledAnalyses.KINDS
+            found = self._analyses.shown(job) if analysis else self._hardware().job(kind, job)
         except InputError as error:
             return JobOutcome("failed", str(error))
-        if not found.state.final:
-            return JobOutcome("running")
-        recording = getattr(found.result, "recording", None)
-        if found.state is JobState.CANCELLED:
-            if DAEMON_ENDED in found.record.warnings:
-                return JobOutcome("failed", DAEMON_ENDED, recording)
-            return JobOutcome("cancelled", recording=recording)
-        reason = None if found.error is None else str(found.error)
-        return JobOutcome("failed" if found.state is JobState.FAILED else "done", reason, recording)
+        return _outcome(found)
+
+
+def _outcome(found: ShownJob) -> JobOutcome:
+    if not found.state.final:
+        return JobOutcome("running")
+    recording = getattr(found.result, "recording", None)
+    if found.state is JobState.CANCELLED:
+        if DAEMON_ENDED in found.record.warnings:
+            return JobOutcome("failed", DAEMON_ENDED, recording)
+        return JobOutcome("cancelled", recording=recording)
+    reason = None if found.error is None else str(found.error)
+    return JobOutcome("failed" if found.state is JobState.FAILED else "done", reason, recording)

@@ -101,12 +101,12 @@ class OwnedHardware(LocalJobs):
             take_up_queue(self._engine, self, forget=False)
         return FaultCleared(fault=fault, by=request.by)
 
-    def acquire(self, request: AcquisitionRequest) -> ShownJob:
-        """See Hardware."""
+    def acquire(self, request: AcquisitionRequest, *, identifier: str | None = None) -> ShownJob:
+        """See Hardware.  identifier: that the job will have, None: a new one."""
         self._only_named(request.resonator)
         plan = self._engine.plan(request)
         check_room(self._folders.recordings, plan.disk_bytes)
-        return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings))
+        return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings, identifier=identifier))
 
     def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
         """See Hardware."""
@@ -119,11 +119,11 @@ class OwnedHardware(LocalJobs):
         check_room(self._folders.recordings, plan.disk_bytes)
         return plan.summary()
 
-    def conduct(self, request: AnyProcedureRequest) -> ShownJob:
-        """See Hardware."""
+    def conduct(self, request: AnyProcedureRequest, *, identifier: str | None = None) -> ShownJob:
+        """See Hardware.  identifier: that the job will have, None: a new one."""
         work = self._planned(request)
         check_room(self._folders.recordings, work.summary().disk_bytes)
-        return ShownJob.of(self._engine.conduct(work))
+        return ShownJob.of(self._engine.conduct(work, identifier=identifier))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
@@ -154,9 +154,9 @@ class OwnedHardware(LocalJobs):
         put_in_order(self._engine, identifiers)
         return self.status()
 
-    def calibrate(self, request: CalibrationRequest) -> ShownJob:
-        """See Hardware."""
-        return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations))
+    def calibrate(self, request: CalibrationRequest, *, identifier: str | None = None) -> ShownJob:
+        """See Hardware.  identifier: that the job will have, None: a new one."""
+        return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations, identifier=identifier))
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""

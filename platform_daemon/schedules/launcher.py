@@ -10,9 +10,9 @@ from platform_daemon.schemas import AnyWorkRequest
 
 @dataclass(frozen=True)
 class JobOutcome:
-    """Where a job is; reason: why it failed; recording: id of what it recorded."""
+    """Where a job is; unknown: it was never made; reason: why it failed; recording: id of what it recorded."""
 
-    state: Literal["running", "done", "failed", "cancelled"]
+    state: Literal["running", "done", "failed", "cancelled", "unknown"]
     reason: str | None = None
     recording: str | None = None
 
@@ -24,10 +24,13 @@ class Launcher(Protocol):
         """How long it takes by its plan, s; None: nobody knows.  Raises InputError: it could not be done."""
 
     def busy(self) -> bool:
-        """Does something run or wait?"""
+        """Does something run on the platform, or wait for it?"""
 
-    def launch(self, work: AnyWorkRequest) -> str:
-        """Queue it; the id of its job.  Raises PlatformError: nothing was queued."""
+    def new_id(self, work: AnyWorkRequest) -> str:
+        """An id for its job, which no other job has."""
+
+    def launch(self, work: AnyWorkRequest, job: str) -> None:
+        """Queue it under that id.  Raises PlatformError: nothing was queued."""
 
     def outcome(self, job: str) -> JobOutcome:
         """Where the job is.  Raises DeviceError while the owner cannot say."""

@@ -146,17 +146,13 @@ class Ledger:
             update = "UPDATE rows SET state = ?, reason = ? WHERE number = ? AND state = 'due'"
             self._sql.executemany(update, [(state, reason, number) for number, state, reason in ends])
 
-    def claim(self, row: Row, now: float) -> bool:
-        """Durable before anything moves; False: it was claimed already."""
+    def claim(self, row: Row, now: float, job: str) -> bool:
+        """It will become that job.  Durable before anything moves; False: it was claimed already."""
         late = max(0.0, now - row.begins)
         with self._change():
-            update = "UPDATE rows SET state = 'started', started = ?, late_s = ? WHERE number = ? AND state = 'due'"
-            return self._sql.execute(update, (now, late, row.number)).rowcount == 1
-
-    def joined(self, row: Row, job: str) -> None:
-        """The job that a claimed row has become."""
-        with self._change():
-            self._sql.execute("UPDATE rows SET job = ? WHERE number = ?", (job, row.number))
+            values = "state = 'started', started = ?, late_s = ?, job = ?"
+            update = f"UPDATE rows SET {values} WHERE number = ? AND state = 'due'"
+            return self._sql.execute(update, (now, late, job, row.number)).rowcount == 1
 
     def end(self, row: Row, state: str, now: float, reason: str | None, recording: str | None, off: str | None) -> None:
         """A started row has ended; with it the count of failures, and off: why its schedule is switched off."""

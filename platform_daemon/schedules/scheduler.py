@@ -13,7 +13,7 @@ from drivers.errors import InputError, PlatformError
 from platform_daemon.schemas import ScheduleEvent
 
 from .calendar import Calendar, jitter_s
-from .launcher import Launcher
+from .launcher import JobOutcome, Launcher
 from .ledger import Kept, Ledger, Row
 
 log = structlog.get_logger()
@@ -22,7 +22,9 @@ ON_TIME_S = 5.0
 """A start is called late from then on, s after its instant and jitter."""
 AT_ONCE = 5000
 """Instants of a schedule that one step writes down; the others follow with the next steps."""
-_CUT_OFF = "the daemon ended while it was started; it is not started twice"
+_CUT_OFF = "the daemon ended before its job was made"
+LEAVE_THE_PLATFORM = frozenset({"fit", "diagnosis"})
+"""Kinds of work that wait for each other only."""
 
 
 def quiet(event: ScheduleEvent) -> None:
@@ -30,19 +32,15 @@ def quiet(event: ScheduleEvent) -> None:
 
 
 class Scheduler:
-    """Steps over a ledger.  Rows that an earlier run claimed without a job are ended first.  Raises StorageError.
+    """Steps over a ledger.  tell: takes an event for every row that has changed.
 
-    tell: takes an event for every row that has changed.
+    A row is claimed together with the id of its job, before that job is made: after a death in between the job is
+    unknown, and made then if it still may begin.
     """
 
-    def __init__(self, ledger: Ledger, launcher: Launcher, now: float, tell: Tell = quiet) -> None:
+    def __init__(self, ledger: Ledger, launcher: Launcher, tell: Tell = quiet) -> None:
         self._ledger, self._launcher, self._tell = ledger, launcher, tell
         self._coming: dict[str, tuple[float, Iterator[float], float | None]] = {}
-        self._not_joined: dict[int, str] = {}  # jobs of rows that the disk would not take
-        schedules = {kept.identifier: kept for kept in ledger.schedules(removed=True)}
-        for row in ledger.open_rows():
-            if row.state == "started" and row.job is None:
-                self._failed(row, schedules[row.schedule], now, _CUT_OFF)
 
     def step(self, now: float) -> bool:
         """Do what is to be done at `now`, s since 1970; is there more to do at once?  Raises StorageError."""
@@ -56,7 +54,8 @@ class Scheduler:
             return True  # none is judged before all are known
         schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
         self._sort_out(schedules, now)
-        return self._start_one(schedules, now)
+        started = [self._start_one(schedules, now, beside=beside) for beside in (False, True)]
+        return any(started)
 
     def next_due(self, kept: Kept) -> float | None:
         """The first instant that is not in the ledger yet; None: there is none."""
@@ -114,39 +113,40 @@ class Scheduler:
             for row, state, reason in ends:
                 self._tell(_event(row, state, reason))
 
-    def _start_one(self, schedules: dict[str, Kept], now: float) -> bool:
-        rows = [r for r in self._ledger.open_rows() if r.schedule in schedules]
+    def _start_one(self, schedules: dict[str, Kept], now: float, *, beside: bool) -> bool:
+        """Of those that need the platform, or (beside) of the others; may another one be started at once?"""
+        works = {key: kept for key, kept in schedules.items() if _beside(kept) is beside}
+        rows = [r for r in self._ledger.open_rows() if r.schedule in works]
         ready = [r for r in rows if r.state == "due" and r.begins <= now <= r.deadline]
-        if not ready or any(r.state == "started" for r in rows) or self._launcher.busy():
+        if not ready or any(r.state == "started" for r in rows) or (not beside and self._launcher.busy()):
             return False
-        row = min(ready, key=lambda r: (-schedules[r.schedule].request.priority, r.begins, r.number))
-        kept = schedules[row.schedule]
-        if not self._ledger.claim(row, now):
+        row = min(ready, key=lambda r: (-works[r.schedule].request.priority, r.begins, r.number))
+        kept = works[row.schedule]
+        job = self._launcher.new_id(kept.request.work)
+        if not self._ledger.claim(row, now, job):
             return True
+        return not self._launched(replace(row, job=job), kept, now)
+
+    def _launched(self, row: Row, kept: Kept, now: float) -> bool:
+        assert row.job is not None
         try:
-            job = self._launcher.launch(kept.request.work)
+            self._launcher.launch(kept.request.work, row.job)
         except PlatformError as error:
             log.error("scheduled_start_failed", schedule=kept.identifier, error=str(error))
             off = str(error) if isinstance(error, InputError) else None  # it would fail for ever
             self._failed(row, kept, now, str(error), off)
-            return True
-        self._not_joined[row.number] = job
-        self._ledger.joined(row, job)
-        del self._not_joined[row.number]
-        self._tell(_event(replace(row, job=job), "started", row.reason))
-        return False
+            return False
+        self._tell(_event(row, "started", row.reason))
+        return True
 
     def _follow(self, row: Row, kept: Kept, now: float) -> None:
-        job = row.job
-        if job is None:
-            job = self._not_joined.get(row.number)
-            if job is None:
-                self._failed(row, kept, now, "the disk refused to keep how its start ended")
-                return
-            self._ledger.joined(row, job)
-            del self._not_joined[row.number]
-        found = self._launcher.outcome(job)
-        if found.state == "done":
+        found = JobOutcome("unknown") if row.job is None else self._launcher.outcome(row.job)
+        if found.state == "unknown":
+            if row.job is not None and (row.asked or kept.off is None) and now <= row.deadline:
+                self._launched(row, kept, now)
+            else:
+                self._failed(row, kept, now, _CUT_OFF)
+        elif found.state == "done":
             late = (row.late_s or 0.0) > ON_TIME_S
             reason = "something else held the platform, or the daemon was away" if late else row.reason
             state = "late" if late else "run"
@@ -166,6 +166,10 @@ class Scheduler:
         self._tell(_event(row, "failed", why))
         if off is not None:
             log.error("schedule_switched_off", schedule=row.schedule, reason=off)
+
+
+def _beside(kept: Kept) -> bool:
+    return kept.request.work.kind in LEAVE_THE_PLATFORM
 
 
 def _why(kept: Kept, now: float) -> str:

@@ -19,7 +19,7 @@ from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleReq
 from .calendar import Calendar
 from .launcher import Launcher
 from .ledger import Kept, Ledger, Row
-from .scheduler import Scheduler, Tell, quiet
+from .scheduler import LEAVE_THE_PLATFORM, Scheduler, Tell, quiet
 
 log = structlog.get_logger()
 _STEP_S = 1.0
@@ -41,7 +41,7 @@ class Schedules:
     ) -> None:
         self._launcher, self._clock = launcher, clock
         self._ledger = Ledger(path)
-        self._scheduler = Scheduler(self._ledger, launcher, clock(), tell)
+        self._scheduler = Scheduler(self._ledger, launcher, tell)
         self._lock = threading.Lock()
         self._ended = threading.Event()
         self._thread: threading.Thread | None = None
@@ -130,8 +130,8 @@ class Schedules:
     def run(self, identifier: str) -> LedgerRow:
         """Start it once, now.  Raises InputError, DeviceStateError: the platform is busy."""
         with self._lock:
-            self._kept(identifier)
-            if self._launcher.busy():
+            beside = self._kept(identifier).request.work.kind in LEAVE_THE_PLATFORM
+            if not beside and self._launcher.busy():
                 remedy = "wait until it has ended"
                 raise DeviceStateError("the platform is busy", where=identifier, remedy=remedy)
             number = self._ledger.ask(identifier, self._clock(), self._clock() + _BY_HAND_S)

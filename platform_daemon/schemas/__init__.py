@@ -215,6 +215,8 @@ SelfTestOptions: The self-test before a series, table `[self_test]` of a platfor
 SequencePatch: The keys of a sequence that differ from the resonator's preset.
 SequencePreset: One shot and how often it is repeated (paper, tab:measurement_parameter).
 AnyWorkRequest: A work that a schedule can start.
+DiagnosisWorkRequest: A diagnosis of the newest recordings of a specimen.
+FitWorkRequest: A fit of the newest recording of a specimen.
 LedgerPage: Some rows of the ledger of a schedule.
 LedgerRow: What became of one due instant.
 Schedule: A schedule as it is.

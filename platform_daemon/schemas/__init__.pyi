@@ -210,6 +210,8 @@ from .requests import SelfTestOptions as SelfTestOptions
 from .requests import SequencePatch as SequencePatch
 from .requests import SequencePreset as SequencePreset
 from .schedules import AnyWorkRequest as AnyWorkRequest
+from .schedules import DiagnosisWorkRequest as DiagnosisWorkRequest
+from .schedules import FitWorkRequest as FitWorkRequest
 from .schedules import LedgerPage as LedgerPage
 from .schedules import LedgerRow as LedgerRow
 from .schedules import Schedule as Schedule

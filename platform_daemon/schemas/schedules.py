@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
-from .base import Request, Root, Schema, example
+from .analysis_requests import Terms
+from .base import Request, Root, Schema, Window, example
 from .procedures import AnyProcedureRequest
-from .requests import AcquisitionRequest, CalibrationRequest
+from .requests import AcquisitionRequest, CalibrationRequest, ModelName
 
 SchedulePolicy = TypeAliasType("SchedulePolicy", Literal["coalesce", "skip", "run_all"])
 """What becomes of starts that could not begin in time: only the newest, none beside one that runs, or each in turn."""
@@ -59,8 +60,39 @@ class CalibrationWorkRequest(Request):
     """As `POST /calibrations` takes it."""
 
 
+class FitWorkRequest(Request):
+    """A fit of the recording of a specimen that is the newest when it is due.  The platform is not needed for it."""
+
+    kind: Literal["fit"]
+    """Kind of the job."""
+    specimen: Annotated[str, Field(min_length=1, max_length=200)]
+    """Name of the sample, or of the resonator if none was given."""
+    variant: ModelName | None = None
+    """Model: thread, jewel or another declared one, or an adopted one; null: what the recording says."""
+    terms: Terms = Field(default=[])
+    """Further torque terms, as quadratic_drag."""
+    window: Window = "d30"
+    """Evaluation window: n50, d30, or seconds."""
+
+
+class DiagnosisWorkRequest(Request):
+    """A diagnosis of the recordings of a specimen that are the newest when it is due.  The platform is not needed."""
+
+    kind: Literal["diagnosis"]
+    """Kind of the job."""
+    specimen: Annotated[str, Field(min_length=1, max_length=200)]
+    """Name of the sample, or of the resonator if none was given."""
+    newest: Annotated[int, Field(ge=1, le=200)] = 1
+    """So many recordings are diagnosed together."""
+    variant: ModelName | None = None
+    """The declared model; null: what the recordings say."""
+    base: ModelName | None = None
+    """A declared or adopted model to start from in its place."""
+
+
 AnyWorkRequest = Annotated[
-    SeriesWorkRequest | ProcedureWorkRequest | CalibrationWorkRequest, Field(discriminator="kind")
+    SeriesWorkRequest | ProcedureWorkRequest | CalibrationWorkRequest | FitWorkRequest | DiagnosisWorkRequest,
+    Field(discriminator="kind"),
 ]
 
 

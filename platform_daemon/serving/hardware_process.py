@@ -12,7 +12,7 @@ from drivers.errors import DeviceError, DeviceLost
 from platform_daemon.analysis import Library
 from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.engine import Engine, JobRecords, open_catalogue
-from platform_daemon.link import Folders, Hardware, HardwareLauncher, LinkServer, OwnedHardware, take_up_queue
+from platform_daemon.link import Folders, HardwareLauncher, LinkServer, OwnedHardware, take_up_queue
 from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
 from platform_daemon.store import DataFolder, EventJournal, StorageError, open_data_folder
@@ -45,7 +45,8 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
 
     opening = Opening(start, folder, forget=options.forget_queue)
     server = None
-    schedules = _schedules(options, opening, events)
+    launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
+    schedules = _schedules(options, launcher, events)
     try:
         opening.open()
         if schedules is not None:
@@ -67,10 +68,10 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
         events.close()
 
 
-def _schedules(options: ServeOptions, opening: Opening, events: EventJournal) -> Schedules | None:
+def _schedules(options: ServeOptions, launcher: HardwareLauncher, events: EventJournal) -> Schedules | None:
     """None: the ledger is damaged, which is logged; all that is asked for by hand goes on."""
     try:
-        return Schedules(options.data / "schedules.db", HardwareLauncher(opening.hardware), tell=events.tell)
+        return Schedules(options.data / "schedules.db", launcher, tell=events.tell)
     except StorageError as error:
         log.error("schedules_refused", error=str(error))
         return None
@@ -86,7 +87,7 @@ class Opening:
         self._start, self._forget = start, forget
         self._folders = Folders(folder.recordings, folder.procedures, folder.characterisations, folder.calibrations)
         self._engine: Engine | None = None
-        self._hardware: Hardware | None = None
+        self._hardware: OwnedHardware | None = None
         self._error: DeviceError = DeviceLost("the devices are being opened", remedy="ask again in some seconds")
         self._tried_s = -_AGAIN_S
         self._lock = threading.Lock()
@@ -110,7 +111,7 @@ class Opening:
                 self._error = error
             self._tried_s = time.monotonic()
 
-    def hardware(self) -> Hardware:
+    def hardware(self) -> OwnedHardware:
         """Who answers now.  Raises DeviceError while devices cannot be opened."""
         if self._hardware is None and not self._lock.locked() and time.monotonic() - self._tried_s >= _AGAIN_S:
             self.open()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 
 from platform_daemon.alarms import Caller
-from platform_daemon.api import certificate_of, create_api, create_stop_api, rules, served
+from platform_daemon.api import AnalysisKeeper, certificate_of, create_api, create_stop_api, rules, served
 from platform_daemon.app import create_context
 from platform_daemon.engine import open_catalogue
 from platform_daemon.link import RemoteHardware
@@ -51,9 +51,11 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
         served(create_stop_api(context, network), stop, limits, certificate),
         served(create_api(context, network), main, limits, certificate) as server,
     ):
+        keeper = AnalysisKeeper(context)
         try:
             life.say(READY)
             server.wait()
         finally:
+            keeper.close()
             context.close()
             events.close()

@@ -33,6 +33,7 @@ IndexedRecording: What the index holds of a recording.
 IndexedShot: A shot with a good fit.
 IndexUpdate: What was looked at.
 RecordingIndex: The index of the recordings.
+open_index: That of a folder.
 recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
 stored_frame: Where a frame of a recording is, or of a series that runs.
@@ -80,7 +81,7 @@ from .leftovers import kept_series
 from .reader import open_recording, read_calibration
 from .recorded_fits import read_fit
 from .recording import RESONATOR, Excitation, FrameInfo, Recording, SequenceInfo, StepLabel
-from .recording_index import IndexedRecording, IndexedShot, IndexUpdate, RecordingIndex, Wanted
+from .recording_index import IndexedRecording, IndexedShot, IndexUpdate, RecordingIndex, Wanted, open_index
 from .recovery import recover_all
 from .room import check_room
 from .running import describe_running, stored_frame
@@ -132,6 +133,7 @@ __all__ = [
     "kept_series",
     "list_recordings",
     "open_data_folder",
+    "open_index",
     "open_recording",
     "read_angles",
     "read_calibration",

@@ -21,6 +21,8 @@ from drivers.errors import RecordingError
 from .errors import StorageError
 from .index import recording_files
 
+INDEX = ".index.db"
+"""In the folder of the recordings: a name that no recording has."""
 log = structlog.get_logger()
 _APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 1, 10.0  # "MMRI"
 _TABLES = """
@@ -92,6 +94,11 @@ class Wanted:
 
 Look = Callable[[Path], IndexedRecording | None]
 """What the index holds of a file; None: nothing, it is not one of ours.  Raises RecordingError."""
+
+
+def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
+    """The index of a folder, made if missing, not brought up to date; anew: empty.  Raises StorageError."""
+    return RecordingIndex(folder / INDEX, folder, anew=anew)
 
 
 class RecordingIndex:

@@ -4,8 +4,9 @@ import threading
 
 import pytest
 
-from platform_daemon.engine import AnalysisJobs, ShuttingDown
-from platform_daemon.schemas import JobState
+from drivers.errors import InputError
+from platform_daemon.engine import AnalysisJobs, Job, JobRecords, ShuttingDown
+from platform_daemon.schemas import JobState, NoResult, RecordingFitRequest
 from platform_daemon.workers import InThisProcess
 from tests.kit.walks import TIMEOUT_S, Walk, ended
 
@@ -29,3 +30,47 @@ def test_closed_they_take_no_work(analyses):
     analyses.close()
     with pytest.raises(ShuttingDown, match="shutting down"):
         analyses.analyse(Walk())
+
+
+def test_what_another_process_has_put_there_and_what_was_left_is_taken_up_once(tmp_path):
+    made = []
+
+    def make(request):
+        if request.recording == "gone":
+            raise InputError("no such recording", where="recording")
+        made.append(request.recording)
+        return Walk()
+
+    def put(name, recording):
+        job = Job("fit", RecordingFitRequest(recording=recording), NoResult(), 1, "frames", identifier=name)
+        JobRecords(tmp_path).save(job)
+
+    put("fit-1", "left")
+    analyses = AnalysisJobs(InThisProcess(), JobRecords(tmp_path))
+    try:
+        put("fit-2", "later")
+        put("fit-3", "gone")
+        (tmp_path / "fit-4.json").write_text("half")
+        for _ in range(3):
+            analyses.take_up(make)
+        assert sorted(made) == ["later", "left"]
+        assert ended(analyses.job("fit", "fit-3")).state is JobState.FAILED
+        assert "no such recording" in str(analyses.job("fit", "fit-3").error)
+    finally:
+        analyses.close()
+
+
+def test_one_that_was_cancelled_while_it_waited_is_not_begun(tmp_path):
+    job = Job("fit", RecordingFitRequest(recording="a"), NoResult(), 1, "frames", identifier="fit-1")
+    JobRecords(tmp_path).save(job)
+    analyses = AnalysisJobs(InThisProcess(), JobRecords(tmp_path))
+
+    def make(request):
+        analyses.job("fit", "fit-1").request_cancel()
+        return Walk()
+
+    try:
+        analyses.take_up(make)
+        assert JobRecords(tmp_path).one("fit-1").state is JobState.CANCELLED
+    finally:
+        analyses.close()

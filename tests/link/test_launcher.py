@@ -6,6 +6,7 @@ import time
 import pytest
 
 from drivers.errors import InputError
+from platform_daemon.engine import JobRecords
 from platform_daemon.link import HardwareLauncher
 from platform_daemon.schedules import Schedules
 from platform_daemon.schemas import ScheduleRequest
@@ -19,7 +20,10 @@ def asked(resonator="jewel"):
 
 @pytest.fixture
 def schedules(linked, tmp_path):
-    made = Schedules(tmp_path / "schedules.db", HardwareLauncher(lambda: linked.owned))
+    made = Schedules(
+        tmp_path / "schedules.db",
+        HardwareLauncher(lambda: linked.owned, JobRecords(linked.data.jobs), linked.data.recordings),
+    )
     yield made
     made.close()
 

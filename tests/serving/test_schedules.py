@@ -152,3 +152,33 @@ def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_pa
         assert "restore it" in told.json()["remedy"]
         assert daemon.post("/acquisitions", SHORT_JEWEL).status_code == 202
     assert ledger.stat().st_size == 3000
+
+
+def specimen_of(daemon):
+    at = daemon.post("/acquisitions", SHORT_JEWEL).headers["location"]
+    wait_for(lambda: daemon.get(at).json()["state"] == "done")
+    wait_for(lambda: daemon.get("/specimens").json())
+    return daemon.get("/specimens").json()[0]["specimen"]
+
+
+@pytest.mark.parametrize(("kind", "page"), [("fit", "fits"), ("diagnosis", "diagnoses")])
+def test_what_is_stored_is_analysed_by_the_calendar(daemon, kind, page):
+    work = {"kind": kind, "specimen": specimen_of(daemon)}
+    at = daemon.post("/schedules", {"name": kind, "trigger": {"at": ["2099-01-01T00:00"]}, "work": work}).json()
+    started = daemon.post(f"/schedules/{at['identifier']}/run", {})
+    assert started.status_code == 202, started.text
+    wait_for(lambda: rows(daemon, at["identifier"])[0]["state"] not in ("due", "started"))
+    row = rows(daemon, at["identifier"])[0]
+    assert (row["state"], row["job"].partition("-")[0]) == ("run", kind)
+    found = daemon.get(f"/{page}/{row['job']}").json()
+    assert found["state"] == "done"
+    assert found["result"]
+
+
+def test_a_specimen_that_nobody_has_measured_switches_its_schedule_off_with_the_reason(daemon):
+    work = {"kind": "diagnosis", "specimen": "nobody's"}
+    made = daemon.post("/schedules", {"name": "x", "trigger": {"at": ["2099-01-01T00:00"]}, "work": work}).json()
+    daemon.post(f"/schedules/{made['identifier']}/run", {})
+    wait_for(lambda: rows(daemon, made["identifier"])[0]["state"] == "failed")
+    assert "no recording is of" in rows(daemon, made["identifier"])[0]["reason"]
+    assert daemon.get(f"/schedules/{made['identifier']}").json()["active"] is False

@@ -9,19 +9,11 @@ from pathlib import Path
 
 from drivers.errors import InputError
 from platform_daemon.schemas import TrendReport
-from platform_daemon.store import IndexUpdate, RecordingIndex, Wanted
+from platform_daemon.store import IndexUpdate, RecordingIndex, Wanted, open_index
 
 from .baseline import baseline_of, in_utc
 from .look import look_at_recording
 from .trend import POINTS_TO_FALSE_ALARM, specimen_trend
-
-INDEX = ".index.db"
-"""In the folder of the recordings: a name that no recording has."""
-
-
-def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
-    """The index of a folder, made if missing, not brought up to date; anew: empty.  Raises StorageError."""
-    return RecordingIndex(folder / INDEX, folder, anew=anew)
 
 
 def update_index(

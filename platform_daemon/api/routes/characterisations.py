@@ -5,17 +5,14 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
-from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
-from platform_daemon.analysis import FitSettings, characterisation_task, resolve
-from platform_daemon.engine import CharacterisationFiles, CharacterisationWork
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import CharacterisationJob, CharacterisationJobs, CharacterisationRequest
-from platform_daemon.store import resolve as path_of
 
 from ..context import JobId, Shared
 from ..job_routes import JobKind, page_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
+from ..stored_work import characterisation_work
 
 router = APIRouter(prefix="/characterisations", tags=["characterisations"], route_class=GuardedRoute)
 
@@ -41,12 +38,7 @@ def start_characterisation(body: CharacterisationRequest, response: Response, co
 
     `result` is the same object that `platform-daemon characterise --json` writes.
     """
-    frames = None if body.frames is None else tuple(body.frames)
-    settings = FitSettings(resolve(body.variant, context.models), terms=tuple(body.terms), frames=frames)
-    path = path_of(context.recordings, body.recording)
-    task = characterisation_task(path, settings, body.held_in_n50 or None, body.alpha)
-    files = CharacterisationFiles(reports.characterisation_html, context.characterisations)
-    work = CharacterisationWork(body, task, files, context.analyses.computer)
+    work = characterisation_work(body, context)
     return CHARACTERISATIONS.accepted(ShownJob.of(context.analyses.analyse(work)), response)
 
 

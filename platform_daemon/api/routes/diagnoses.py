@@ -5,9 +5,7 @@ from __future__ import annotations
 from fastapi import APIRouter, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
-from platform_daemon import analysis, reports  # not their parts, which load half of scipy and matplotlib
-from platform_daemon.analysis import ModelChoice, resolve
-from platform_daemon.engine import DiagnosisTask, DiagnosisWork
+from platform_daemon import analysis
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import (
     AdoptedModelRecord,
@@ -17,12 +15,12 @@ from platform_daemon.schemas import (
     DiagnosisReport,
     DiagnosisRequest,
 )
-from platform_daemon.store import resolve as path_of
 
 from ..context import JobId, Shared
 from ..job_routes import JobKind, page_of, result_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
+from ..stored_work import diagnosis_work
 
 router = APIRouter(prefix="/diagnoses", tags=["diagnoses"], route_class=GuardedRoute)
 AGAIN = "diagnose anew"
@@ -47,12 +45,7 @@ DIAGNOSES = JobKind(
 @router.post("", summary="Diagnose recordings", status_code=202, responses=problems(404, 415, 422, 503, 507))
 def start_diagnosis(body: DiagnosisRequest, response: Response, context: Shared) -> DiagnosisJob:
     """Say what the declared model lacks.  `result` is the same object that `platform-daemon diagnose --json` writes."""
-    files = {path_of(context.recordings, part.recording): part.frames for part in body.parts()}
-    model: ModelChoice | None = resolve(body.base or body.variant, context.models)
-    task = DiagnosisTask(body, files, model, reports.diagnosis_html)
-    analysis.check_diagnosis_input(list(files), model, body.observable, frames=files)
-    job = context.analyses.analyse(DiagnosisWork(body, task, context.diagnoses, context.analyses.computer))
-    return DIAGNOSES.accepted(ShownJob.of(job), response)
+    return DIAGNOSES.accepted(ShownJob.of(context.analyses.analyse(diagnosis_work(body, context))), response)
 
 
 DIAGNOSES.add_routes(router)

@@ -22,8 +22,7 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import write_file
 
-from ..engine import ShuttingDown
-from ..jobs import Cancelled
+from ..jobs import Cancelled, ShuttingDown
 from ..work.series import AcquisitionJob
 from .procedure import Conclusion, Fits, Procedure, ProcedureJob, ReadsShots, Steps
 from .step_report import StepAttempts

@@ -11,12 +11,10 @@ import pytest
 from drivers.errors import InputError, RecordingError
 from platform_daemon.analysis.trends.baseline import accept
 from platform_daemon.analysis.trends.indexed import (
-    INDEX,
     UnknownSpecimen,
     find_recordings,
     indexed_specimens,
     indexed_trend,
-    open_index,
     update_index,
 )
 from platform_daemon.analysis.trends.look import noise_beside
@@ -24,7 +22,7 @@ from platform_daemon.schemas.trends import BaselineRequest
 from platform_daemon.store.errors import StorageError
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recorded_fits import read_fit
-from platform_daemon.store.recording_index import IndexUpdate, Wanted
+from platform_daemon.store.recording_index import INDEX, IndexUpdate, Wanted, open_index
 from tests.kit.fit_tables import read_fits
 from tests.kit.recording_files import write_minimal, write_series
 from tests.kit.specimen_months import DROP_AT, months

@@ -14,6 +14,7 @@ from pathlib import Path
 import httpx2
 
 from tests.kit.command_line import COMMAND
+from tests.kit.processes import child_of
 from tests.kit.rest import finished
 
 
@@ -27,16 +28,24 @@ class Daemon:
     stop_port: int
     recording: str = ""
 
-    def peak_mb(self) -> float:
-        """Most memory that it has ever held, MB."""
-        status = Path(f"/proc/{self.process.pid}/status").read_text()
-        return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1e3  # type: ignore[index]
+    def peak_mb(self) -> tuple[float, float]:
+        """Most memory that the hardware process and the web process have held, MB."""
+        return _peak_mb(self._pid("hardware")), _peak_mb(self._pid("web"))
 
     def forget_peak(self) -> None:
-        """Measure the peak from here on, where that is allowed."""
-        reset = Path(f"/proc/{self.process.pid}/clear_refs")
-        if os.access(reset, os.W_OK):
-            reset.write_text("5")
+        """Measure the peaks from here on, where that is allowed."""
+        for name in ("hardware", "web"):
+            reset = Path(f"/proc/{self._pid(name)}/clear_refs")
+            if os.access(reset, os.W_OK):
+                reset.write_text("5")
+
+    def _pid(self, name: str) -> int:
+        return child_of(self.process.pid, "platform_daemon.serving", name)
+
+
+def _peak_mb(pid: int) -> float:
+    status = Path(f"/proc/{pid}/status").read_text()
+    return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1e3  # type: ignore[index]
 
 
 @contextmanager

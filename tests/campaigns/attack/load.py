@@ -26,6 +26,7 @@ class Load:
         downloads: of a whole file and of its dm/dt, all at once and again.
         half_open: connections that say nothing; those that were dropped are opened again every second.
         on_stop_port: all of it against the port that only stops.
+        diagnoses: of the recording, all at once and again.
         bodies_mb: sizes of bodies that are sent one after the other, again and again.
     """
 
@@ -34,6 +35,7 @@ class Load:
     predictions: int = 0
     downloads: int = 0
     half_open: int = 0
+    diagnoses: int = 0
     bodies_mb: tuple[int, ...] = ()
     on_stop_port: bool = False
 
@@ -54,6 +56,7 @@ class Crowd:
             *(lambda n=n: self._poll(n / load.pollers, 1 / load.poll_hz) for n in range(load.pollers)),
             *(self._predict for _ in range(load.predictions)),
             *(lambda n=n: self._download(n) for n in range(load.downloads)),
+            *(self._diagnose for _ in range(load.diagnoses)),
             *([lambda: self._say_nothing(load.half_open)] if load.half_open else []),
             *([lambda: self._send_bodies(load.bodies_mb)] if load.bodies_mb else []),
         ]
@@ -104,6 +107,12 @@ class Crowd:
         whole, part = f"/recordings/{self._recording}/file", f"/recordings/{self._recording}/frames/0/dmdt.npy"
         while self._goes_on:
             self._ask("download", "GET", part if number % 2 else whole)
+
+    def _diagnose(self) -> None:
+        body = json.dumps({"recordings": [self._recording]}).encode()
+        while self._goes_on:
+            self._ask("diagnosis", "POST", "/diagnoses", body)
+            time.sleep(20.0)  # each waits for those before it
 
     def _say_nothing(self, number: int) -> None:
         links: list[socket.socket] = []

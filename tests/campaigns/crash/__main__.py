@@ -15,6 +15,8 @@ from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
 
+from tests.kit.processes import NoSuchChild
+
 from . import page
 from .bench import Bench, NotThere
 from .strike import Came, strike
@@ -65,7 +67,7 @@ def _one(bench: Bench, what: Strike, number: int) -> Came | None:
     moment = what.moments[number % len(what.moments)]
     try:
         came = strike(bench, what, moment)
-    except NotThere as error:
+    except (NotThere, NoSuchChild) as error:
         print(f"{what.name}: {error}", file=sys.stderr, flush=True)
         return None
     except Exception as error:  # a broken trial counts against us

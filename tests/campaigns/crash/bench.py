@@ -14,6 +14,7 @@ import httpx2
 
 from drivers.tx_rx_switch import SwitchPosition
 from tests.kit.emulated_lab import Lab
+from tests.kit.processes import child_of
 
 Moment = Literal["tx", "rx", "between"]
 SERIES = {"resonator": "jewel", "shots": 2000, "sequence": {"rx_s": 0.4, "pause_s": 0.15}}
@@ -74,7 +75,16 @@ class Bench:
         self._job = answer.headers["location"]
 
     def _start(self) -> None:
-        command = [sys.executable, "-m", "platform_daemon", "serve", "--port", "0", "--data", str(self._folder / "data")]
+        command = [
+            sys.executable,
+            "-m",
+            "platform_daemon",
+            "serve",
+            "--port",
+            "0",
+            "--data",
+            str(self._folder / "data"),
+        ]
         where = ["--platform", "emulated", "--endpoints", str(self.lab.endpoints)]
         with (self._folder / "daemon.log").open("ab") as log:
             self.process = subprocess.Popen([*command, *where], stdout=subprocess.PIPE, stderr=log, text=True)
@@ -120,19 +130,19 @@ class Bench:
 
     def hardware(self) -> int:
         """Its id."""
-        return _child(self.parent(), "platform_daemon.serving", "hardware")
+        return child_of(self.parent(), "platform_daemon.serving", "hardware")
 
     def web(self) -> int:
         """Its id."""
-        return _child(self.parent(), "platform_daemon.serving", "web")
+        return child_of(self.parent(), "platform_daemon.serving", "web")
 
     def guard(self) -> int:
         """Its id."""
-        return _child(self.hardware(), "platform_daemon.supervisor")
+        return child_of(self.hardware(), "platform_daemon.supervisor")
 
     def worker(self) -> int:
         """Id of the one that makes the on-line fits."""
-        return _child(self.hardware(), "spawn_main")
+        return child_of(self.hardware(), "spawn_main")
 
     # --- what the world says
 
@@ -167,13 +177,3 @@ class Bench:
                 return
             time.sleep(_ASK_S)
         raise NotThere(f"no {moment} within {_MOMENT_S:g} s")
-
-
-def _child(parent: int, *words: str) -> int:
-    """The id of the child whose command has these words.  Raises NotThere."""
-    for task in Path(f"/proc/{parent}/task").iterdir():
-        for pid in (task / "children").read_text().split():
-            said = Path(f"/proc/{pid}/cmdline").read_text()
-            if all(word in said for word in words):
-                return int(pid)
-    raise NotThere(f"{parent} has no child {' '.join(words)}")

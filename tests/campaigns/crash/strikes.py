@@ -52,7 +52,9 @@ def _twice(bench: Bench) -> None:
 
 def _wire(device: str, kind: str, count: int = 1) -> Callable[[Bench], None]:
     def do(bench: Bench) -> None:
-        bench.lab.control("wire_fault", device=device, kind=kind, count=count, **({"delay_s": 0.3} if count > 1 else {}))
+        bench.lab.control(
+            "wire_fault", device=device, kind=kind, count=count, **({"delay_s": 0.3} if count > 1 else {})
+        )
 
     return do
 

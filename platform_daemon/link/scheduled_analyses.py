@@ -1,0 +1,64 @@
+"""Fits and diagnoses that are due: their records are written here, and taken up by the process that has the analyses.
+
+The record of a job that waits is the message: it outlives both processes, and nobody has to be there.
+"""
+
+from __future__ import annotations
+
+from contextlib import closing
+from pathlib import Path
+
+from drivers.errors import InputError
+from platform_daemon.engine import AnyJob, Job, JobRecords
+from platform_daemon.schemas import (
+    DiagnosisRequest,
+    DiagnosisWorkRequest,
+    FitWorkRequest,
+    NoResult,
+    RecordingFitRequest,
+)
+from platform_daemon.store import open_index
+
+from .jobs import ShownJob
+
+
+class ScheduledAnalyses:
+    """records: of all jobs; recordings: their folder, with its index."""
+
+    KINDS = frozenset({"fit", "diagnosis"})
+
+    def __init__(self, records: JobRecords, recordings: Path) -> None:
+        self._records, self._recordings = records, recordings
+
+    def queue(self, work: FitWorkRequest | DiagnosisWorkRequest, identifier: str) -> None:
+        """A job that waits.  Raises InputError if no recording is of its specimen, StorageError."""
+        newest = work.newest if isinstance(work, DiagnosisWorkRequest) else 1
+        names = self._newest(work.specimen, newest)
+        job: AnyJob
+        if isinstance(work, FitWorkRequest):
+            fit = RecordingFitRequest(recording=names[0], variant=work.variant, terms=work.terms, window=work.window)
+            job = Job("fit", fit, NoResult(), 1, "frames", identifier=identifier)
+        else:
+            diagnosis = DiagnosisRequest(recordings=[*names], variant=work.variant, base=work.base)
+            job = Job("diagnosis", diagnosis, NoResult(), 1.0, "share", identifier=identifier)
+        self._records.save(job)
+
+    def shown(self, identifier: str) -> ShownJob:
+        """As it was last saved.  Raises InputError if its record cannot be read."""
+        try:
+            return ShownJob.of(self._records.one(identifier))
+        except (OSError, ValueError) as error:
+            remedy = "the log says more; the schedule goes on"
+            raise InputError(
+                "the record of the job cannot be read", where=identifier, why=str(error), remedy=remedy
+            ) from None
+
+    def _newest(self, specimen: str, count: int) -> list[str]:
+        """Ids of its recordings, newest last."""
+        with closing(open_index(self._recordings)) as index:
+            found = [each.identifier for each in index.recordings(specimen)][-count:]
+        if not found:
+            why = "none with on-line fits has been indexed"
+            remedy = "measure it first; `sample` of an acquisition is the name of the specimen, else its resonator's"
+            raise InputError(f"no recording is of {specimen!r}", where="work.specimen", why=why, remedy=remedy)
+        return found
