@@ -11,6 +11,13 @@ from platform_daemon.workers import InThisProcess
 from tests.kit.walks import TIMEOUT_S, Walk, ended
 
 
+def fit_walk(request):
+    """The record of a job knows its kinds."""
+    walk = Walk()
+    walk.kind, walk.request, walk.unit, walk.no_result = "fit", request, "frames", NoResult()
+    return walk
+
+
 @pytest.fixture
 def analyses():
     made = AnalysisJobs(InThisProcess())
@@ -39,7 +46,7 @@ def test_what_another_process_has_put_there_and_what_was_left_is_taken_up_once(t
         if request.recording == "gone":
             raise InputError("no such recording", where="recording")
         made.append(request.recording)
-        return Walk()
+        return fit_walk(request)
 
     def put(name, recording):
         job = Job("fit", RecordingFitRequest(recording=recording), NoResult(), 1, "frames", identifier=name)
@@ -67,7 +74,7 @@ def test_one_that_was_cancelled_while_it_waited_is_not_begun(tmp_path):
 
     def make(request):
         analyses.job("fit", "fit-1").request_cancel()
-        return Walk()
+        return fit_walk(request)
 
     try:
         analyses.take_up(make)

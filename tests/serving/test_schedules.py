@@ -158,7 +158,7 @@ def specimen_of(daemon):
     at = daemon.post("/acquisitions", SHORT_JEWEL).headers["location"]
     wait_for(lambda: daemon.get(at).json()["state"] == "done")
     wait_for(lambda: daemon.get("/specimens").json())
-    return daemon.get("/specimens").json()[0]["specimen"]
+    return daemon.get("/specimens").json()[0]
 
 
 @pytest.mark.parametrize(("kind", "page"), [("fit", "fits"), ("diagnosis", "diagnoses")])
