@@ -1,7 +1,9 @@
 """Due instants of a trigger, as seconds since 1970 (POSIX, UTC: leap seconds are not counted).
 
 A local time that daylight saving leaves out is due at the first valid moment after it; one that comes twice is due
-once, the first time.  Cron expressions that name no hour go on through both (Debian's rule, by cronsim).
+once, the first time.  Cron expressions with a star in minute or hour go by the clock on the wall through both, which is
+Debian's rule.  cronsim finds local times; it is given none with a zone, since it leaves some out where daylight saving
+is half an hour (Lord Howe, cronsim 2.8).
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from zoneinfo import ZoneInfo
 
@@ -74,18 +77,58 @@ class Calendar:
             why = f"it is {trigger.cron!r}"
             raise InputError("a cron expression has five fields", where="trigger.cron", why=why, remedy=_CRON)
         try:
-            found = CronSim(trigger.cron, datetime.fromtimestamp(near, UTC).astimezone(self._zone) - _BACK)
+            CronSim(trigger.cron, datetime(2000, 1, 1))
+            near_utc = datetime.fromtimestamp(near, UTC)
         except CronSimError as error:
             raise InputError("no cron expression", where="trigger.cron", why=str(error), remedy=_CRON) from None
         except (OverflowError, ValueError, OSError) as error:
             remedy = "choose a start between 1970 and 9999"
             raise InputError("a time outside the calendar", where="start", why=str(error), remedy=remedy) from None
+        wall = any(field.startswith("*") for field in trigger.cron.split()[:2])
+        found = self._by_the_wall(trigger.cron, near) if wall else self._named(trigger.cron, near_utc)
         last = -math.inf
-        for local in found:
-            due = local.timestamp()
-            if due > last:  # each instant once
-                last = due
-                yield due
+        with suppress(OverflowError, ValueError):  # the calendar ends with the year 9999
+            for due in found:
+                if due > last:  # each instant once
+                    last = due
+                    yield due
+
+    def _named(self, cron: str, near: datetime) -> Iterator[float]:
+        """Hour and minute are named: every wall time once, though the clock leaps over it, or shows it twice."""
+        for local in CronSim(cron, near.astimezone(self._zone).replace(tzinfo=None) - _BACK):
+            yield _first_valid(local, self._zone).timestamp()
+
+    def _by_the_wall(self, cron: str, near: float) -> Iterator[float]:
+        """Whenever a clock on the wall shows it; stretch by stretch in which that keeps one distance from UTC."""
+        while True:
+            offset, change = self._stretch(near)
+            begin = datetime.fromtimestamp(near, UTC).replace(tzinfo=None) + offset
+            for local in CronSim(cron, begin - timedelta(minutes=1)):
+                due = (local - offset).replace(tzinfo=UTC).timestamp()
+                if due >= change:
+                    break
+                if due >= near:
+                    yield due
+            else:
+                return
+            near = change
+
+    def _stretch(self, near: float) -> tuple[timedelta, float]:
+        """How far the wall is from UTC, and when it may be another distance: within 400 days."""
+        offset, day = self._offset(near), 86_400
+        same, other = near, near + day
+        while self._offset(other) == offset:
+            same, other = other, other + day
+            if other > near + 400 * day:
+                return offset, same
+        low, high = math.floor(same), math.ceil(other)
+        while high - low > 1:
+            middle = (low + high) // 2
+            low, high = (middle, high) if self._offset(middle) == offset else (low, middle)
+        return offset, float(high)
+
+    def _offset(self, at: float) -> timedelta:
+        return datetime.fromtimestamp(at, self._zone).utcoffset() or timedelta(0)
 
     def _moment(self, text: str, where: str) -> float:
         try:

@@ -37,7 +37,7 @@ def too_slow(done: Sequence[Came]) -> list[str]:
 
 def _row(strike: Strike, done: Sequence[Came]) -> str:
     columns = (
-        _times([d.power_s for d in done] if strike.must != "go on" else []),
+        _times([d.power_s for d in done]),
         _times([d.amplifier_s for d in done]),
         _times([d.all_s for d in done]),
     )

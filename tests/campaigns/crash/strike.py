@@ -49,8 +49,9 @@ def strike(bench: Bench, what: Strike, moment: Moment) -> Came:
     elif what.must == "wiring":
         _wiring_alone(bench, came, since)
     else:
-        _goes_off(bench, came, since)
-    came.power_s = bench.power_until_s(since_s)
+        _goes_off(bench, came, since, or_on=what.must == "off or on")
+    if what.must != "go on" and (came.all_s is not None or came.missed):
+        came.power_s = bench.power_until_s(since_s)
     _afterwards(bench, what, came)
     came.met = len(bench.lab.violations()) - met
     return came
@@ -86,8 +87,12 @@ def _goes_on(bench: Bench, came: Came, usual_s: float) -> None:
             return
 
 
-def _goes_off(bench: Bench, came: Came, since: float) -> None:
+def _goes_off(bench: Bench, came: Came, since: float, *, or_on: bool) -> None:
+    shots = bench.world.shots
     while time.monotonic() - since < _WITHIN_S:
+        if or_on and bench.world.shots > shots + 2:
+            came.amplifier_s = came.all_s = None
+            return
         if came.amplifier_s is None and not bench.world.power.enabled:
             came.amplifier_s = time.monotonic() - since
         if not bench.outputs_on:
