@@ -12,7 +12,9 @@ from typing import Any, Literal
 
 import httpx2
 
+from drivers.errors import DeviceDenied
 from drivers.tx_rx_switch import SwitchPosition
+from platform_daemon.supervisor.lock_file import Fault
 from tests.kit.emulated_lab import Lab
 from tests.kit.processes import child_of
 
@@ -63,7 +65,7 @@ class Bench:
         self.lab.control("repair")
         if self.process is None or self.process.poll() is not None:
             self.stop_daemon()
-            self.lab.reset_fault()  # as a person does who has looked at the platform
+            self.reset_fault()
             self._start()
         if self._job and self._get(self._job)["state"] in ("queued", "running"):
             return
@@ -73,6 +75,17 @@ class Bench:
             answer = self._post("/acquisitions", SERIES)
         assert answer.status_code == 202, answer.text
         self._job = answer.headers["location"]
+
+    def reset_fault(self) -> Fault | None:
+        """As a person does who has looked at the platform, once the guard has let go of it; the fault that stood."""
+        until = time.monotonic() + _END_S
+        while True:
+            try:
+                return self.lab.reset_fault()
+            except DeviceDenied:
+                if time.monotonic() > until:
+                    raise
+                time.sleep(0.1)
 
     def _start(self) -> None:
         command = [

@@ -130,7 +130,7 @@ def _afterwards(bench: Bench, what: Strike, came: Came) -> None:
         bench.lab.control("clear_faults")
         bench.end_series()
     if what.must == "wiring":
-        fault = bench.lab.reset_fault()
+        fault = bench.reset_fault()
         if fault is None:
             came.missed.append("no fault stood")
     until = time.monotonic() + _WITHIN_S  # a device that could not be reached is tried again and again
