@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: trend-alarms soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -67,10 +67,13 @@ peers: install .venv/.peers
 diagnose-study: install
 	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
 
-# Deaths of the program that owns the devices; `make crash DEATHS=3` is a short one.
-DEATHS ?= 12
+# Deaths, hangs, cut links; `make crash CRASH='--each 1'` is a short one; the journal lets an interrupted one go on.
 crash: install
-	$(BIN)/python -m tests.campaigns.crash --deaths $(DEATHS) --page docs/crash.md
+	$(BIN)/python -m tests.campaigns.crash --page docs/crash.md $(CRASH)
+
+# Ten simulated years of schedules, and deaths; `make schedules-proof PROOF='--years 1 --kills 50 --daemon-kills 5'` is a short one.
+schedules-proof: install
+	$(BIN)/python -m tests.campaigns.schedules_proof --page docs/schedules-proof.md $(PROOF)
 
 # Kills inside the write path; `make write-kills KILLS=400` is a short one.
 KILLS ?= 1000

@@ -1,17 +1,11 @@
 """Calendar, ledger and scheduler, with a clock that the tests turn."""
 
 import json
-import math
-import os
 import random
-import signal
 import sqlite3
-import subprocess
-import sys
 from collections import Counter
 from datetime import UTC, datetime
 from itertools import islice, pairwise
-from pathlib import Path
 
 import pytest
 
@@ -20,6 +14,7 @@ from platform_daemon.schedules import JobOutcome, Schedules
 from platform_daemon.schedules.calendar import Calendar
 from platform_daemon.schemas import ScheduleRequest
 from platform_daemon.store import StorageError
+from tests.campaigns.schedules_proof.kills import scheduler_kills
 
 T0 = datetime(2026, 3, 1, tzinfo=UTC).timestamp()
 DAY = 86_400.0
@@ -238,30 +233,7 @@ def test_nothing_is_started_that_the_disk_does_not_take_and_it_is_tried_again(be
     assert [row.state for row in bench.rows(made.identifier)] == ["late"]
 
 
-CHILD = Path(__file__).with_name("killed_child.py")
-
-
 def test_kills_at_any_point_lose_no_start_and_double_none(tmp_path):
-    kills = int(os.environ.get("SCHEDULE_KILLS", "8"))
-    chance = random.Random(7)
-    for _ in range(kills):
-        child = subprocess.Popen([sys.executable, str(CHILD), str(tmp_path)], stdout=subprocess.PIPE)
-        child.stdout.readline()  # it is at work
-        try:
-            child.wait(chance.uniform(0, 0.1))
-        except subprocess.TimeoutExpired:
-            child.send_signal(signal.SIGKILL)
-        child.wait()
-        child.stdout.close()
-    started = (tmp_path / "started").read_text().split()
-    assert len(started) > kills
-    ledger = sqlite3.connect(tmp_path / "schedules.db")
-    rows = ledger.execute("SELECT due, state, job, reason FROM rows ORDER BY due").fetchall()
-    dues = [due for due, *_ in rows]
-    assert all(math.isclose(b - a, 60.0) for a, b in pairwise(dues)), "an instant is missing or doubled"
-    assert max(Counter(started).values()) == 1, "one was started twice"
-    jobs = {path.name for path in (tmp_path / "jobs").iterdir()}
-    assert {state for _, state, _, _ in rows} <= {"run", "late", "started", "due"}, "a start was lost"
-    assert {job for _, state, job, _ in rows if state in {"run", "late"}} <= jobs
-    assert len(jobs - {job for _, _, job, _ in rows}) == 0
-    ledger.close()
+    found = scheduler_kills(tmp_path, 8)
+    assert found.wrong == []
+    assert found.instants > 8
