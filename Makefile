@@ -75,6 +75,10 @@ crash: install
 schedules-proof: install
 	$(BIN)/python -m tests.campaigns.schedules_proof --page docs/schedules-proof.md $(PROOF)
 
+# Random commands, faults and deaths; `make interlock INTERLOCK='--steps 10000'` is a short one.
+interlock: install
+	$(BIN)/python -m tests.campaigns.interlock --page docs/interlock.md $(INTERLOCK)
+
 # Kills inside the write path; `make write-kills KILLS=400` is a short one.
 KILLS ?= 1000
 write-kills: install
