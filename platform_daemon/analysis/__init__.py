@@ -80,6 +80,7 @@ accept: A specimen is what it is now; its charts begin anew.
 UnknownSpecimen: No recording is of that specimen.
 find_recordings: Names of the files of what is looked for.
 indexed_fits: A row per shot with a good on-line fit.
+indexed_recordings: Recordings of a specimen with on-line fits.
 indexed_specimens: Names of all specimens with shots that were fitted.
 indexed_trend: The trend of a specimen between two times.
 update_index: Look at the recordings that are new or have changed.

@@ -77,6 +77,7 @@ from .trends.baseline import accept as accept
 from .trends.indexed import UnknownSpecimen as UnknownSpecimen
 from .trends.indexed import find_recordings as find_recordings
 from .trends.indexed import indexed_fits as indexed_fits
+from .trends.indexed import indexed_recordings as indexed_recordings
 from .trends.indexed import indexed_specimens as indexed_specimens
 from .trends.indexed import indexed_trend as indexed_trend
 from .trends.indexed import update_index as update_index

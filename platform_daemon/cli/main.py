@@ -33,6 +33,7 @@ from .models import adopt, models_app
 from .precision import predict
 from .ramp import ramp
 from .recordings import info, plot
+from .retention import retention
 from .safety import outputs_off, reset_fault
 from .schedule import schedule_app
 from .serve import serve
@@ -73,6 +74,7 @@ app.command()(tune)
 app.command()(info)
 app.command()(plot)
 app.command()(trend)
+app.command()(retention)
 
 
 def main() -> None:

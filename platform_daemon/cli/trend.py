@@ -43,7 +43,7 @@ def trend(
 
     for path, ending in ((png, ".png"), (csv, ".csv"), (json_file, ".json")):
         must_not_exist(path, force, ending)
-    _updated(recordings, rebuild=False)
+    updated(recordings, rebuild=False)
     if accept is not None:
         indexed_trend(recordings, specimen)  # raises for one that nobody has measured
         _accept(recordings, specimen, {"reason": accept, "by": by, **({} if since is None else {"since": since})})
@@ -70,7 +70,7 @@ def _accept(folder: Path, specimen: str, asked: dict[str, str]) -> None:
 @index_app.command()
 def rebuild(recordings: FolderOption = FOLDER) -> None:
     """Make the index anew from all files."""
-    print(f"{_updated(recordings, rebuild=True)} files looked at")
+    print(f"{updated(recordings, rebuild=True)} files looked at")
 
 
 @index_app.command()
@@ -83,36 +83,43 @@ def find(
     refused: Annotated[
         bool | None, typer.Option("--refused/--not-refused", help="With a refused shot, or without.")
     ] = None,
+    tag: Annotated[str | None, typer.Option(help="A word of the comment after #.")] = None,
 ) -> None:
     """List the files of what is looked for, one a line."""
     from platform_daemon.analysis import find_recordings
     from platform_daemon.store import Wanted
 
-    _updated(recordings, rebuild=False)
-    for name in find_recordings(recordings, Wanted(specimen, operator, since, until, refused)):
+    updated(recordings, rebuild=False)
+    for name in find_recordings(recordings, Wanted(specimen, operator, since, until, refused, tag)):
         print(recordings / name)
 
 
 @index_app.command()
 def export(
     specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
-    csv: Annotated[Path, typer.Option(help="Table to write, a row per shot.")],
+    csv: Annotated[Path | None, typer.Option(help="Table to write, a row per shot.")] = None,
+    parquet: Annotated[Path | None, typer.Option(help="The same as Parquet; needs pyarrow.")] = None,
     recordings: FolderOption = FOLDER,
     force: ForceOption = False,
 ) -> None:
     """Write the on-line fits of all shots of a specimen as one table."""
     from platform_daemon.analysis import indexed_fits
-    from platform_daemon.reports import fits_csv
+    from platform_daemon.reports import fits_csv, fits_parquet
     from platform_daemon.store import write_file
 
+    if csv is None and parquet is None:
+        raise InputError("no file is named", where="--csv", remedy="name one with --csv or --parquet")
     must_not_exist(csv, force, ".csv")
-    _updated(recordings, rebuild=False)
+    must_not_exist(parquet, force, ".parquet")
+    updated(recordings, rebuild=False)
     rows = indexed_fits(recordings, specimen)
-    write_file(csv, fits_csv(rows).encode())
-    print(f"{len(rows)} shots in {csv}")
+    for path, table in ((csv, fits_csv), (parquet, fits_parquet)):
+        if path is not None:
+            write_file(path, table(rows))
+            print(f"{len(rows)} shots in {path}")
 
 
-def _updated(folder: Path, *, rebuild: bool) -> int:
+def updated(folder: Path, *, rebuild: bool) -> int:
     """Raises InputError if there is no such folder; files that cannot be read are named on stderr."""
     from platform_daemon.analysis import update_index
 

@@ -25,6 +25,7 @@ steps_text: A row per step of a procedure.
 ramp_text: A ramp for the terminal.
 save_ramp_png: Write the picture of a ramp as PNG.
 fits_csv: A row per shot.
+fits_parquet: The same as Parquet.
 trend_csv: A row per point.
 trend_text: A row per quantity, then what has changed.
 trend_png: The picture of a trend as PNG.

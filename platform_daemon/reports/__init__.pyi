@@ -26,5 +26,6 @@ from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text
 from .series_plan import dry_run_text as dry_run_text
 from .trend_tables import fits_csv as fits_csv
+from .trend_tables import fits_parquet as fits_parquet
 from .trend_tables import trend_csv as trend_csv
 from .trend_tables import trend_text as trend_text

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from rich.console import Console
 from rich.table import Table
 
+from drivers.errors import InputError
 from platform_daemon.schemas import TrendChart, TrendReport, definition_of
 
 
@@ -72,10 +73,29 @@ def trend_csv(report: TrendReport) -> str:
     return text.getvalue()
 
 
-def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> str:
+def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> bytes:
     """A row per shot; a column per key of any of them, empty where a shot has none."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(dict.fromkeys(key for row in rows for key in row)), lineterminator="\n")
+    writer = csv.DictWriter(text, _columns(rows), lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
-    return text.getvalue()
+    return text.getvalue().encode()
+
+
+def fits_parquet(rows: Sequence[Mapping[str, str | float]]) -> bytes:
+    """The same as Parquet: null where a shot has none.  Raises InputError if pyarrow is not installed."""
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        remedy = "install it: pip install 'platform-daemon[parquet]'; or write a CSV"
+        raise InputError("Parquet needs pyarrow", where="--parquet", remedy=remedy) from None
+    columns = {name: [row.get(name) for row in rows] for name in _columns(rows)}
+    sink = pyarrow.BufferOutputStream()
+    parquet.write_table(pyarrow.table(columns), sink)
+    written: bytes = sink.getvalue().to_pybytes()
+    return written
+
+
+def _columns(rows: Sequence[Mapping[str, str | float]]) -> list[str]:
+    return list(dict.fromkeys(key for row in rows for key in row))

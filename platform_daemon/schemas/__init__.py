@@ -240,6 +240,8 @@ BaselineRequest: A specimen is accepted as it is.
 Baselines: The file of the baselines.
 ChangeName: What a change is taken for.
 SpecimenListing: Specimens with recordings that were fitted.
+SpecimenPage: What is known of a specimen.
+SpecimenResonator: A resonator as which it was measured.
 TrendChange: Something has changed by more than chance.
 TrendChart: The control chart of one quantity.
 TrendPoint: Shots of one recording that were made within ten minutes.

@@ -230,6 +230,8 @@ from .trends import BaselineRequest as BaselineRequest
 from .trends import Baselines as Baselines
 from .trends import ChangeName as ChangeName
 from .trends import SpecimenListing as SpecimenListing
+from .trends import SpecimenPage as SpecimenPage
+from .trends import SpecimenResonator as SpecimenResonator
 from .trends import TrendChange as TrendChange
 from .trends import TrendChart as TrendChart
 from .trends import TrendPoint as TrendPoint

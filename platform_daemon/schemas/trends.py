@@ -8,6 +8,8 @@ from pydantic import ConfigDict, Field
 from typing_extensions import TypeAliasType
 
 from .base import FiniteOrNull, Given, Request, Root, Schema, example
+from .models import AdoptedModelSummary
+from .requests import SequencePreset
 
 ChangeName = TypeAliasType(
     "ChangeName",
@@ -99,6 +101,54 @@ class SpecimenListing(Root[tuple[str, ...]]):
     """Specimens with recordings that were fitted."""
 
     model_config = ConfigDict(json_schema_extra=example("specimen_listing"))
+
+
+class SpecimenResonator(Schema):
+    """A resonator as which a specimen was measured, as the catalogue has it now."""
+
+    name: str
+    """Name in words, as its recordings say it."""
+    key: str | None
+    """Name to use in an acquisition; null: the catalogue has none of that name any more."""
+    recordings: int
+    """So many recordings say so."""
+    variant: str | None
+    """Its bearing: thread or jewel."""
+    max_field_t: FiniteOrNull
+    """Highest field it is to see, T; null: no ramp has found one."""
+    operating_field_t: FiniteOrNull
+    """Field at which it is to be used, T."""
+    sequence: SequencePreset | None
+    """Its preset, a tuned one where there is one."""
+
+
+class SpecimenPage(Schema):
+    """What is known of a specimen, in one place."""
+
+    model_config = ConfigDict(json_schema_extra=example("specimen_page"))
+
+    specimen: str
+    """Name of the sample, or of the resonator if none was given."""
+    recordings: int
+    """With on-line fits."""
+    shots: int
+    """That were fitted."""
+    first: str
+    """Begin of the first recording, ISO 8601."""
+    last: str
+    """Begin of the newest one, ISO 8601."""
+    resonators: tuple[SpecimenResonator, ...]
+    """As which it was measured, newest first."""
+    calibrations: dict[str, int]
+    """Recordings by the calibration of the receive side that they were made with."""
+    models: tuple[AdoptedModelSummary, ...]
+    """Adopted models that were made from its recordings."""
+    tags: tuple[str, ...]
+    """Tags of its recordings."""
+    changes: tuple[TrendChange, ...]
+    """What has changed by more than chance, and stands."""
+    links: dict[str, str]
+    """Path by what is there."""
 
 
 class BaselineRequest(Request):

@@ -34,6 +34,11 @@ IndexedShot: A shot with a good fit.
 IndexUpdate: What was looked at.
 RecordingIndex: The index of the recordings.
 open_index: That of a folder.
+RetentionRules: Which old recordings may go.
+delete: Delete them for good.
+move_away: Move them into an archive.
+named_in: Ids that the files of a folder name.
+old_recordings: Those that may go.
 recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
 stored_frame: Where a frame of a recording is, or of a series that runs.
@@ -83,6 +88,7 @@ from .recorded_fits import read_fit
 from .recording import RESONATOR, Excitation, FrameInfo, Recording, SequenceInfo, StepLabel
 from .recording_index import IndexedRecording, IndexedShot, IndexUpdate, RecordingIndex, Wanted, open_index
 from .recovery import recover_all
+from .retention import RetentionRules, delete, move_away, named_in, old_recordings
 from .room import check_room
 from .running import describe_running, stored_frame
 from .series_writer import SeriesWriter
@@ -107,6 +113,7 @@ __all__ = [
     "NotFinite",
     "Recording",
     "RecordingIndex",
+    "RetentionRules",
     "SequenceInfo",
     "SeriesHeader",
     "SeriesWriter",
@@ -124,6 +131,7 @@ __all__ = [
     "check_calibration_name",
     "check_room",
     "data_paths",
+    "delete",
     "describe",
     "describe_running",
     "dmdt_file",
@@ -132,6 +140,9 @@ __all__ = [
     "joined_fits",
     "kept_series",
     "list_recordings",
+    "move_away",
+    "named_in",
+    "old_recordings",
     "open_data_folder",
     "open_index",
     "open_recording",

@@ -10,7 +10,7 @@ import contextlib
 import json
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,14 @@ from .index import recording_files
 INDEX = ".index.db"
 """In the folder of the recordings: a name that no recording has."""
 log = structlog.get_logger()
-_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 1, 10.0  # "MMRI"
+_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 2, 10.0  # "MMRI"
+_COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator"
 _TABLES = """
 CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,
     modified INTEGER NOT NULL, error TEXT, begun TEXT, specimen TEXT, operator TEXT, frames INTEGER, good INTEGER,
-    calibration TEXT, fit TEXT);
+    calibration TEXT, fit TEXT, resonator TEXT);
 CREATE INDEX by_specimen ON recordings (specimen, begun);
+CREATE TABLE tags (recording TEXT NOT NULL, tag TEXT NOT NULL, PRIMARY KEY (recording, tag)) WITHOUT ROWID;
 CREATE TABLE shots (recording TEXT NOT NULL, frame INTEGER NOT NULL, at TEXT NOT NULL, temperature REAL, field REAL,
     fitted TEXT NOT NULL, PRIMARY KEY (recording, frame)) WITHOUT ROWID;
 """
@@ -55,7 +57,8 @@ class IndexedRecording:
     """What the index holds of a recording.
 
     begun: ISO 8601; specimen: name of the sample; frames, good: all of them, and those that may be used; calibration:
-    name of the receive calibration; fit: name of the on-line fits that the shots are from, None: it has none.
+    name of the receive calibration; fit: name of the on-line fits that the shots are from, None: it has none;
+    resonator: its name; tags: words of the comment that begin with #, without it, in small letters.
     """
 
     identifier: str
@@ -66,6 +69,8 @@ class IndexedRecording:
     good: int
     calibration: str | None
     fit: str | None
+    resonator: str = ""
+    tags: frozenset[str] = frozenset()
     shots: Sequence[IndexedShot] = field(default_factory=tuple)
 
 
@@ -82,7 +87,7 @@ class Wanted:
     """Which recordings are looked for; None: whatever it is.
 
     specimen: name of the sample; operator: part of the name, in any case; since, until: ISO 8601 in UTC, of the begin;
-    refused: True: those with a shot that was refused, False: those without.
+    refused: True: those with a shot that was refused, False: those without; tag: with it or without its #.
     """
 
     specimen: str | None = None
@@ -90,6 +95,7 @@ class Wanted:
     since: str | None = None
     until: str | None = None
     refused: bool | None = None
+    tag: str | None = None
 
 
 Look = Callable[[Path], IndexedRecording | None]
@@ -154,19 +160,22 @@ class RecordingIndex:
             found = look(self._folder / facts[0])
         except RecordingError as failure:
             error = str(failure)
-        row: tuple[object, ...] = (name, *facts, error, *(None,) * 7)
+        row: tuple[object, ...] = (name, *facts, error, *(None,) * 8)
         if found is not None:
             said = (found.begun, found.specimen, found.operator, found.frames, found.good, found.calibration, found.fit)
-            row = (name, *facts, error, *said)
+            row = (name, *facts, error, *said, found.resonator)
         with self._written():
             self._forget(name)
-            self._sql.execute(f"INSERT INTO recordings VALUES ({', '.join('?' * 12)})", row)
+            self._sql.execute(f"INSERT INTO recordings VALUES ({', '.join('?' * 13)})", row)
+            for tag in () if found is None else sorted(found.tags):
+                self._sql.execute("INSERT INTO tags VALUES (?, ?)", (name, tag))
             for shot in () if found is None else found.shots:
                 values = (name, shot.frame, shot.at, shot.temperature_c, shot.field_t, json.dumps(dict(shot.values)))
                 self._sql.execute("INSERT INTO shots VALUES (?, ?, ?, ?, ?, ?)", values)
 
     def _forget(self, name: str) -> None:
         self._sql.execute("DELETE FROM shots WHERE recording = ?", (name,))
+        self._sql.execute("DELETE FROM tags WHERE recording = ?", (name,))
         self._sql.execute("DELETE FROM recordings WHERE identifier = ?", (name,))
 
     def find(self, wanted: Wanted) -> Sequence[str]:
@@ -178,6 +187,7 @@ class RecordingIndex:
             "begun >= ?": w.since,
             "begun <= ?": w.until,
             "(good < frames) = ?": w.refused,
+            "identifier IN (SELECT recording FROM tags WHERE tag = ?)": w.tag and w.tag.removeprefix("#").casefold(),
         }
         used = {text: value for text, value in conditions.items() if value is not None}
         query = f"SELECT file FROM recordings WHERE {' AND '.join(['begun IS NOT NULL', *used])} ORDER BY file"
@@ -191,11 +201,20 @@ class RecordingIndex:
     def recordings(self, specimen: str, since: str = "", until: str = "\uffff") -> Sequence[IndexedRecording]:
         """Recordings of a specimen with fits, oldest first, with their shots; between two times, ISO 8601 in UTC."""
         query = (
-            "SELECT identifier, begun, specimen, operator, frames, good, calibration, fit FROM recordings"
+            f"SELECT {_COLUMNS} FROM recordings"
             " WHERE specimen = ? AND fit IS NOT NULL AND begun >= ? AND begun <= ? ORDER BY begun, identifier"
         )
         found = self._rows(query, (specimen, since, until))
-        return [_recording(row, self._shots(row[0])) for row in found]
+        made = [IndexedRecording(*row) for row in found]
+        return [replace(m, tags=self._tags(m.identifier), shots=self._shots(m.identifier)) for m in made]
+
+    def _tags(self, recording: str) -> frozenset[str]:
+        return frozenset(row[0] for row in self._rows("SELECT tag FROM tags WHERE recording = ?", (recording,)))
+
+    def files(self) -> Sequence[tuple[str, int, str, str, frozenset[str]]]:
+        """File, bytes, begin, specimen and tags of every recording that can be read, oldest first."""
+        query = "SELECT file, size, begun, specimen, identifier FROM recordings WHERE begun IS NOT NULL ORDER BY begun"
+        return [(*row[:4], self._tags(row[4])) for row in self._rows(query)]
 
     def _shots(self, recording: str) -> Sequence[IndexedShot]:
         query = "SELECT frame, at, temperature, field, fitted FROM shots WHERE recording = ? ORDER BY frame"
@@ -231,11 +250,6 @@ class RecordingIndex:
         what = "the index of the recordings cannot be used"
         remedy = "free or repair the disk, then platform-daemon index rebuild; no recording is lost"
         return StorageError(what, where=str(self._path), why=str(error), remedy=remedy)
-
-
-def _recording(row: Sequence[Any], shots: Sequence[IndexedShot]) -> IndexedRecording:
-    identifier, begun, specimen, operator, frames, good, calibration, fit = row
-    return IndexedRecording(identifier, begun, specimen, operator, frames, good, calibration, fit, shots)
 
 
 def _opened(path: Path) -> sqlite3.Connection:

@@ -3,6 +3,8 @@
 import csv
 import json
 
+import pytest
+
 from platform_daemon.schemas.trends import TrendReport
 from tests.kit.command_line import here
 from tests.kit.fit_tables import read_fits
@@ -66,5 +68,10 @@ def test_the_fits_of_a_specimen_are_one_table(tmp_path):
     rows = list(csv.DictReader((tmp_path / "fits.csv").open()))
     assert [row["recording"] for row in rows] == [path.stem for path in made]
     assert [float(row["f_nat_hz"]) for row in rows] == [read_fits(path)[0].values[0, 0] for path in made]
+    pyarrow = pytest.importorskip("pyarrow.parquet")
+    assert here("index", "export", "T 1", "--parquet", tmp_path / "f.parquet", "--recordings", tmp_path).returncode == 0
+    table = pyarrow.read_table(tmp_path / "f.parquet").to_pylist()
+    assert [row["f_nat_hz"] for row in table] == [float(row["f_nat_hz"]) for row in rows]
+    assert here("index", "export", "T 1", "--recordings", tmp_path).returncode == 2
     assert here("index", "export", "x", "--csv", tmp_path / "x.csv", "--recordings", tmp_path).returncode == 2
     assert not (tmp_path / "x.csv").exists()

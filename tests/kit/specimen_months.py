@@ -14,7 +14,7 @@ from tests.kit.recording_files import fit_table, header, shot
 DROP_AT = 50
 
 
-def months(folder: Path, recordings: int = 70, specimen: str = "T 1", seed: int = 1) -> list[Path]:
+def months(folder: Path, recordings: int = 70, specimen: str = "T 1", seed: int = 1, comment: str = "") -> list[Path]:
     """One every six hours, of one shot; after DROP_AT of them m_r is 0.5 % and f_nat 0.25 % lower."""
     rng = np.random.default_rng(seed)
     made = []
@@ -29,7 +29,9 @@ def months(folder: Path, recordings: int = 70, specimen: str = "T 1", seed: int 
             reason=("",), nrmse=np.array([0.01 * (1.0 + rng.normal(0.0, 0.01))]),
         )  # fmt: skip
         path = folder / f"{specimen.replace(' ', '-')}-{k:03d}.h5"
-        with SeriesWriter.create(path, header(start_time=at, sample_name=specimen, planned_shots=1)) as writer:
+        with SeriesWriter.create(
+            path, header(start_time=at, sample_name=specimen, comment=comment, planned_shots=1)
+        ) as writer:
             writer.add_shot(replace(shot(k % 50 + 1), time_stamp=at, temperature_c=warm))
             writer.finish((table,))
         made.append(path)

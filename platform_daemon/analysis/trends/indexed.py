@@ -9,7 +9,7 @@ from pathlib import Path
 
 from drivers.errors import InputError
 from platform_daemon.schemas import TrendReport
-from platform_daemon.store import IndexUpdate, RecordingIndex, Wanted, open_index
+from platform_daemon.store import IndexedRecording, IndexUpdate, RecordingIndex, Wanted, open_index
 
 from .baseline import baseline_of, in_utc
 from .look import look_at_recording
@@ -65,14 +65,19 @@ def indexed_trend(
     return report.model_copy(update={"notes": (note, *report.notes)})
 
 
+def indexed_recordings(folder: Path, specimen: str) -> list[IndexedRecording]:
+    """Those with on-line fits, oldest first.  Raises UnknownSpecimen, StorageError."""
+    with closing(open_index(folder)) as index:
+        _check_known(index, specimen)
+        return list(index.recordings(specimen))
+
+
 def indexed_fits(folder: Path, specimen: str) -> list[dict[str, str | float]]:
     """A row per shot with a good on-line fit, oldest recording first: where it is from, and values by name.
 
     Raises UnknownSpecimen, StorageError.
     """
-    with closing(open_index(folder)) as index:
-        _check_known(index, specimen)
-        found = index.recordings(specimen)
+    found = indexed_recordings(folder, specimen)
     rows: list[dict[str, str | float]] = []
     for each in found:
         for shot in each.shots:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import tomllib
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,6 +19,7 @@ PREFERRED = "d30"
 """The on-line fits that are taken if there are several."""
 NOISE_FROM_HZ, BESIDE_HZ, HARMONICS = 20.0, 8.0, 30
 """The noise is what lies above the first frequency and not within the second of one of so many harmonics of f_nat."""
+_TAG = re.compile(r"#\w[\w.:-]{0,60}")
 _NOISE_S = 1.0  # of the end of the RX window
 
 
@@ -37,6 +40,8 @@ def look_at_recording(path: Path) -> IndexedRecording | None:
         good=sum(info.verdict == "good" for info in recording.frame_info),
         calibration=None if recording.calibration is None else recording.calibration.identifier,
         fit=None if table is None else f"{fit} {table.variant}".strip(),
+        resonator=str(tomllib.loads(recording.resonator_toml()).get("name", "")),
+        tags=frozenset(word[1:].casefold() for word in p.comment.split() if _TAG.fullmatch(word)),
         shots=() if table is None else tuple(_shots(recording, table)),
     )
 

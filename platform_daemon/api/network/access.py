@@ -104,6 +104,7 @@ ACCESS: dict[str, Access] = {
     "get_dmdt_npy": DOWNLOAD,
     "get_dmdt_h5": DOWNLOAD,
     "list_specimens": VIEW_FILES,
+    "get_specimen": COMPUTE,
     "accept_specimen": ACT,
     "get_trend": COMPUTE,
     "get_trend_picture": COMPUTE,

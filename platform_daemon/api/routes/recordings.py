@@ -69,10 +69,11 @@ class _Asked:
     since: Annotated[str | None, Query(max_length=40, description="begun from then on, ISO 8601")] = None
     until: Annotated[str | None, Query(max_length=40, description="begun until then, ISO 8601")] = None
     refused: Annotated[bool | None, Query(description="true: with a refused shot; false: without")] = None
+    tag: Annotated[str | None, Query(min_length=1, max_length=64, description="a word of the comment after #")] = None
 
     def files(self, context: Context) -> set[str] | None:
         """Names of the files; None: all.  Raises InputError, StorageError."""
-        wanted = Wanted(self.specimen, self.operator, self.since, self.until, self.refused)
+        wanted = Wanted(self.specimen, self.operator, self.since, self.until, self.refused, self.tag)
         return None if wanted == Wanted() else set(find_recordings(context.recordings, wanted))
 
 

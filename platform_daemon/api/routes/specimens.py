@@ -7,12 +7,13 @@ from typing import Annotated
 from fastapi import APIRouter, Path, Query, Response
 
 from platform_daemon import analysis, reports
-from platform_daemon.schemas import Baseline, BaselineRequest, SpecimenListing, TrendReport
+from platform_daemon.schemas import Baseline, BaselineRequest, SpecimenListing, SpecimenPage, TrendReport
 
 from ..context import Context, Shared
 from ..network.routes import GuardedRoute
 from ..pages import NEXT, Paged
 from ..problems import problems
+from ..specimen_page import specimen_page
 
 router = APIRouter(prefix="/specimens", tags=["specimens"], route_class=GuardedRoute)
 PNG = {"schema": {"type": "string", "format": "binary"}}
@@ -31,6 +32,12 @@ Rate = Annotated[
 def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
     """Names of all specimens with shots that were fitted, page by page."""
     return SpecimenListing(tuple(page.of(analysis.indexed_specimens(context.recordings))))
+
+
+@router.get("/{specimen}", summary="What is known of a specimen", responses=problems(404, 422))
+def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
+    """Recordings, resonators with their highest field and preset, calibrations, adopted models, changes, links."""
+    return specimen_page(specimen, context)
 
 
 @router.get("/{specimen}/trend", summary="What a specimen does over months", responses=problems(404, 422))

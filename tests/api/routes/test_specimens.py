@@ -43,7 +43,32 @@ def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(cl
     wait_for(lambda: name in {each["name"] for each in client.get("/alarms").json() if each["cleared"] is not None})
 
 
+def test_a_page_says_what_is_known_of_a_specimen(client):
+    wait_for(lambda: JEWEL in client.get("/specimens").json())
+    page = client.get(f"/specimens/{JEWEL}").json()
+    assert (page["specimen"], page["recordings"], page["shots"]) == (JEWEL, 1, 2)
+    resonator = page["resonators"][0]
+    assert (resonator["key"], resonator["variant"], resonator["recordings"]) == ("jewel", "jewel", 1)
+    assert resonator["sequence"]["f_tx_hz"] > 200
+    assert sum(page["calibrations"].values()) == 1
+    assert page["models"] == page["changes"] == page["tags"] == []
+    for link in page["links"].values():
+        assert client.get(link).status_code == 200
+
+
+def test_recordings_are_found_by_tag(client):
+    folder = client.folder.recordings
+    for path in months(folder.parent, 2, "tagged", comment="warm day #Night #run.7, and # no tag"):
+        path.rename(folder / path.name)
+    wait_for(lambda: client.get("/recordings?tag=night").json()["recordings"])
+    assert len(client.get("/recordings", params={"tag": "#NIGHT"}).json()["recordings"]) == 2
+    assert client.get("/recordings?tag=day").json()["recordings"] == []
+    assert client.get("/specimens/tagged").json()["tags"] == ["night"]
+    assert client.get("/specimens/tagged").json()["resonators"][0]["key"] is None
+
+
 def test_bad_input(client):
+    problem(client.get("/specimens/nobody"), 404)
     assert "no recording is of 'nobody'" in problem(client.get("/specimens/nobody/trend"), 404)["detail"]
     problem(client.get(f"/specimens/{JEWEL}/trend?since=x"), 422)
     problem(client.get(f"/specimens/{JEWEL}/trend?points_to_false_alarm=1"), 422)

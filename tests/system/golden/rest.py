@@ -54,6 +54,7 @@ def _platform(daemon: Daemon) -> None:
     daemon.ask("platform/no-alarm", "POST", "/alarms/nothing/acknowledge", json={"by": "me"})
     daemon.ask("platform/metrics", "GET", "/metrics")
     daemon.ask("platform/specimens", "GET", "/specimens")
+    daemon.ask("platform/no-specimen", "GET", "/specimens/nobody")
     daemon.ask("platform/no-baseline", "POST", "/specimens/nobody/baseline", json={"by": "me", "reason": "new"})
     for part in ("", "/picture", "/table"):
         daemon.ask(f"platform/no-trend{part.replace('/', '-')}", "GET", f"/specimens/nobody/trend{part}")

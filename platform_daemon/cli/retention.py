@@ -1,0 +1,49 @@
+"""`platform-daemon retention`: which old recordings may go; they go when that is said, into an archive or for good."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from drivers.errors import InputError
+
+from .trend import FOLDER, FolderOption, updated
+
+
+def retention(
+    older_than_days: Annotated[float, typer.Option(min=1, help="Only those that began before.")],
+    keep_newest: Annotated[int, typer.Option(min=0, help="So many of every specimen stay, whatever their age.")] = 10,
+    keep_tag: Annotated[list[str] | None, typer.Option(help="Those with this tag stay; without it: keep.")] = None,
+    archive: Annotated[Path | None, typer.Option(help="Move them into this folder.")] = None,
+    delete_them: Annotated[bool, typer.Option("--delete", help="Delete them for good.")] = False,
+    recordings: FolderOption = FOLDER,
+) -> None:
+    """List the recordings that may go; with --archive or --delete they do."""
+    from platform_daemon.store import RetentionRules, delete, move_away, named_in, old_recordings
+
+    if archive is not None and delete_them:
+        raise InputError("--archive and --delete exclude each other", where="--delete", remedy="choose one of them")
+    if archive is not None and (not archive.is_dir() or archive.resolve() == recordings.resolve()):
+        remedy = "make the folder first; it is another one than that of the recordings"
+        raise InputError("is no folder to move them to", where=str(archive), remedy=remedy)
+    updated(recordings, rebuild=False)
+    tags = frozenset(tag.removeprefix("#").casefold() for tag in keep_tag or ["keep"])
+    everyone = {path.stem for path in recordings.glob("*.h5")}
+    models = named_in(recordings.parent / "models", everyone)
+    rules = RetentionRules(older_than_days, keep_newest, tags, models)
+    old = old_recordings(recordings, rules, datetime.now(UTC))
+    for each in old:
+        print(f"{each.begun[:19]}  {each.size / 1e6:9.1f} MB  {each.specimen}  {each.file}")
+    kept = f"; {len(models)} stay because an adopted model was made from them" if models else ""
+    told = f"{len(old)} recordings, {sum(each.size for each in old) / 1e9:.3f} GB"
+    if archive is not None:
+        move_away(recordings, old, archive)
+        print(f"{told}, moved to {archive}{kept}")
+    elif delete_them:
+        delete(recordings, old)
+        print(f"{told}, deleted{kept}")
+    else:
+        print(f"{told} would go; nothing was touched: --archive FOLDER moves them, --delete deletes them{kept}")

@@ -1,0 +1,106 @@
+"""Old recordings that may go, by rule; and their going, into an archive or for good.
+
+Nothing goes by itself: a person asks, sees what would go, and asks again.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from collections.abc import Collection, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from drivers.errors import InputError
+
+from .errors import StorageError
+from .recording_index import open_index
+
+
+@dataclass(frozen=True)
+class RetentionRules:
+    """older_than_days: only those that began before; keep_newest: so many of every specimen stay; keep_tags: those with
+    one of them stay; keep: ids that stay."""
+
+    older_than_days: float
+    keep_newest: int = 0
+    keep_tags: frozenset[str] = frozenset({"keep"})
+    keep: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class OldRecording:
+    """A recording that may go."""
+
+    file: str
+    size: int
+    begun: str
+    specimen: str
+
+
+def old_recordings(folder: Path, rules: RetentionRules, now: datetime) -> list[OldRecording]:
+    """Those that may go by the index, oldest first; files that cannot be read stay.  Raises StorageError."""
+    before = (now.astimezone(UTC) - timedelta(days=rules.older_than_days)).isoformat()
+    with closing(open_index(folder)) as index:
+        known = index.files()
+    newer, found = Counter[str](), []
+    for file, size, begun, specimen, tags in reversed(known):
+        newer[specimen] += 1
+        stays = newer[specimen] <= rules.keep_newest or tags & rules.keep_tags or Path(file).stem in rules.keep
+        if begun < before and not stays:
+            found.append(OldRecording(file, size, begun, specimen))
+    return found[::-1]
+
+
+def named_in(folder: Path, identifiers: Collection[str]) -> frozenset[str]:
+    """Those of the ids that a file of this folder names: what an adopted model was made from."""
+    texts = [path.read_text(errors="replace") for path in sorted(folder.glob("*.json"))] if folder.is_dir() else []
+    return frozenset(each for each in identifiers if any(each in text for text in texts))
+
+
+def move_away(folder: Path, old: Sequence[OldRecording], archive: Path) -> None:
+    """Into the archive, each whole or not at all.  Raises InputError if one is there already, StorageError."""
+    for each in old:
+        if (archive / each.file).exists():
+            remedy = "name another archive, or look at the file that is there"
+            raise InputError(
+                "a recording of that name is in the archive", where=str(archive / each.file), remedy=remedy
+            )
+    for each in old:
+        part = archive / f".{each.file}.part"
+        try:
+            shutil.copy2(folder / each.file, part)
+            with part.open("rb") as copied:
+                os.fsync(copied.fileno())
+            os.replace(part, archive / each.file)
+            _sync(archive)
+            (folder / each.file).unlink()
+        except OSError as error:
+            with suppress(OSError):
+                part.unlink(missing_ok=True)
+            raise _refused(folder / each.file, error) from None
+
+
+def delete(folder: Path, old: Sequence[OldRecording]) -> None:
+    """For good.  Raises StorageError."""
+    for each in old:
+        try:
+            (folder / each.file).unlink(missing_ok=True)
+        except OSError as error:
+            raise _refused(folder / each.file, error) from None
+
+
+def _sync(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _refused(path: Path, error: OSError) -> StorageError:
+    remedy = "mend the disk, then ask again: those before it are gone, it and those after it are where they were"
+    return StorageError("the recording cannot be moved", where=str(path), why=error.strerror or "", remedy=remedy)
