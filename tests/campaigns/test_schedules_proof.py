@@ -8,6 +8,7 @@ import pytest
 
 from platform_daemon.schedules.calendar import Calendar
 from platform_daemon.schemas import ScheduleRequest
+from tests.campaigns.schedules_proof.kills import scheduler_kills
 from tests.campaigns.schedules_proof.oracle import due
 from tests.campaigns.schedules_proof.years import PLANS, YEAR, Years
 
@@ -41,3 +42,9 @@ def test_every_instant_stands_in_the_ledger_once_whatever_the_clock_does(tmp_pat
     assert told.wrong == []
     assert sum(told.instants.values()) > 5000
     assert told.struck["deaths"] > 3
+
+
+def test_kills_at_any_point_lose_no_start_and_double_none(tmp_path):
+    found = scheduler_kills(tmp_path, 8)
+    assert found.wrong == []
+    assert found.instants > 8

@@ -14,7 +14,6 @@ from platform_daemon.schedules import JobOutcome, Schedules
 from platform_daemon.schedules.calendar import Calendar
 from platform_daemon.schemas import ScheduleRequest
 from platform_daemon.store import StorageError
-from tests.campaigns.schedules_proof.kills import scheduler_kills
 
 T0 = datetime(2026, 3, 1, tzinfo=UTC).timestamp()
 DAY = 86_400.0
@@ -231,9 +230,3 @@ def test_nothing_is_started_that_the_disk_does_not_take_and_it_is_tried_again(be
     other.close()
     bench.until(T0 + 300)
     assert [row.state for row in bench.rows(made.identifier)] == ["late"]
-
-
-def test_kills_at_any_point_lose_no_start_and_double_none(tmp_path):
-    found = scheduler_kills(tmp_path, 8)
-    assert found.wrong == []
-    assert found.instants > 8
