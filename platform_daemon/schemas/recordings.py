@@ -123,6 +123,9 @@ class FrameDescription(Schema):
     """What the step was made with, by key, in the unit that the key names; missing outside of procedures."""
     joined: Absent[bool] = None
     """The first shot after the series had been cut off and was gone on with; missing for all others."""
+    late_s: Absent[float] = None
+    """From when it was due to its trigger, s: the first when its series began, others a pause after the last sample
+    of the shot before; missing: nobody knows."""
 
 
 class RecordingLinks(Schema):

@@ -52,6 +52,7 @@ def _shot(recording: Recording, k: int, truth: dict[str, object]) -> ShotRecord:
         excitation=info.excitation,
         truth=truth or None,
         joined=info.joined,
+        late_s=info.late_s,
         **{name: getattr(info, name) for name in FLAGS},
     )
 

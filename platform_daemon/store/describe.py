@@ -58,6 +58,7 @@ def _shot(recording: Recording, k: int) -> FrameDescription:
         shot=info.shot,
         time_stamp=info.time_stamp,
         temperature_c=info.temperature_c,
+        late_s=info.late_s,
         verdict=info.verdict,
         reason=info.reason,
         flags=tuple(info.flags),

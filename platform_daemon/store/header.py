@@ -51,7 +51,8 @@ class ShotRecord:
     the flags are the I/O card's (overwritten, corrupted, lost_steps), the LNA's and the amplifier's; blank: no
     excitation; excitation None: the header's (of a blank shot, with field and current zero);
     truth: what a simulator knows, anything JSON can say, None on real hardware; step: of a procedure, None: none;
-    joined: the first one after the series had been cut off and was gone on with.
+    joined: the first one after the series had been cut off and was gone on with; late_s: from when it was due to its
+    trigger, None: nobody knows.
     """
 
     volts: NDArray[Any]
@@ -70,6 +71,7 @@ class ShotRecord:
     truth: Mapping[str, Any] | None = None
     step: StepLabel | None = None
     joined: bool = False
+    late_s: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,8 @@ def read_frame_info(source: Hdf5File, frames: int, samples: int) -> tuple[FrameI
     flags = {name: _column(source, f"{FRAMES}/{name}", frames) for name in (*FLAGS, "blank")}
     joined = source.has_dataset(f"{FRAMES}/joined")
     flags["joined"] = _column(source, f"{FRAMES}/joined", frames) if joined else np.zeros(frames)
+    late_known = source.has_dataset(f"{FRAMES}/late")
+    late = _column(source, f"{FRAMES}/late", frames, nan=True) if late_known else np.full(frames, np.nan)
     shot, valid = (_column(source, f"{FRAMES}/{name}", frames) for name in ("shot", "valid_samples"))
     clock, celsius = (_column(source, f"{FRAMES}/{name}", frames, nan=True) for name in ("monotonic", "temperature"))
     texts = ("time_stamp", "verdict", "reason")
@@ -39,6 +41,7 @@ def read_frame_info(source: Hdf5File, frames: int, samples: int) -> tuple[FrameI
             time_stamp=stamp[k] or None,
             monotonic_s=_known(clock[k]),
             temperature_c=_known(celsius[k]),
+            late_s=_known(late[k]),
             excitation=excitation[k],
             step=steps[k],
             **{name: bool(column[k]) for name, column in flags.items()},

@@ -94,7 +94,7 @@ class FrameInfo:
     shot: number in the series from 1; time_stamp: ISO 8601; monotonic_s: the host's monotonic clock; valid_samples:
     the samples behind it are zero padding (only ever less than a whole frame when the verdict is "refused", or when
     other steps of the same procedure have longer windows); step: None outside of procedures; joined: the first
-    shot after the series had been cut off and was gone on with.
+    shot after the series had been cut off and was gone on with; late_s: from when it was due to its trigger.
     """
 
     shot: int
@@ -113,6 +113,7 @@ class FrameInfo:
     excitation: Excitation | None = None
     step: FrameStep | None = None
     joined: bool = False
+    late_s: float | None = None
 
     @property
     def flags(self) -> tuple[str, ...]:

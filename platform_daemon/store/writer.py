@@ -87,6 +87,7 @@ def frame_info(header: SeriesHeader, number: int, shot: ShotRecord, valid_sample
         excitation=excitation,
         step=None if shot.step is None else FrameStep(shot.step, *windows),
         joined=shot.joined,
+        late_s=shot.late_s,
         **flags,
     )
 
@@ -208,6 +209,8 @@ def _write_frames(h5: h5py.File, infos: Sequence[FrameInfo]) -> None:
         put(made, name, np.array([getattr(i, name) for i in infos], np.uint8), units="1")
     if any(i.joined for i in infos):
         put(made, "joined", np.array([i.joined for i in infos], np.uint8), units="1")
+    if any(i.late_s is not None for i in infos):
+        put(made, "late", _or_nan(i.late_s for i in infos), units="s")
     put_texts(made, "time_stamp", (i.time_stamp or "" for i in infos))
     put_texts(made, "verdict", (i.verdict for i in infos))
     put_texts(made, "reason", (i.reason for i in infos))

@@ -27,7 +27,7 @@ from ..shot import RawShot, run_shot
 from .destination import Destination, ShotSink
 from .self_test import SelfTest
 from .series_fits import SeriesFits
-from .series_records import header_of_shot, series_header, shot_record, shot_report, store_calibration
+from .series_records import Lateness, header_of_shot, series_header, shot_record, shot_report, store_calibration
 from .shots_in_turn import ShotsInTurn
 
 log = structlog.get_logger()
@@ -84,6 +84,7 @@ class SeriesWork:
         """
         if not self._rested(job):
             return  # nothing moves, not even for the self-test
+        self._lateness = Lateness(self._platform.clock.monotonic_s(), self._plan.sequence.pause_s)
         job.expect(self._durations_s)
         self._destination.check(self._plan.disk_bytes)
         job.warnings += self._plan.warnings
@@ -164,7 +165,7 @@ class SeriesWork:
         """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
         _raise_failure(self._storing)
         joined = 0 < done == self._joined
-        record = shot_record(shot, raw, self._turns.label(done), joined=joined)
+        record = shot_record(shot, raw, self._lateness.of(shot, raw), self._turns.label(done), joined=joined)
         self._storing = disk.submit(self._store, job, series, shot, record)
         self._storing.add_done_callback(_complain)
         if raw.reason is not None:

@@ -90,12 +90,15 @@ def _waveform(request: SequenceRequest) -> str:
     return shape + chirp + (", phase planned" if request.phase_plan != "none" else "")
 
 
-def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None, *, joined: bool = False) -> ShotRecord:
-    """A shot as the store keeps it; joined: the first one after a cut."""
+def shot_record(
+    shot: ShotPlan, raw: RawShot, late_s: float | None, step: StepLabel | None = None, *, joined: bool = False
+) -> ShotRecord:
+    """A shot as the store keeps it; late_s: from when it was due to its trigger; joined: the first one after a cut."""
     return ShotRecord(
         volts=raw.volts,
         time_stamp=raw.started.isoformat(),
         monotonic_s=raw.started_monotonic_s,
+        late_s=late_s,
         verdict="good" if raw.reason is None else "refused",
         reason=raw.reason or "",
         temperature_c=raw.temperature_c,
@@ -109,6 +112,21 @@ def shot_record(shot: ShotPlan, raw: RawShot, step: StepLabel | None = None, *, 
         step=step,
         joined=joined,
     )
+
+
+class Lateness:
+    """now_s: of the platform's monotonic clock when the series begins, which is when its first shot is due; pause_s:
+    between shots."""
+
+    def __init__(self, now_s: float, pause_s: float) -> None:
+        self._due_s, self._pause_s = now_s, pause_s
+
+    def of(self, shot: ShotPlan, raw: RawShot) -> float:
+        """s from the moment it was due to its trigger.  The next one is due a pause after its last sample."""
+        late_s = raw.started_monotonic_s - self._due_s
+        lasted_s = raw.volts.shape[1] / shot.timeline.clock.rate_hz
+        self._due_s = raw.started_monotonic_s + lasted_s + self._pause_s
+        return late_s
 
 
 def shot_report(shot: ShotRecord | FrameInfo, number: int, frame: int) -> ShotReport:
