@@ -61,7 +61,10 @@ class Backend(Protocol):
         """The clock of this back end; real devices return SystemClock()."""
 
     def mount(self, specimen: Specimen) -> None:
-        """The operator has put this resonator into the clamping unit.  Real back ends: nothing to do."""
+        """The operator has put this resonator into the clamping unit.  Real back ends: nothing to do.
+
+        One that does it by itself has an attribute `changes_resonators` that is true.
+        """
 
     def warm_up(self) -> object:
         """Do now what would make the first shot late (compiling, loading); blocking, harmless to repeat."""
@@ -94,6 +97,11 @@ class Platform:
         """Tell every back end which resonator is in the clamping unit."""
         for backend in self.backends.values():
             backend.mount(specimen)
+
+    @property
+    def changes_resonators(self) -> bool:
+        """It mounts what is asked for; else the operator does."""
+        return any(getattr(backend, "changes_resonators", False) for backend in self.backends.values())
 
     def warm_up(self) -> None:
         """Let every back end do what takes long the first time."""

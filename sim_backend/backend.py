@@ -35,6 +35,8 @@ from sim_backend.world.world import World
 class SimulatedBackend:
     """See drivers.platform.Backend; `options` is the table `[backends.simulated]`."""
 
+    changes_resonators = True
+
     def __init__(self, options: Mapping[str, Any]) -> None:
         self.options = validated(SimulatedOptions, options, "backends.simulated")
         self.world = World(self.options)

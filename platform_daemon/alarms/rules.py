@@ -72,3 +72,8 @@ class Rules:
             self._board.notice(name, f"the start due at {row.due} was {row.state}: {row.reason}")
         elif row.state in ("run", "late"):
             self._board.clear(name)
+        waits = f"mount:{row.schedule}"
+        if row.state == "due" and row.reason is not None:
+            self._board.notice(waits, row.reason)
+        elif row.state in ("due", "started", "missed", "skipped"):  # the others end a row that had begun before
+            self._board.clear(waits)

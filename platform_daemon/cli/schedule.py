@@ -1,4 +1,4 @@
-"""`platform-daemon schedule add | list | ledger | preview | pause | resume | run | remove`: asks the daemon."""
+"""`schedule add | list | ledger | preview | pause | resume | run | remove | mounted` ask the daemon."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ ZoneOption = Annotated[str, typer.Option("--time-zone", help="IANA name of the z
 WorkOption = Annotated[
     Path | None, typer.Option("--work", help="File with `kind` and `request` of the work, JSON or TOML.")
 ]
-ResonatorOption = Annotated[str | None, typer.Option("--resonator", help="In the place of --work: a series of it.")]
+ResonatorOption = Annotated[
+    list[str] | None, typer.Option("--resonator", help="In the place of --work: a series of it; several: in turn.")
+]
 ShotsOption = Annotated[int, typer.Option("--shots", help="Shots of that series.")]
 JitterOption = Annotated[float, typer.Option("--jitter-s", help="Each start is put off by up to this, s.")]
 GraceOption = Annotated[float, typer.Option("--grace-s", help="A start that has to wait longer is missed, s.")]
@@ -48,7 +50,7 @@ def add(
     at: AtOption = None,
     time_zone: ZoneOption = "UTC",
     work: WorkOption = None,
-    resonator: ResonatorOption = None,
+    resonators: ResonatorOption = None,
     shots: ShotsOption = 1,
     jitter_s: JitterOption = 0.0,
     grace_s: GraceOption = 3600.0,
@@ -61,7 +63,7 @@ def add(
     """Start a work by the calendar from now on; its id is printed."""
     trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
     rest = {"grace_s": grace_s, "policy": policy, "priority": priority, "until": until, "max_failures": max_failures}
-    request = _request({"name": name, "trigger": trigger, "work": _work(work, resonator, shots), **rest})
+    request = _request({"name": name, "trigger": trigger, **_work(work, resonators, shots), **rest})
     made = _daemon(data).add_schedule(request)
     print(f"{made.identifier}: next {made.next_due or 'never'}")
 
@@ -73,7 +75,7 @@ def preview(
     at: AtOption = None,
     time_zone: ZoneOption = "UTC",
     work: WorkOption = None,
-    resonator: ResonatorOption = None,
+    resonators: ResonatorOption = None,
     shots: ShotsOption = 1,
     jitter_s: JitterOption = 0.0,
     count: Annotated[int, typer.Option("--count", help="So many instants.", min=1, max=1000)] = 10,
@@ -81,7 +83,7 @@ def preview(
 ) -> None:
     """When such a schedule would start; nothing is kept."""
     trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
-    request = _request({"name": "preview", "trigger": trigger, "work": _work(work, resonator, shots)})
+    request = _request({"name": "preview", "trigger": trigger, **_work(work, resonators, shots)})
     for due in _daemon(data).preview_schedule(request, count):
         print(due)
 
@@ -145,6 +147,19 @@ def remove(identifier: IdArgument, data: DataOption = DATA) -> None:
     print(f"{_daemon(data).remove_schedule(identifier).identifier}: removed")
 
 
+@schedule_app.command()
+def mounted(
+    resonator: Annotated[str, typer.Argument(help="Which one was put into the clamping unit.")],
+    by: Annotated[str, typer.Option("--by", help="Who has done it.")],
+    data: DataOption = DATA,
+) -> None:
+    """Say what is in the clamping unit: schedules of several resonators in turn wait for it."""
+    from platform_daemon.schemas import MountRequest
+
+    request = validated(MountRequest, {"resonator": resonator, "by": by}, "mounted")
+    print(f"{_daemon(data).say_mounted(request).resonator} is there")
+
+
 def _daemon(data: Path) -> RemoteHardware:
     from platform_daemon.link import RemoteHardware
 
@@ -170,21 +185,24 @@ def _trigger(
     }
 
 
-def _work(file: Path | None, resonator: str | None, shots: int) -> dict[str, Any]:
-    """Raises InputError for a file that cannot be read, and if both or none are given."""
-    if (file is None) == (resonator is None):
-        remedy = "give --work FILE or --resonator NAME"
+def _work(file: Path | None, resonators: list[str] | None, shots: int) -> dict[str, Any]:
+    """`work` and `resonators`.  Raises InputError for a file that cannot be read, if both are given or none is."""
+    if (file is None) == (not resonators):
+        remedy = "give --work FILE or --resonator NAME; a file names `resonators` beside `kind` and `request`"
         raise InputError("one work is needed", where="--work, --resonator", remedy=remedy)
     if file is None:
-        return {"kind": "acquisition", "request": {"resonator": resonator, "shots": shots}}
+        assert resonators
+        work = {"kind": "acquisition", "request": {"resonator": resonators[0], "shots": shots}}
+        return {"work": work, "resonators": resonators if len(resonators) > 1 else None}
     try:
         text = file.read_text(encoding="utf-8")
         found = tomllib.loads(text) if file.suffix == ".toml" else json.loads(text)
     except (OSError, ValueError) as error:
         remedy = "write JSON or TOML with `kind` and `request`"
         raise InputError("the work cannot be read", where=str(file), why=str(error), remedy=remedy) from None
-    assert isinstance(found, dict)
-    return found
+    if not isinstance(found, dict):
+        raise InputError("is no table", where=str(file), remedy="write `kind` and `request`")
+    return {"resonators": found.pop("resonators", None), "work": found}
 
 
 def _request(asked: dict[str, Any]) -> ScheduleRequest:

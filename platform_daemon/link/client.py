@@ -20,6 +20,8 @@ from platform_daemon.schemas import (
     LedgerPage,
     LedgerRow,
     LinkCall,
+    MountedResonator,
+    MountRequest,
     PlatformStatus,
     ProcedureSummary,
     Root,
@@ -160,6 +162,16 @@ class RemoteHardware:
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """See Hardware."""
         found: CalibrationsInUse = self._told("activate", request)
+        return found
+
+    def mounted(self) -> MountedResonator:
+        """See Hardware."""
+        found: MountedResonator = self._asked("mounted")
+        return found
+
+    def say_mounted(self, request: MountRequest) -> MountedResonator:
+        """See Hardware."""
+        found: MountedResonator = self._told("say_mounted", request)
         return found
 
     def add_schedule(self, request: ScheduleRequest) -> Schedule:

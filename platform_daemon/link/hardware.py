@@ -20,6 +20,8 @@ from platform_daemon.schemas import (
     FaultUnlock,
     LedgerPage,
     LedgerRow,
+    MountedResonator,
+    MountRequest,
     PlatformStatus,
     ProcedureSummary,
     Schedule,
@@ -109,6 +111,12 @@ class Hardware(JobHolder, Protocol):
 
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """Use another calibration from the next series on.  Raises InputError, DeviceStateError."""
+
+    def mounted(self) -> MountedResonator:
+        """What is in the clamping unit, as far as anybody has said."""
+
+    def say_mounted(self, request: MountRequest) -> MountedResonator:
+        """It was put there.  Raises InputError: no resonator has that name; StorageError."""
 
     def add_schedule(self, request: ScheduleRequest) -> Schedule:
         """Keep a schedule.  Raises InputError: never due, shorter than its work, work not possible; StorageError."""

@@ -38,6 +38,12 @@ class HardwareLauncher(Launcher):
         status = self._hardware().status()
         return status.running is not None or bool(status.queued)
 
+    def missing(self, work: AnyWorkRequest) -> str | None:
+        """See Launcher."""
+        if work.kind == "acquisition":
+            return self._hardware().not_mounted(work.request.resonator)
+        return self._hardware().not_mounted(work.request.acquisition.resonator) if work.kind == "procedure" else None
+
     def new_id(self, work: AnyWorkRequest) -> str:
         """See Launcher."""
         return f"{work.kind}-{datetime.now(UTC):%Y%m%dT%H%M%S}-{token_hex(3)}"

@@ -33,6 +33,8 @@ from platform_daemon.schemas import (
     FaultUnlock,
     LedgerPage,
     LedgerRow,
+    MountedResonator,
+    MountRequest,
     PlatformStatus,
     ProcedureSummary,
     Schedule,
@@ -43,6 +45,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import StorageError, check_room
 
 from .jobs import LocalJobs, ShownJob
+from .mounted import Mounted
 from .queue import take_up_queue
 
 
@@ -54,6 +57,7 @@ class Folders:
     procedures: Path
     characterisations: Path
     calibrations: Path
+    mounted: Path
 
 
 class OwnedHardware(LocalJobs):
@@ -64,6 +68,7 @@ class OwnedHardware(LocalJobs):
     ) -> None:
         super().__init__(engine)
         self._engine, self._folders, self._schedules = engine, folders, schedules
+        self._mounted = Mounted(folders.mounted, changes_itself=engine.platform.changes_resonators)
 
     def status(self) -> PlatformStatus:
         """See Hardware."""
@@ -106,6 +111,7 @@ class OwnedHardware(LocalJobs):
         self._only_named(request.resonator)
         plan = self._engine.plan(request)
         check_room(self._folders.recordings, plan.disk_bytes)
+        self._mounted.say(request.resonator, None)
         return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings, identifier=identifier))
 
     def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
@@ -123,6 +129,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware.  identifier: that the job will have, None: a new one."""
         work = self._planned(request)
         check_room(self._folders.recordings, work.summary().disk_bytes)
+        self._mounted.say(request.acquisition.resonator, None)
         return ShownJob.of(self._engine.conduct(work, identifier=identifier))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
@@ -177,6 +184,19 @@ class OwnedHardware(LocalJobs):
                 self._engine.calibrate(job.request, self._folders.calibrations, again=job)
             case _:
                 self._engine.conduct(self._planned(job.request), again=job)
+
+    def mounted(self) -> MountedResonator:
+        """See Hardware."""
+        return self._mounted.now()
+
+    def say_mounted(self, request: MountRequest) -> MountedResonator:
+        """See Hardware."""
+        self._only_named(request.resonator)
+        return self._mounted.say(request.resonator, request.by)
+
+    def not_mounted(self, resonator: str) -> str | None:
+        """What a person has to do before it can be measured; None: nothing."""
+        return self._mounted.missing(resonator)
 
     def add_schedule(self, request: ScheduleRequest) -> Schedule:
         """See Hardware."""

@@ -26,6 +26,9 @@ class Launcher(Protocol):
     def busy(self) -> bool:
         """Does something run on the platform, or wait for it?"""
 
+    def missing(self, work: AnyWorkRequest) -> str | None:
+        """What a person has to do before it can begin: mount its resonator; None: nothing."""
+
     def new_id(self, work: AnyWorkRequest) -> str:
         """An id for its job, which no other job has."""
 

@@ -146,6 +146,16 @@ class Ledger:
             update = "UPDATE rows SET state = ?, reason = ? WHERE number = ? AND state = 'due'"
             self._sql.executemany(update, [(state, reason, number) for number, state, reason in ends])
 
+    def note(self, row: Row, reason: str | None) -> None:
+        """What a row that is due waits for."""
+        with self._change():
+            self._sql.execute("UPDATE rows SET reason = ? WHERE number = ? AND state = 'due'", (reason, row.number))
+
+    def turn(self, row: Row) -> int:
+        """How many starts of its schedule had a job before it."""
+        count = "SELECT count(*) FROM rows WHERE schedule = ? AND due < ? AND job IS NOT NULL"
+        return int(self._sql.execute(count, (row.schedule, row.due)).fetchone()[0])
+
     def claim(self, row: Row, now: float, job: str) -> bool:
         """It will become that job.  Durable before anything moves; False: it was claimed already."""
         late = max(0.0, now - row.begins)

@@ -10,11 +10,12 @@ from datetime import UTC, datetime
 import structlog
 
 from drivers.errors import InputError, PlatformError
-from platform_daemon.schemas import ScheduleEvent
+from platform_daemon.schemas import AnyWorkRequest, ScheduleEvent
 
 from .calendar import Calendar, jitter_s
 from .launcher import JobOutcome, Launcher
 from .ledger import Kept, Ledger, Row
+from .turns import work_of
 
 log = structlog.get_logger()
 Tell = Callable[[ScheduleEvent], None]
@@ -96,7 +97,7 @@ class Scheduler:
             if row.state != "due" or kept is None:
                 continue
             if now > row.deadline:
-                ends.append((row, "missed", f"nothing could start it until its deadline, {_why(kept, now)}"))
+                ends.append((row, "missed", f"nothing could start it until its deadline, {_why(row, kept)}"))
             elif row.asked or now < row.begins:
                 continue
             elif kept.off is not None:
@@ -118,19 +119,33 @@ class Scheduler:
         works = {key: kept for key, kept in schedules.items() if _beside(kept) is beside}
         rows = [r for r in self._ledger.open_rows() if r.schedule in works]
         ready = [r for r in rows if r.state == "due" and r.begins <= now <= r.deadline]
+        ready = [r for r in ready if not self._waits_for_hands(r, works[r.schedule])]
         if not ready or any(r.state == "started" for r in rows) or (not beside and self._launcher.busy()):
             return False
         row = min(ready, key=lambda r: (-works[r.schedule].request.priority, r.begins, r.number))
         kept = works[row.schedule]
-        job = self._launcher.new_id(kept.request.work)
+        job = self._launcher.new_id(self._work(row, kept))
         if not self._ledger.claim(row, now, job):
             return True
         return not self._launched(replace(row, job=job), kept, now)
 
+    def _work(self, row: Row, kept: Kept) -> AnyWorkRequest:
+        return kept.request.work if kept.request.resonators is None else work_of(kept.request, self._ledger.turn(row))
+
+    def _waits_for_hands(self, row: Row, kept: Kept) -> bool:
+        """Must its resonator be mounted first?  Its row says so meanwhile."""
+        if kept.request.resonators is None:
+            return False
+        missing = self._launcher.missing(self._work(row, kept))
+        if missing != row.reason and not (missing is None and row.asked):
+            self._ledger.note(row, missing)
+            self._tell(_event(row, "due", missing))
+        return missing is not None
+
     def _launched(self, row: Row, kept: Kept, now: float) -> bool:
         assert row.job is not None
         try:
-            self._launcher.launch(kept.request.work, row.job)
+            self._launcher.launch(self._work(row, kept), row.job)
         except PlatformError as error:
             log.error("scheduled_start_failed", schedule=kept.identifier, error=str(error))
             off = str(error) if isinstance(error, InputError) else None  # it would fail for ever
@@ -172,8 +187,11 @@ def _beside(kept: Kept) -> bool:
     return kept.request.work.kind in LEAVE_THE_PLATFORM
 
 
-def _why(kept: Kept, now: float) -> str:
-    return "the daemon was away, its clock leapt, or the platform was busy" if kept.off is None else kept.off
+def _why(row: Row, kept: Kept) -> str:
+    if kept.off is not None:
+        return kept.off
+    waited = None if row.asked else row.reason
+    return waited or "the daemon was away, its clock leapt, or the platform was busy"
 
 
 def _event(row: Row, state: str, reason: str | None) -> ScheduleEvent:

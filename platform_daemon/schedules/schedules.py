@@ -20,6 +20,7 @@ from .calendar import Calendar
 from .launcher import Launcher
 from .ledger import Kept, Ledger, Row
 from .scheduler import LEAVE_THE_PLATFORM, Scheduler, Tell, quiet
+from .turns import works
 
 log = structlog.get_logger()
 _STEP_S = 1.0
@@ -75,7 +76,7 @@ class Schedules:
         """A new schedule.  Raises InputError: never due, no such zone, shorter than its work, work not possible."""
         now = self._clock()
         calendar = Calendar(request, now)
-        planned, gap = self._launcher.planned_s(request.work), calendar.shortest_gap_s()
+        planned, gap = self._longest_s(request), calendar.shortest_gap_s()
         if planned is not None and planned > gap:
             why = f"the work takes {planned:.0f} s, and is due again after {gap:.0f} s"
             remedy = "make it due less often, or the work shorter"
@@ -141,9 +142,14 @@ class Schedules:
         """The first instants, ISO 8601 in the zone of the trigger; nothing is kept.  Raises InputError."""
         now = self._clock()
         calendar = Calendar(request, now)
-        self._launcher.planned_s(request.work)
+        self._longest_s(request)
         dues = itertools.islice(calendar.after(max(now, calendar.start), inclusive=True), count)
         return tuple(calendar.shown(due) for due in dues)
+
+    def _longest_s(self, request: ScheduleRequest) -> float | None:
+        """Of its work with each of its resonators; None: nobody knows.  Raises InputError: it could not be done."""
+        planned = [self._launcher.planned_s(work) for work in works(request)]
+        return max((each for each in planned if each is not None), default=None)
 
     def _step_past(self, identifier: str) -> None:
         """Write down what was due while it was off, as skipped: resuming must not start it."""

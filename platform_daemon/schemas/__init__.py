@@ -166,6 +166,8 @@ DeviceSurvey: What `devices --json` writes.
 EntryPoints: Where everything is.
 FaultCleared: What stood in the way of power, and who has cleared it.
 FaultUnlock: Who clears the fault of an owner that has died, and why.
+MountRequest: A resonator was put into the clamping unit.
+MountedResonator: What is in the clamping unit, as far as anybody has said.
 QueueOrder: The order of jobs that wait.
 Checkup: What `doctor` found.
 Finding: One thing that it has looked at.

@@ -243,5 +243,7 @@ from .unattended import Checkup as Checkup
 from .unattended import FaultCleared as FaultCleared
 from .unattended import FaultUnlock as FaultUnlock
 from .unattended import Finding as Finding
+from .unattended import MountedResonator as MountedResonator
+from .unattended import MountRequest as MountRequest
 from .unattended import QueueOrder as QueueOrder
 from .unattended import Verdict as Verdict

@@ -107,6 +107,9 @@ class ScheduleRequest(Request):
     """When it is due."""
     work: AnyWorkRequest
     """What is started."""
+    resonators: Annotated[list[Annotated[str, Field(min_length=1, max_length=500)]], Field(min_length=1)] | None = None
+    """In turn: each start is with the next of them in the place of the resonator of the work, a series or procedure;
+    null: always with that one.  Where a person has to mount it, a start waits until it is said to be there."""
     grace_s: Annotated[float, Field(gt=0, le=31_536_000, allow_inf_nan=False)] = 3600.0
     """A start that could not begin so long after its instant is missed, s."""
     policy: SchedulePolicy = "coalesce"

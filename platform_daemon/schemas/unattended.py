@@ -70,3 +70,29 @@ class Checkup(Schema):
     def fails(self) -> bool:
         """Something must not stay as it is."""
         return any(each.verdict is Verdict.FAIL for each in self.findings)
+
+
+class MountRequest(Request):
+    """A resonator was put into the clamping unit."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [{"resonator": "jewel", "by": "anna"}]})
+
+    resonator: Annotated[str, Field(min_length=1, max_length=500)]
+    """Its name, one of GET /resonators."""
+    by: Annotated[str, Field(min_length=1, max_length=200)]
+    """Who has done it."""
+
+
+class MountedResonator(Schema):
+    """What is in the clamping unit, as far as anybody has said."""
+
+    model_config = ConfigDict(json_schema_extra=example("mounted_resonator"))
+
+    resonator: str | None
+    """Its name; null: nobody has said it."""
+    by: str | None
+    """Who has said so; null: it was measured last."""
+    at: str | None
+    """Since when, ISO 8601, UTC; null: nobody has said it."""
+    changed_by_platform: bool
+    """The platform mounts what is asked for, nobody has to do it."""

@@ -85,7 +85,9 @@ class Opening:
 
     def __init__(self, start: Callable[[], Engine], folder: DataFolder, *, forget: bool) -> None:
         self._start, self._forget = start, forget
-        self._folders = Folders(folder.recordings, folder.procedures, folder.characterisations, folder.calibrations)
+        self._folders = Folders(
+            folder.recordings, folder.procedures, folder.characterisations, folder.calibrations, folder.mounted
+        )
         self._engine: Engine | None = None
         self._hardware: OwnedHardware | None = None
         self._error: DeviceError = DeviceLost("the devices are being opened", remedy="ask again in some seconds")

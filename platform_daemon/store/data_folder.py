@@ -18,13 +18,13 @@ _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
     *("jobs", "resonators", "sequences", "presets"),
 )
-TOKENS, AUDIT, EVENTS, ALARMS = "tokens.json", "audit.jsonl", "events.db", "alarms.json"
+TOKENS, AUDIT, EVENTS, ALARMS, MOUNTED = "tokens.json", "audit.jsonl", "events.db", "alarms.json", "mounted.json"
 
 
 @dataclass(frozen=True)
 class DataFolder:
-    """Where a daemon keeps what it makes: folders, the files `tokens`, `audit`, `events` and `alarms`, which need
-    not exist; `lock` is held as long as the process lives, None: by another one."""
+    """Where a daemon keeps what it makes: folders, the files `tokens`, `audit`, `events`, `alarms` and `mounted`, which
+    need not exist; `lock` is held as long as the process lives, None: by another one."""
 
     recordings: Path
     fits: Path
@@ -41,6 +41,7 @@ class DataFolder:
     audit: Path
     events: Path
     alarms: Path
+    mounted: Path
     lock: TextIO | None
 
 
@@ -76,5 +77,6 @@ def open_data_folder(folder: Path) -> DataFolder:
 
 def data_paths(folder: Path, lock: TextIO | None = None) -> DataFolder:
     """Where everything is in a folder that another process has opened; nothing is made or looked at."""
-    files = {"tokens": folder / TOKENS, "audit": folder / AUDIT, "events": folder / EVENTS, "alarms": folder / ALARMS}
+    named = {"tokens": TOKENS, "audit": AUDIT, "events": EVENTS, "alarms": ALARMS, "mounted": MOUNTED}
+    files = {name: folder / file for name, file in named.items()}
     return DataFolder(**{name: folder / name for name in _NAMES}, **files, lock=lock)

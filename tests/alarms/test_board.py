@@ -99,6 +99,7 @@ def row(state):
         ([job(JobState.FAILED, "x", 2.0)], "failed:acquisition", "after 50%", [job(JobState.DONE)]),
         ([row("missed")], "schedule:nightly", "was missed: busy", [row("run")]),
         ([row("failed")], "schedule:nightly", "was failed", [row("late")]),
+        ([row("due"), row("run")], "mount:nightly", "busy", [row("started")]),
     ],
 )
 def test_what_raises_an_alarm_and_what_ends_it(board, raising, name, text, clearing):

@@ -97,7 +97,7 @@ def half_year(case: Case, seed: int) -> list[IndexedRecording]:
     for k, day in enumerate(days):
         at = (begin + timedelta(days=float(day))).isoformat(timespec="milliseconds")
         shot = IndexedShot(0, at, float(sensor[k]), 1.2e-3, {name: float(column[k]) for name, column in values.items()})
-        made.append(IndexedRecording(f"r{k:04d}", at, "J-01", "", 1, 1, "c@1", "d30 jewel", (shot,)))
+        made.append(IndexedRecording(f"r{k:04d}", at, "J-01", "", 1, 1, "c@1", "d30 jewel", shots=(shot,)))
     return made
 
 

@@ -11,7 +11,7 @@ from platform_daemon.store import DataFolder
 
 def linked_context(engine: Engine, data: DataFolder) -> Context:
     """A context whose hardware is that engine, on the other end of a socket in the data folder."""
-    folders = Folders(data.recordings, data.procedures, data.characterisations, data.calibrations)
+    folders = Folders(data.recordings, data.procedures, data.characterisations, data.calibrations, data.mounted)
     engine.warm_up_fits()
     owned, folder = OwnedHardware(engine, folders), data.recordings.parent
     LinkServer(lambda: owned, folder)

@@ -23,8 +23,10 @@ class Linked:
             catalogue=open_catalogue(self.data.resonators, self.data.sequences),
         )
         data = self.data
-        folders = Folders(data.recordings, data.procedures, data.characterisations, data.calibrations)
-        self.owned, self.folder = OwnedHardware(self.engine, folders), folder
+        self.folders = Folders(
+            data.recordings, data.procedures, data.characterisations, data.calibrations, data.mounted
+        )
+        self.owned, self.folder = OwnedHardware(self.engine, self.folders), folder
         self.server = LinkServer(lambda: self.owned, folder)
         self.remote = RemoteHardware(folder, patience_s=20)
 

@@ -7,9 +7,11 @@ import pytest
 
 from drivers.errors import InputError
 from platform_daemon.engine import JobRecords
-from platform_daemon.link import HardwareLauncher
+from platform_daemon.link import HardwareLauncher, OwnedHardware
+from platform_daemon.link.mounted import Mounted
 from platform_daemon.schedules import Schedules
-from platform_daemon.schemas import ScheduleRequest
+from platform_daemon.schemas import MountRequest, ScheduleRequest
+from platform_daemon.store import open_recording
 
 
 def asked(resonator="jewel"):
@@ -44,3 +46,38 @@ def test_a_resonator_that_is_not_there_is_refused_before_it_is_kept(schedules):
     with pytest.raises(InputError, match="nobody"):
         schedules.add(asked("nobody"))
     assert schedules.list() == ()
+
+
+def test_resonators_come_in_turn_and_what_a_person_has_to_mount_is_waited_for(linked, tmp_path, monkeypatch):
+    monkeypatch.setattr(linked.engine.platform.backends["simulated"], "changes_resonators", False, raising=False)
+    owned = OwnedHardware(linked.engine, linked.folders)  # of a platform that changes none by itself
+    launcher = HardwareLauncher(lambda: owned, JobRecords(linked.data.jobs), linked.data.recordings)
+    schedules = Schedules(tmp_path / "turns.db", launcher)
+    request = asked().model_copy(update={"resonators": ["thread", "jewel"]})
+    owned.say_mounted(MountRequest(resonator="jewel", by="a test"))
+    identifier = schedules.add(request).identifier
+    schedules.step()
+    [row] = schedules.page(identifier).rows
+    assert (row.state, row.job) == ("due", None)
+    assert "thread has to be mounted, jewel is there" in row.reason
+    assert owned.mounted().by == "a test"
+    assert owned.say_mounted(MountRequest(resonator="thread", by="a test")).resonator == "thread"
+    end = time.monotonic() + 120
+    while (row := schedules.page(identifier).rows[0]).state in {"due", "started"} and time.monotonic() < end:
+        schedules.step()
+        time.sleep(0.2)
+    assert row.state in ("run", "late")
+    assert "thread" in open_recording(linked.data.recordings / f"{row.recording}.h5").provenance.title.lower()
+    owned.acquire(asked().work.request)  # somebody measures the other one, so that it is there
+    assert (owned.mounted().resonator, owned.mounted().by) == ("jewel", None)
+    schedules.close()
+
+
+def test_what_is_mounted_outlives_a_damaged_record(tmp_path):
+    mounted = Mounted(tmp_path / "mounted.json", changes_itself=False)
+    assert "nobody has said" in mounted.missing("jewel")
+    mounted.say("jewel", "me")
+    assert Mounted(tmp_path / "mounted.json", changes_itself=False).missing("jewel") is None
+    (tmp_path / "mounted.json").write_text("{")
+    assert "nobody has said" in mounted.missing("jewel")
+    assert Mounted(tmp_path / "mounted.json", changes_itself=True).missing("jewel") is None

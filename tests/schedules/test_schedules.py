@@ -30,13 +30,17 @@ class Owner:
 
     def __init__(self, clock, takes_s=10.0):
         self.clock, self.takes_s, self.jobs, self.next_fails = clock, takes_s, {}, None
-        self.ends = "done"
+        self.ends, self.mounted, self.began_with = "done", None, []
 
     def planned_s(self, work):
         return self.takes_s
 
     def busy(self):
         return any(self.outcome(job).state == "running" for job in list(self.jobs)[-1:])
+
+    def missing(self, work):
+        wanted = work.request.resonator
+        return None if self.mounted in (None, wanted) else f"{wanted} has to be mounted"
 
     def new_id(self, work):
         return f"acquisition-{len(self.jobs)}"
@@ -46,6 +50,7 @@ class Owner:
             raise self.next_fails
         assert job not in self.jobs
         self.jobs[job] = self.clock()
+        self.began_with.append(getattr(work.request, "resonator", None))
 
     def outcome(self, job):
         if job not in self.jobs:
@@ -55,10 +60,10 @@ class Owner:
 
 
 class Bench:
-    def __init__(self, folder):
+    def __init__(self, folder, tell=lambda event: None):
         self.now, self.path = T0, folder / "schedules.db"
         self.owner = Owner(self.clock)
-        self.all = Schedules(self.path, self.owner, self.clock)
+        self.all = Schedules(self.path, self.owner, self.clock, tell)
 
     def clock(self):
         return self.now
@@ -230,3 +235,43 @@ def test_nothing_is_started_that_the_disk_does_not_take_and_it_is_tried_again(be
     other.close()
     bench.until(T0 + 300)
     assert [row.state for row in bench.rows(made.identifier)] == ["late"]
+
+
+def test_several_resonators_come_in_turn_whatever_lies_between(bench):
+    made = bench.all.add(asked({"every_s": 600.0}, resonators=["thread", "jewel", "T-07"]))
+    bench.until(T0 + 1900)
+    bench.restart()
+    bench.now += 7200  # away
+    bench.until(bench.now + 1900)
+    assert bench.owner.began_with == ["thread", "jewel", "T-07"] * 2 + ["thread", "jewel"]
+    bench.all.run(made.identifier)
+    bench.now += 1
+    bench.all.step()
+    assert bench.owner.began_with[-1] == "T-07"
+
+
+def test_where_a_person_has_to_mount_it_a_start_waits_and_says_so(tmp_path):
+    told = []
+    bench = Bench(tmp_path, told.append)
+    bench.owner.mounted = "thread"
+    made = bench.all.add(asked({"every_s": 3600.0}, resonators=["thread", "jewel"], grace_s=1800.0))
+    other = bench.all.add(asked({"every_s": 3600.0}))
+    bench.until(T0 + 3700)
+    assert [row.state for row in bench.rows(made.identifier)] == ["late", "due"]
+    assert bench.rows(made.identifier)[-1].reason == "jewel has to be mounted"
+    assert [row.state for row in bench.rows(other.identifier)] == ["late", "run"]  # nobody else waits for it
+    assert [each.reason for each in told if each.state == "due"] == ["jewel has to be mounted"]
+    bench.owner.mounted = "jewel"
+    bench.until(T0 + 3900)
+    assert bench.rows(made.identifier)[-1].state == "late"
+    assert bench.owner.began_with[-1] == "jewel"
+    bench.until(T0 + 9200)  # nobody comes
+    last = bench.rows(made.identifier)[-1]
+    assert (last.state, bench.owner.began_with.count("thread")) == ("missed", 1)
+    assert "thread has to be mounted" in last.reason
+    bench.all.close()
+
+
+def test_what_has_no_resonator_is_done_in_no_turn(bench):
+    with pytest.raises(InputError, match="resonator of its own"):
+        bench.all.add(asked({"every_s": 600.0}, resonators=["jewel"], work={"kind": "fit", "specimen": "x"}))

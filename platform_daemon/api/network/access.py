@@ -53,6 +53,8 @@ ACCESS: dict[str, Access] = {
     "get_readiness": VIEW,
     "get_platform": VIEW,
     "list_devices": VIEW,
+    "get_mounted_resonator": VIEW,
+    "say_mounted_resonator": ACT,
     "list_resonators": VIEW_FILES,
     "get_resonator": VIEW_FILES,
     "add_resonator": ACT,

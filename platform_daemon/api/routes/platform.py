@@ -16,6 +16,8 @@ from platform_daemon.schemas import (
     FaultReset,
     FaultUnlock,
     Health,
+    MountedResonator,
+    MountRequest,
     PlatformStatus,
     ProblemKind,
     QueueOrder,
@@ -133,6 +135,22 @@ def order_queue(context: Shared, body: QueueOrder) -> PlatformStatus:
     It outlives a restart.  409 if one of them does not wait (any more): nothing is changed then.
     """
     return context.hardware.order(tuple(body.order))
+
+
+@router.get("/platform/resonator", summary="What is in the clamping unit", responses=problems(503))
+def get_mounted_resonator(context: Shared) -> MountedResonator:
+    """As far as anybody has said: by this path, or by measuring it."""
+    return context.hardware.mounted()
+
+
+@router.post(
+    "/platform/resonator",
+    summary="Say that a resonator was put into the clamping unit",
+    responses=problems(409, 415, 422, 503, 507),
+)
+def say_mounted_resonator(body: MountRequest, context: Shared) -> MountedResonator:
+    """A schedule with several resonators in turn waits for it, where the platform does not change them by itself."""
+    return context.hardware.say_mounted(body)
 
 
 @router.get("/problems/{kind}", summary="What a kind of problem means", responses=problems(404))

@@ -30,12 +30,12 @@ class NotThere(AssertionError):
 
 
 class Bench:
-    """The daemon is started when it is needed, with a state folder of its own."""
+    """The daemon is started when it is needed, with a state folder of its own.  options: further ones of `serve`."""
 
-    def __init__(self, folder: Path, seed: int) -> None:
+    def __init__(self, folder: Path, seed: int, options: tuple[str, ...] = ()) -> None:
         self.lab = Lab(folder, 'specimen="../resonators/jewel.toml"', f"world.seed={seed}", f"seed={seed}")
         self.world = self.lab.emulator.world
-        self._folder = folder
+        self._folder, self._options = folder, options
         os.environ["XDG_STATE_HOME"] = str(folder / "state")  # of the guards, and of `reset_fault` here
         self.process: subprocess.Popen[str] | None = None
         self.address = ""
@@ -66,13 +66,13 @@ class Bench:
         if self.process is None or self.process.poll() is not None:
             self.stop_daemon()
             self.reset_fault()
-            self._start()
-        if self._job and self._get(self._job)["state"] in ("queued", "running"):
+            self.start()
+        if self._job and self.get(self._job)["state"] in ("queued", "running"):
             return
-        answer = self._post("/acquisitions", SERIES)
+        answer = self.post("/acquisitions", SERIES)
         if answer.status_code == 409:  # a fault stands
-            self._post("/platform/fault/reset", {"by": "a campaign", "reason": "a strike on purpose"})
-            answer = self._post("/acquisitions", SERIES)
+            self.post("/platform/fault/reset", {"by": "a campaign", "reason": "a strike on purpose"})
+            answer = self.post("/acquisitions", SERIES)
         assert answer.status_code == 202, answer.text
         self._job = answer.headers["location"]
 
@@ -87,7 +87,8 @@ class Bench:
                     raise
                 time.sleep(0.1)
 
-    def _start(self) -> None:
+    def start(self) -> None:
+        """A daemon on the lab."""
         command = [
             sys.executable,
             "-m",
@@ -100,7 +101,9 @@ class Bench:
         ]
         where = ["--platform", "emulated", "--endpoints", str(self.lab.endpoints)]
         with (self._folder / "daemon.log").open("ab") as log:
-            self.process = subprocess.Popen([*command, *where], stdout=subprocess.PIPE, stderr=log, text=True)
+            self.process = subprocess.Popen(
+                [*command, *where, *self._options], stdout=subprocess.PIPE, stderr=log, text=True
+            )
         assert self.process.stdout is not None
         self.address = self.process.stdout.readline().split()[-1]
         self._job = ""
@@ -116,7 +119,7 @@ class Bench:
 
     def series_ended(self) -> bool:
         """Has the series ended?"""
-        return self._get(self._job)["state"] not in ("queued", "running")
+        return self.get(self._job)["state"] not in ("queued", "running")
 
     def end_series(self) -> None:
         """It is cancelled, or has ended before."""
@@ -126,12 +129,14 @@ class Bench:
             assert time.monotonic() < until, "the series does not end"
             time.sleep(0.05)
 
-    def _get(self, path: str) -> Any:
+    def get(self, path: str) -> Any:
+        """What it answers."""
         answer = httpx2.get(f"{self.address}{path}", timeout=30)
         assert answer.status_code == 200, answer.text
         return answer.json()
 
-    def _post(self, path: str, body: Any) -> Any:
+    def post(self, path: str, body: Any) -> Any:
+        """The answer."""
         return httpx2.post(f"{self.address}{path}", json=body, timeout=30)
 
     # --- processes

@@ -37,7 +37,7 @@ SLACK_SAMPLES = 1
 
 
 class Died(DeviceLost):
-    """The owner is gone."""
+    """The owner is gone: whatever it asks, no device hears of it."""
 
 
 class Wire:

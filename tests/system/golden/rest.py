@@ -60,6 +60,8 @@ def _platform(daemon: Daemon) -> None:
         daemon.ask(f"platform/no-trend{part.replace('/', '-')}", "GET", f"/specimens/nobody/trend{part}")
     daemon.ask("platform/events-number", "GET", "/events", params={"after": "x"})
     daemon.ask("platform/queue", "POST", "/platform/queue", json={"order": ["nothing"]})
+    daemon.ask("platform/mounted", "GET", "/platform/resonator")
+    daemon.ask("platform/mount", "POST", "/platform/resonator", json={"resonator": "jewel", "by": "me"})
     daemon.ask("platform/no-live", "GET", "/live/harmonics")
     daemon.ask("platform/reset", "POST", "/devices/power_amplifier/reset", json={})
     daemon.ask("platform/fault-reset", "POST", "/platform/fault/reset", json={"by": "me", "reason": "looked"})
