@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: night schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -74,6 +74,10 @@ crash: install
 # Ten simulated years of schedules, and deaths; `make schedules-proof PROOF='--years 1 --kills 50 --daemon-kills 5'` is a short one.
 schedules-proof: install
 	$(BIN)/python -m tests.campaigns.schedules_proof --page docs/schedules-proof.md $(PROOF)
+
+# Scheduled series on the emulated wires with faults; `make night NIGHT='--minutes 3'` is a short one.
+night: install
+	$(BIN)/python -m tests.campaigns.night --page docs/night.md $(NIGHT)
 
 # Random commands, faults and deaths; `make interlock INTERLOCK='--steps 10000'` is a short one.
 interlock: install

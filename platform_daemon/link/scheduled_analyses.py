@@ -8,7 +8,7 @@ from __future__ import annotations
 from contextlib import closing
 from pathlib import Path
 
-from drivers.errors import InputError
+from drivers.errors import DeviceStateError, InputError
 from platform_daemon.engine import AnyJob, Job, JobRecords
 from platform_daemon.schemas import (
     DiagnosisRequest,
@@ -31,7 +31,7 @@ class ScheduledAnalyses:
         self._records, self._recordings = records, recordings
 
     def queue(self, work: FitWorkRequest | DiagnosisWorkRequest, identifier: str) -> None:
-        """A job that waits.  Raises InputError if no recording is of its specimen, StorageError."""
+        """A job that waits.  Raises DeviceStateError if no recording is of its specimen yet, StorageError."""
         newest = work.newest if isinstance(work, DiagnosisWorkRequest) else 1
         names = self._newest(work.specimen, newest)
         job: AnyJob
@@ -60,5 +60,5 @@ class ScheduledAnalyses:
         if not found:
             why = "none with on-line fits has been indexed"
             remedy = "measure it first; `sample` of an acquisition is the name of the specimen, else its resonator's"
-            raise InputError(f"no recording is of {specimen!r}", where="work.specimen", why=why, remedy=remedy)
+            raise DeviceStateError(f"no recording is of {specimen!r}", where="work.specimen", why=why, remedy=remedy)
         return found

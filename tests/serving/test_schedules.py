@@ -175,10 +175,25 @@ def test_what_is_stored_is_analysed_by_the_calendar(daemon, kind, page):
     assert found["result"]
 
 
-def test_a_specimen_that_nobody_has_measured_switches_its_schedule_off_with_the_reason(daemon):
-    work = {"kind": "diagnosis", "specimen": "nobody's"}
-    made = daemon.post("/schedules", {"name": "x", "trigger": {"at": ["2099-01-01T00:00"]}, "work": work}).json()
-    daemon.post(f"/schedules/{made['identifier']}/run", {})
-    wait_for(lambda: rows(daemon, made["identifier"])[0]["state"] == "failed")
+def test_a_specimen_that_nobody_has_measured_yet_is_a_failure_as_any_other(daemon):
+    work, trigger = {"kind": "diagnosis", "specimen": "nobody's"}, {"at": ["2099-01-01T00:00"]}
+    asked = {"name": "x", "trigger": trigger, "work": work, "max_failures": 2}
+    made = daemon.post("/schedules", asked).json()
+    for number, active in enumerate((True, False), start=1):
+        daemon.post(f"/schedules/{made['identifier']}/run", {})
+        wait_for(lambda n=number: [r["state"] for r in rows(daemon, made["identifier"])] == ["failed"] * n)
+        assert daemon.get(f"/schedules/{made['identifier']}").json()["active"] is active
     assert "no recording is of" in rows(daemon, made["identifier"])[0]["reason"]
-    assert daemon.get(f"/schedules/{made['identifier']}").json()["active"] is False
+
+
+def test_the_command_line_takes_several_resonators_and_says_what_is_mounted(daemon):
+    made = command(daemon, "add", "two", "--every-s", "600", "--resonator", "thread", "--resonator", "jewel")
+    assert made.returncode == 0, made.stderr
+    identifier = made.stdout.split(":")[0]
+    found = daemon.get(f"/schedules/{identifier}").json()["request"]
+    assert found["resonators"] == ["thread", "jewel"]
+    assert command(daemon, "remove", identifier).returncode == 0
+    assert command(daemon, "mounted", "jewel", "--by", "me").stdout == "jewel is there\n"
+    told = daemon.get("/platform/resonator").json()
+    assert (told["resonator"], told["by"], told["changed_by_platform"]) == ("jewel", "me", True)
+    assert_one_line_error(command(daemon, "mounted", "nobody", "--by", "me"), 2, "nobody")

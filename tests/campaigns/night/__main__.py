@@ -72,6 +72,7 @@ def _page(found: Night, wrong: list[str], *, last_trips: bool) -> str:
 
 def _short(reason: str) -> str:
     """Without what differs from one time to the next."""
+    reason = re.sub(r"/\S*/(\w+):", r"\1:", reason)
     text = re.sub(r"acquisition-\S+", "acquisition-...", re.sub(r"\d+(\.\d+)?", "#", reason.split(" Remedy")[0]))
     return text[:150].replace("|", "/").replace("\n", " ")
 

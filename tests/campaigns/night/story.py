@@ -18,8 +18,19 @@ AFTER_S = 25.0
 
 def contradictions(night: Night) -> list[str]:
     """All of them."""
-    checks = (_instants, _jobs, _recordings, _shot_events, _row_events, _alarms, _calls, _causes, _world)
+    checks = (_instants, _analyses, _jobs, _recordings, _shot_events, _row_events, _alarms, _calls, _causes, _world)
     return list(chain.from_iterable(check(night) for check in checks))
+
+
+def _analyses(night: Night) -> Iterator[str]:
+    """Fits by the calendar have come to an end, too; the first is due before anything was measured."""
+    for k, row in enumerate(night.analyses):
+        if row["state"] not in ENDS or (row["state"] != "run" and not row["reason"]):
+            yield f"{_named(row)} of the fits: {row['reason']}"
+        if k == 0 and "no recording is of" not in str(row["reason"]):
+            yield f"the first fit was due before there was anything, and is {row['state']}: {row['reason']}"
+    if len(night.analyses) > 3 and not any(row["state"] == "run" for row in night.analyses):
+        yield "no fit by the calendar was made"
 
 
 def _instants(night: Night) -> Iterator[str]:
