@@ -23,6 +23,7 @@ LINKS: dict[str, dict[str, dict[str, str]]] = {  # operation -> operations that 
     "get_acquisition": {"get_recording": {"identifier": "$response.body#/result/recording"}},
     "start_procedure": {"get_procedure": _ID, "cancel_procedure": _ID, "pause_procedure": _ID, "resume_procedure": _ID},
     "get_procedure": {"get_recording": {"identifier": "$response.body#/result/recording"}},
+    "start_self_test": {"get_self_test": _ID, "cancel_self_test": _ID},
     "start_calibration": {"get_calibration": _ID, "cancel_calibration": _ID, "continue_calibration": _ID},
     "start_fit": {"get_fit": _ID, "cancel_fit": _ID, "get_derived": _ID},
     "get_fit": {"get_derived": _ID, "get_envelopes": {**_ID, "frame": "$response.body#/result/frames/0/frame"}},

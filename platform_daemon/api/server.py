@@ -30,6 +30,7 @@ from .routes import (
     procedures,
     recordings,
     schedules,
+    self_tests,
     specimens,
 )
 
@@ -46,6 +47,7 @@ TAGS = {
     "alarms": "What somebody should know, and numbers for Prometheus",
     "schedules": "Work by the calendar, and what became of each start",
     "calibrations": "Of the receive and of the transmit side",
+    "self-tests": "Is the chain as the platform file says?",
     "recordings": "What was measured, with its dm/dt",
     "specimens": "What specimens do over months",
     "fits": "Of stored recordings",
@@ -82,6 +84,7 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
         events,
         alarms,
         calibrations,
+        self_tests,
         recordings,
         specimens,
         fits,

@@ -1,6 +1,7 @@
 """The command line: one file per command, and what the commands share.
 
 bench: `platform-daemon bench fit`: kept for those who call it.
+self_test: `platform-daemon self-test`: is the chain as the platform file says?
 calibrate: `platform-daemon calibrate receive | transmit`.
 design: `platform-daemon design | defects`: what a design says, and what manufacturing defects do to it.
 devices: `platform-daemon devices | reset-amplifier | config check`.

@@ -36,6 +36,7 @@ from .recordings import info, plot
 from .retention import retention
 from .safety import outputs_off, reset_fault
 from .schedule import schedule_app
+from .self_test import self_test
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
@@ -57,6 +58,7 @@ app.command()(reset_amplifier)
 app.command()(outputs_off)
 app.command()(reset_fault)
 app.command()(doctor)
+app.command()(self_test)
 app.command()(emulate)
 app.command()(fit)
 app.command()(harmonics)

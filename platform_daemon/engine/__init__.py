@@ -37,6 +37,7 @@ DiagnosisTask: What a diagnosis computes.
 FitTask: What a fit computes.
 FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
+queue_self_test: A self-test behind what waits for the platform.
 """
 
 from .analysis_jobs import AnalysisJobs
@@ -53,6 +54,7 @@ from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
 from .procedures.planned import plan_procedure
 from .procedures.tune import NotTuned
 from .queue_edits import edit_series, put_in_order, resume_series
+from .queued_self_test import queue_self_test
 from .tuned_presets import TunedPresets
 from .work.characterisation import CharacterisationFiles, CharacterisationWork
 from .work.diagnosis import DiagnosisTask, DiagnosisWork
@@ -92,6 +94,7 @@ __all__ = [
     "open_catalogue",
     "plan_procedure",
     "put_in_order",
+    "queue_self_test",
     "quiet",
     "read_receive",
     "record_of",

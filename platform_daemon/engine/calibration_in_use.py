@@ -91,6 +91,10 @@ class CalibrationInUse:
             self._platform.calibration = found
         log.info("calibration_adopted", identifier=found.identifier, date=found.date)
 
+    def requested_self_test(self) -> SelfTest:
+        """The self-test that somebody asks for, on also where it is off before series.  Raises SequenceRejected."""
+        return SelfTest(self._platform, self.side, self._options.model_copy(update={"enabled": True}))
+
     def in_use(self) -> CalibrationsInUse:
         """Name and date of both calibrations."""
         receive, transmit = self._platform.calibration, self._platform.transmit_calibration

@@ -82,7 +82,7 @@ class Engine:
         self.config_text = config_text
         self.live = LiveEstimate()
         self.catalogue = catalogue
-        self._calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
+        self.calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
         self._models = models
         self.online, self.computing = online, computing
         self._registry, self._tell = JobRegistry(journal or JobRecords(None), ON_HARDWARE, tell), tell
@@ -99,7 +99,7 @@ class Engine:
     @property
     def side(self) -> TransmitSide:
         """What sequences are planned for now."""
-        return self._calibration_in_use.side
+        return self.calibration_in_use.side
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
@@ -139,7 +139,7 @@ class Engine:
     @property
     def series_bench(self) -> SeriesBench:
         """What a series is made with now."""
-        self_test = self._calibration_in_use.self_test
+        self_test = self.calibration_in_use.self_test
         in_shot = partial(self._hardware.refresh, busy=True)
         fits = self._online, self.online
         return SeriesBench(self.platform, self.config_text, *fits, self.live, in_shot, self_test, self._tell)
@@ -149,7 +149,7 @@ class Engine:
     ) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
-            work = calibration_work(self.platform, request, self.side, folder, self._calibration_in_use.self_test)
+            work = calibration_work(self.platform, request, self.side, folder, self.calibration_in_use.self_test)
             return self.submit(work, None, again, identifier)
 
     def submit(
@@ -181,8 +181,8 @@ class Engine:
             if any(not job.state.final for job in self._registry.stoppable()):
                 what, remedy = "a series, a calibration or a procedure", "wait until all have ended, or cancel them"
                 raise DeviceStateError(f"{what} runs or waits", where="calibration", remedy=remedy)
-            self._calibration_in_use.activate(request, folder)
-            return self._calibration_in_use.in_use()
+            self.calibration_in_use.activate(request, folder)
+            return self.calibration_in_use.in_use()
 
     def conduct(
         self, work: Work[RequestT, ResultT], again: AnyJob | None = None, identifier: str | None = None
@@ -208,7 +208,7 @@ class Engine:
 
     def status(self) -> PlatformStatus:
         """Devices as last read back (a second ago while idle, in the RX window of a long shot), and the job."""
-        jobs, in_use = self._registry, self._calibration_in_use.in_use()
+        jobs, in_use = self._registry, self.calibration_in_use.in_use()
         waiting = tuple(job.identifier for job in self.queue.jobs())
         return self._readback.status(in_use, self._interlock.stands, jobs.running, waiting)
 

@@ -17,7 +17,7 @@ from .jobs import AnyJob
 log = structlog.get_logger()
 ANALYSES = frozenset({"fit", "diagnosis", "characterisation"})
 """Kinds of jobs that leave the hardware alone; another process than its owner may hold them."""
-ON_HARDWARE = frozenset({"acquisition", "procedure", "calibration"})
+ON_HARDWARE = frozenset({"acquisition", "procedure", "calibration", "self_test"})
 """The others."""
 MOST_ENDED = 200
 """Jobs that have ended and are kept in memory; ..."""

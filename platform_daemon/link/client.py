@@ -28,6 +28,7 @@ from platform_daemon.schemas import (
     Schedule,
     ScheduleRequest,
     Schema,
+    SelfTestRequest,
     ShotHarmonics,
     ShotPage,
 )
@@ -154,6 +155,10 @@ class RemoteHardware:
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """See Hardware."""
         return self._job_told("calibrate", request)
+
+    def self_test(self, request: SelfTestRequest) -> ShownJob:
+        """See Hardware."""
+        return self._job_told("self_test", request)
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""

@@ -26,6 +26,7 @@ from platform_daemon.schemas import (
     ProcedureSummary,
     Schedule,
     ScheduleRequest,
+    SelfTestRequest,
     ShotHarmonics,
     ShotPage,
 )
@@ -105,6 +106,9 @@ class Hardware(JobHolder, Protocol):
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """Queue a calibration.  Raises InputError; nothing moves then."""
+
+    def self_test(self, request: SelfTestRequest) -> ShownJob:
+        """Queue a self-test.  Raises InputError; nothing moves then."""
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """What the job has asked of the operator is done.  Raises UnknownId, DeviceStateError if it asks nothing."""

@@ -26,7 +26,7 @@ class HardwareLauncher(Launcher):
         self._analyses = ScheduledAnalyses(records, recordings)
 
     def planned_s(self, work: AnyWorkRequest) -> float | None:
-        """See Launcher; of a calibration and of what is stored nobody knows."""
+        """See Launcher; of a calibration, a self-test and of what is stored nobody knows."""
         if work.kind == "acquisition":
             return self._hardware().dry_run(work.request).duration_s
         if work.kind == "procedure":
@@ -56,6 +56,8 @@ class HardwareLauncher(Launcher):
             self._hardware().acquire(work.request, identifier=job)
         elif work.kind == "procedure":
             self._hardware().conduct(work.request, identifier=job)
+        elif work.kind == "self_test":
+            self._hardware().self_test(work.request, identifier=job)
         else:
             self._hardware().calibrate(work.request, identifier=job)
 

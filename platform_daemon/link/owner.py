@@ -17,6 +17,7 @@ from platform_daemon.engine import (
     edit_series,
     plan_procedure,
     put_in_order,
+    queue_self_test,
     resume_series,
 )
 from platform_daemon.schedules import Schedules
@@ -39,6 +40,7 @@ from platform_daemon.schemas import (
     ProcedureSummary,
     Schedule,
     ScheduleRequest,
+    SelfTestRequest,
     ShotHarmonics,
     ShotPage,
 )
@@ -165,6 +167,10 @@ class OwnedHardware(LocalJobs):
         """See Hardware.  identifier: that the job will have, None: a new one."""
         return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations, identifier=identifier))
 
+    def self_test(self, request: SelfTestRequest, *, identifier: str | None = None) -> ShownJob:
+        """See Hardware.  identifier: that the job will have, None: a new one."""
+        return ShownJob.of(queue_self_test(self._engine, request, identifier=identifier))
+
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
         return self._told(kind, identifier, lambda job: _waiting(job).proceed.set())
@@ -182,6 +188,8 @@ class OwnedHardware(LocalJobs):
                 self._engine.acquire(plan, None, self._folders.recordings, again=job, goes_on=resumed)
             case CalibrationRequest():
                 self._engine.calibrate(job.request, self._folders.calibrations, again=job)
+            case SelfTestRequest():
+                queue_self_test(self._engine, job.request, again=job)
             case _:
                 self._engine.conduct(self._planned(job.request), again=job)
 

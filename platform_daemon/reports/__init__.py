@@ -1,6 +1,7 @@
 """Results in words, tables, pictures and pages; nothing is computed here.
 
 print_calibration: Sensitivity by channel, or field and inductance by coil.
+print_self_test: Gain and isolation by coil.
 characterisation_html: The page in UTF-8.
 characterisation_text: The tables for the terminal.
 print_devices: A row per device.

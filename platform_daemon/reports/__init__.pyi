@@ -24,6 +24,7 @@ from .ramp_tables import ramp_text as ramp_text
 from .recording_tables import print_recording as print_recording
 from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text
+from .self_test_table import print_self_test as print_self_test
 from .series_plan import dry_run_text as dry_run_text
 from .trend_tables import fits_csv as fits_csv
 from .trend_tables import fits_parquet as fits_parquet

@@ -121,6 +121,9 @@ AcquisitionJob: A series of shots.
 AcquisitionJobs: All acquisitions, oldest first.
 CalibrationJob: A calibration.
 CalibrationJobs: All calibrations, oldest first.
+SelfTestJob: A self-test.
+SelfTestJobs: All self-tests, oldest first.
+SelfTestRequest: A self-test now.
 CharacterisationJob: A characterisation.
 CharacterisationJobs: All characterisations, oldest first.
 DiagnosisJob: A diagnosis.

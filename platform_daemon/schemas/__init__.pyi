@@ -128,6 +128,8 @@ from .jobs import JobState as JobState
 from .jobs import ProcedureJob as ProcedureJob
 from .jobs import ProcedureJobs as ProcedureJobs
 from .jobs import Progress as Progress
+from .jobs import SelfTestJob as SelfTestJob
+from .jobs import SelfTestJobs as SelfTestJobs
 from .link import JobSnapshot as JobSnapshot
 from .link import LinkAnswer as LinkAnswer
 from .link import LinkCall as LinkCall
@@ -219,6 +221,7 @@ from .schedules import ScheduleListing as ScheduleListing
 from .schedules import SchedulePreview as SchedulePreview
 from .schedules import ScheduleRequest as ScheduleRequest
 from .schedules import TriggerRequest as TriggerRequest
+from .self_tests import SelfTestRequest as SelfTestRequest
 from .sliding import FlatnessReport as FlatnessReport
 from .sliding import SlidingReport as SlidingReport
 from .sliding import WindowFitReport as WindowFitReport

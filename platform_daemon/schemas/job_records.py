@@ -14,9 +14,11 @@ from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
 from .jobs import JobState, RequestT, ResultT
+from .platform import SelfTestReport
 from .problems import ErrorRecord
 from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
+from .self_tests import SelfTestRequest
 
 
 class JobTimes(Schema):
@@ -96,6 +98,13 @@ class CalibrationRecord(JobRecord[CalibrationRequest, CalibrationReport | NoResu
     """A calibration."""
 
 
+class SelfTestRecord(JobRecord[SelfTestRequest, SelfTestReport | NoResult]):
+    """The record of a self-test."""
+
+    kind: Literal["self_test"]
+    """A self-test."""
+
+
 class ProcedureRecord(JobRecord[AnyProcedureRequest, ProcedureResult]):
     """The record of a procedure."""
 
@@ -104,7 +113,13 @@ class ProcedureRecord(JobRecord[AnyProcedureRequest, ProcedureResult]):
 
 
 AnyJobRecord = (
-    AcquisitionRecord | FitRecord | DiagnosisRecord | CharacterisationRecord | CalibrationRecord | ProcedureRecord
+    AcquisitionRecord
+    | FitRecord
+    | DiagnosisRecord
+    | CharacterisationRecord
+    | CalibrationRecord
+    | SelfTestRecord
+    | ProcedureRecord
 )
 
 

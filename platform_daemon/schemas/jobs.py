@@ -14,9 +14,11 @@ from .calibrations import CalibrationReport
 from .characterisation import CharacterisationReport, CharacterisationRequest
 from .diagnosis import DiagnosisReport
 from .fits import FitReport
+from .platform import SelfTestReport
 from .problems import Problem
 from .procedures import AnyProcedureRequest, ProcedureResult
 from .requests import AcquisitionRequest, CalibrationRequest
+from .self_tests import SelfTestRequest
 
 RequestT = TypeVar("RequestT")
 ResultT = TypeVar("ResultT")
@@ -130,6 +132,15 @@ class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """What the operator has to do before it goes on; null: nothing."""
 
 
+class SelfTestJob(Job[SelfTestRequest, SelfTestReport | NoResult]):
+    """A self-test; `result` is what `self-test --json` writes, and empty before that, or if it has failed."""
+
+    model_config = ConfigDict(json_schema_extra=example("self_test_job"))
+
+    kind: Literal["self_test"]
+    """A self-test."""
+
+
 class ProcedureJob(Job[AnyProcedureRequest, ProcedureResult]):
     """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
     every step."""
@@ -176,3 +187,9 @@ class ProcedureJobs(Root[tuple[ProcedureJob, ...]]):
     """All procedures, oldest first."""
 
     model_config = ConfigDict(json_schema_extra=example("procedure_job", listed=True))
+
+
+class SelfTestJobs(Root[tuple[SelfTestJob, ...]]):
+    """All self-tests, oldest first."""
+
+    model_config = ConfigDict(json_schema_extra=example("self_test_job", listed=True))

@@ -11,6 +11,7 @@ from .analysis_requests import Terms
 from .base import Request, Root, Schema, Window, example
 from .procedures import AnyProcedureRequest
 from .requests import AcquisitionRequest, CalibrationRequest, ModelName
+from .self_tests import SelfTestRequest
 
 SchedulePolicy = TypeAliasType("SchedulePolicy", Literal["coalesce", "skip", "run_all"])
 """What becomes of starts that could not begin in time: only the newest, none beside one that runs, or each in turn."""
@@ -60,6 +61,15 @@ class CalibrationWorkRequest(Request):
     """As `POST /calibrations` takes it."""
 
 
+class SelfTestWorkRequest(Request):
+    """A self-test."""
+
+    kind: Literal["self_test"]
+    """Kind of the job."""
+    request: SelfTestRequest = SelfTestRequest()
+    """As `POST /self-tests` takes it."""
+
+
 class FitWorkRequest(Request):
     """A fit of the recording of a specimen that is the newest when it is due.  The platform is not needed for it."""
 
@@ -91,7 +101,12 @@ class DiagnosisWorkRequest(Request):
 
 
 AnyWorkRequest = Annotated[
-    SeriesWorkRequest | ProcedureWorkRequest | CalibrationWorkRequest | FitWorkRequest | DiagnosisWorkRequest,
+    SeriesWorkRequest
+    | ProcedureWorkRequest
+    | CalibrationWorkRequest
+    | SelfTestWorkRequest
+    | FitWorkRequest
+    | DiagnosisWorkRequest,
     Field(discriminator="kind"),
 ]
 

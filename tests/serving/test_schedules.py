@@ -175,6 +175,16 @@ def test_what_is_stored_is_analysed_by_the_calendar(daemon, kind, page):
     assert found["result"]
 
 
+def test_the_chain_is_tested_by_the_calendar(daemon):
+    asked = {"name": "chain", "trigger": {"at": ["2099-01-01T00:00"]}, "work": {"kind": "self_test"}}
+    at = daemon.post("/schedules", asked).json()["identifier"]
+    assert daemon.post(f"/schedules/{at}/run", {}).status_code == 202
+    wait_for(lambda: rows(daemon, at)[0]["state"] == "run")
+    found = daemon.get(f"/self-tests/{rows(daemon, at)[0]['job']}").json()
+    assert found["state"] == "done"
+    assert {*found["result"]["gain"]} == {"x", "y", "z"}
+
+
 def test_a_specimen_that_nobody_has_measured_yet_is_a_failure_as_any_other(daemon):
     work, trigger = {"kind": "diagnosis", "specimen": "nobody's"}, {"at": ["2099-01-01T00:00"]}
     asked = {"name": "x", "trigger": trigger, "work": work, "max_failures": 2}

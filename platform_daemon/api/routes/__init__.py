@@ -2,6 +2,7 @@
 
 acquisitions: Acquisitions as jobs: ask (202), watch, cancel.
 alarms: What somebody should know, and numbers for those who watch many things.
+self_tests: Self-tests as jobs: ask (202), watch, cancel.
 calibrations: Calibrations as jobs: ask (202), watch, say that the dipole is turned, cancel.
 catalogue: What can be measured and how: resonators and sequences that ship, those of the lab, and those added here.
 derived: What follows from fits and plans: derived quantities, sliding windows, harmonics, predicted precision.

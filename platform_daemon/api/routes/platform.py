@@ -41,6 +41,7 @@ PATHS = (
         "alarms",
         "metrics",
         "calibrations",
+        "self-tests",
         "recordings",
         "fits",
         "diagnoses",

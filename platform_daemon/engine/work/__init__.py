@@ -11,6 +11,7 @@ fit: A fit of a stored recording as a job; the report is kept on disk.
 reset_fault: After a trip: the amplifier's latched fault is cleared by a command of its own, never by the way.
 self_test: The self-test before a series: a low tone per coil, heard through the leakage of the open receive
     contacts.
+self_test_work: The self-test as a job of its own.
 series: A series of shots: each is on disk before it counts, fits run beside, and what was made is kept whatever
     happens.
 series_fits: The on-line fits of a series, from the stored files of its shots.

@@ -9,10 +9,12 @@ from typing import Any
 import pytest
 
 from drivers.errors import SequenceRejected
+from platform_daemon.engine import JobRecords, queue_self_test
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
 from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import SelfTestOptions
+from platform_daemon.schemas.self_tests import SelfTestRequest
 from tests.kit.acquisitions import acquire
 
 ON = "self_test.enabled=true"
@@ -167,3 +169,30 @@ def test_a_self_test_that_was_no_good_shot_itself_is_made_once_more(
     job = acquire(engine_with(ON, f"{faults}=[1, 2]"), tmp_path / "twice.h5")
     assert isinstance(job.error, SelfTestFailed)
     assert not (tmp_path / "twice.h5").exists()
+
+
+class TestAsked:
+    def test_is_made_where_it_is_off_before_series_and_keeps_what_it_heard(
+        self, engine_with: Callable[..., Engine], tmp_path: Path
+    ) -> None:
+        engine = engine_with(jobs=tmp_path)
+        job = queue_self_test(engine, SelfTestRequest(comment="new cables"), identifier="self_test-mine")
+        assert job.ended.wait(60)
+        assert (job.state, job.identifier) == (JobState.DONE, "self_test-mine")
+        assert all(abs(gain - 1) < 0.3 for gain in job.result.gain.values())
+        [kept] = JobRecords(tmp_path).load({"self_test"}, {"self_test"}, lambda job: None)
+        assert (kept.result, kept.request.comment) == (job.result, "new cables")
+
+    def test_a_chain_that_is_wrong_is_a_job_that_failed(self, engine_with: Callable[..., Engine]) -> None:
+        engine = engine_with(f"{WIRING}.outputs=[0, 2, 1]")
+        job = queue_self_test(engine, SelfTestRequest())
+        assert job.ended.wait(60)
+        assert job.state is JobState.FAILED
+        assert "coil y is connected to output 2" in str(job.error)
+        assert not engine.platform.amplifier.status().enabled
+
+    def test_outside_the_limits_is_refused_before_it_waits(self, engine_with: Callable[..., Engine]) -> None:
+        engine = engine_with("limits.max_coil_current_a=1e-3")
+        with pytest.raises(SequenceRejected, match="current of coil"):
+            queue_self_test(engine, SelfTestRequest())
+        assert engine.job_ids("self_test") == ()

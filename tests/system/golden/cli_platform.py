@@ -55,6 +55,7 @@ def platform(place: Workplace) -> None:
         place.case(f"info-{path.name.partition('@')[0]}", "info", path.relative_to(place.folder))
     few = ("--repeats", "3", "--paper-s", "0", "--shots", "0", "--no-processes")
     place.case("bench", "bench", "fit", *few, "--json", "bench.json", told=False)
+    place.case("self-test", "self-test", "--json", "self-test.json", *FIXED)
     place.case("reset-amplifier", "reset-amplifier", *FIXED)
     config = place.tree / "config"
     for name in ("platforms/simulated", "resonators/jewel", "sequences/thread"):

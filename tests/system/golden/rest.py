@@ -200,6 +200,9 @@ def _characterisations(daemon: Daemon, made: str) -> None:
 
 def _calibrations(daemon: Daemon) -> None:
     short = {"frequencies_hz": [212.0, 424.0], "repetitions": 2}
+    tested = daemon.job("self-tests/passed", "/self-tests", {"operator": "me"})["links"]["self"]
+    daemon.ask("self-tests/all", "GET", "/self-tests")
+    daemon.ask("self-tests/cancel-ended", "DELETE", tested)
     made = daemon.job("calibrations/receive", "/calibrations", {"kind": "receive", "name": "lab", **short})
     daemon.job("calibrations/transmit", "/calibrations", {"kind": "transmit", **short})
     here = made["links"]["self"]
@@ -220,6 +223,7 @@ def _problems(daemon: Daemon) -> None:
         "nothing",
         "acquisitions/x",
         "calibrations/x",
+        "self-tests/x",
         "recordings/x",
         "fits/x",
         "diagnoses/x",
