@@ -2,31 +2,42 @@
 
 python -m tests.campaigns.soak --shots 20000 --listeners 50 --page docs/soak.md
 
-Each series is a start of one schedule.  After each: resident memory and open handles of the processes.  Meanwhile
-listeners take all events, and one client asks for the state of the platform.  At the end every listener must have had
-the same events in the order of their numbers, without a gap, a shot and a fit for every shot.
+Each series is a start of one schedule.  After each: resident memory and open handles of the processes, and the trend of
+the specimen is asked for.  Meanwhile listeners take all events, and one client asks for the state of the platform.  At
+the end every listener must have had the same events in the order of their numbers, without a gap, a shot and a fit for
+every shot; and the index, as it has grown, must be what a rebuild makes of the recordings.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import sqlite3
 import statistics
+import sys
 import tempfile
 import threading
 import time
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx2
 import psutil
 
+from platform_daemon.analysis import update_index
+from platform_daemon.store.recording_index import INDEX
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.data import ROOT
 from tests.kit.served import Served, served
 
 SERIES = 100  # shots
+SPECIMEN = "soak"
 PROCESSES = ("hardware", "web")
+STATUS_S = 0.1
+"""p99 of the state of the platform."""
+GROWTH_MB, HANDLES = 40.0, 10
+"""So much more in the last quarter than in the second is too much; handles: more than at the least."""
 HEAD = """# Soak
 
 `make soak` (`python -m tests.campaigns.soak {arguments}`): series of {series}
@@ -68,6 +79,28 @@ class Found:
     dropped: int = 0
     """Events that some listener was told it would not get."""
     failed: list[str] = field(default_factory=list)
+    trend_s: list[float] = field(default_factory=list)
+    """Until the trend was answered, after each series."""
+    indexed: tuple[int, int] = (0, 0)
+    """Lines of the index that differ from a rebuild, of how many."""
+
+    def wrong(self) -> list[str]:
+        """What must not be."""
+        bounds = {
+            "series did not end well": len(self.failed),
+            "listeners had other events": self.out_of_order,
+            "shots or fits were not told": self.missing,
+            "events were dropped": self.dropped,
+            "lines of the index are not those of a rebuild": self.indexed[0],
+            "ms for the state of the platform, p99": max(0, round(1e3 * (self.percentile_s(0.99) - STATUS_S))),
+        }
+        found = [f"{count} {what}" for what, count in bounds.items() if count]
+        for name, usage in self.usage.items():
+            if self.growth_mb(name) > GROWTH_MB:
+                found.append(f"{name} has grown by {self.growth_mb(name):.0f} MB")
+            if max(usage.handles) > min(usage.handles) + HANDLES:
+                found.append(f"{name} holds {min(usage.handles)} to {max(usage.handles)} handles")
+        return found
 
     def percentile_s(self, share: float) -> float:
         """Of the answers to who asked for the state."""
@@ -129,11 +162,12 @@ def soak(folder: Path, shots: int, listeners: int) -> Found:
     for each in everyone:
         each.join(20)
     _judge(found, everyone)
+    found.indexed = _index_against_rebuild(folder / "data" / "recordings")
     return found
 
 
 def _schedule(daemon: Served) -> str:
-    work = {"kind": "acquisition", "request": {**SHORT_JEWEL, "shots": SERIES, "window": "n50"}}
+    work = {"kind": "acquisition", "request": {**SHORT_JEWEL, "shots": SERIES, "window": "n50", "sample": SPECIMEN}}
     asked = {"name": "soak", "trigger": {"at": ["2099-01-01T00:00:00"]}, "work": work}  # all starts are by hand
     answer = daemon.post("/schedules", asked)
     assert answer.status_code == 201, answer.text
@@ -154,10 +188,23 @@ def _one(daemon: Served, schedule: str, found: Found) -> None:
         time.sleep(0.2)
     if row["state"] not in ("run", "late"):
         found.failed.append(f"{row['state']}: {row['reason']}")
+    began = time.monotonic()
+    assert daemon.get(f"/specimens/{SPECIMEN}/trend").status_code in (200, 404)  # not indexed yet
+    found.trend_s.append(time.monotonic() - began)
     for name in PROCESSES:
         pid = daemon.pid(name)
         assert pid is not None
         found.usage[name].look(pid)
+
+
+def _index_against_rebuild(recordings: Path) -> tuple[int, int]:
+    update_index(recordings)
+    with closing(sqlite3.connect(recordings / INDEX)) as grown:
+        before = {*grown.iterdump()}
+    update_index(recordings, rebuild=True)
+    with closing(sqlite3.connect(recordings / INDEX)) as rebuilt:
+        after = {*rebuilt.iterdump()}
+    return len(before ^ after), len(before)
 
 
 def _poll(daemon: Served, found: Found, ends: threading.Event) -> None:
@@ -188,6 +235,8 @@ def page(found: Found, arguments: str) -> str:
         ("events that a listener was told it would not get", str(found.dropped)),
         ("state of the platform, median", f"{1e3 * found.percentile_s(0.5):.0f} ms"),
         ("state of the platform, p99", f"{1e3 * found.percentile_s(0.99):.0f} ms of {len(found.status_s)}"),
+        ("trend of the specimen, after each series", f"{max(found.trend_s):.1f} s at most, of {len(found.trend_s)}"),
+        ("lines of the index that are not those of a rebuild", f"{found.indexed[0]} of {found.indexed[1]}"),
     ]
     for name, usage in found.usage.items():
         last, growth = usage.resident_mb[-1], found.growth_mb(name)
@@ -199,8 +248,8 @@ def page(found: Found, arguments: str) -> str:
     return head + "".join(f"| {what} | {value.strip()} |\n" for what, value in rows)
 
 
-def main() -> None:
-    """See the module."""
+def main() -> int:
+    """See the module; exit code 1 if anything is wrong."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shots", type=int, default=20_000)
     parser.add_argument("--listeners", type=int, default=50)
@@ -212,7 +261,9 @@ def main() -> None:
     print(text)
     if asked.page is not None:
         (ROOT / asked.page).write_text(text)
+    print(*found.wrong(), f"{len(found.wrong())} wrong", sep="\n")
+    return int(bool(found.wrong()))
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())
