@@ -88,7 +88,7 @@ class JobKind(Generic[JobT]):
         router.add_api_route(
             "",
             list_jobs,
-            name=f"list_{self.plural}",
+            name=f"list_{self.plural.replace('-', '_')}",
             summary=f"All {self.plural}",
             description=f"All {self.plural} since the daemon's data folder began, oldest first, page by page.",
             response_model=self.listing,

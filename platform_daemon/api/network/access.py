@@ -79,7 +79,7 @@ ACCESS: dict[str, Access] = {
     "pause_procedure": CONFIRM,
     "resume_procedure": CONFIRM,
     "get_procedure_report": VIEW_FILES,
-    "list_self-tests": VIEW,
+    "list_self_tests": VIEW,
     "get_self_test": VIEW,
     "start_self_test": START,
     "cancel_self_test": ACT,
