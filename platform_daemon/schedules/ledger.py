@@ -7,7 +7,6 @@ whole ledger is refused by name, and never replaced by an empty one.
 
 from __future__ import annotations
 
-import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from platform_daemon.schemas import ScheduleRequest, to_json
-from platform_daemon.store import StorageError
+from platform_daemon.store import StorageError, sync
 
 _APPLICATION, _VERSION = 0x4D4D524C, 1  # "MMRL"
 _TABLES = """
@@ -184,7 +183,7 @@ class Ledger:
         if new:
             tables = f"BEGIN IMMEDIATE; {_TABLES} PRAGMA application_id = {_APPLICATION};"
             self._sql.executescript(f"{tables} PRAGMA user_version = {_VERSION}; COMMIT;")
-            _sync_folder(self._path.parent)
+            sync(self._path.parent)
         found = self._sql.execute("PRAGMA quick_check(1)").fetchone()[0]
         if found != "ok":
             raise self._damaged(str(found))
@@ -227,12 +226,3 @@ class Ledger:
     def _damaged(self, why: str) -> StorageError:
         remedy = "put back a copy of it, or move it away to begin a new ledger: what it says of earlier starts is lost"
         return StorageError("the ledger of the schedules is damaged", where=str(self._path), why=why, remedy=remedy)
-
-
-def _sync_folder(folder: Path) -> None:
-    """A new name is durable once its folder is.  Raises OSError."""
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)

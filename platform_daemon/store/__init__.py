@@ -23,6 +23,7 @@ EventJournal: Takes events from any thread.
 EventReader: Reads the journal that others write.
 KeptEvent: An event as kept.
 read_event: An event, typed.
+sync: Have a file or folder on the disk.
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
 write_new_file: The same, but never in the place of another file.
 NotFinite: A sample is NaN or infinite.
@@ -76,7 +77,7 @@ from .calibrations import (
 from .data_folder import DataFolder, audit_log_in, data_paths, open_data_folder, tokens_in
 from .describe import describe
 from .dmdt_file import dmdt_file
-from .durable import write_file, write_new_file
+from .durable import sync, write_file, write_new_file
 from .errors import NotFinite, StorageError, UnknownRecording
 from .event_journal import EventJournal, EventReader, KeptEvent, read_event
 from .header import FitTable, SeriesHeader, ShotRecord
@@ -154,6 +155,7 @@ __all__ = [
     "recover_all",
     "resolve",
     "stored_frame",
+    "sync",
     "tokens_in",
     "write_file",
     "write_new_file",

@@ -5,7 +5,6 @@ Nothing goes by itself: a person asks, sees what would go, and asks again.
 
 from __future__ import annotations
 
-import os
 import shutil
 from collections import Counter
 from collections.abc import Collection, Sequence
@@ -16,6 +15,7 @@ from pathlib import Path
 
 from drivers.errors import InputError
 
+from .durable import publish
 from .errors import StorageError
 from .recording_index import open_index
 
@@ -73,10 +73,7 @@ def move_away(folder: Path, old: Sequence[OldRecording], archive: Path) -> None:
         part = archive / f".{each.file}.part"
         try:
             shutil.copy2(folder / each.file, part)
-            with part.open("rb") as copied:
-                os.fsync(copied.fileno())
-            os.replace(part, archive / each.file)
-            _sync(archive)
+            publish(part, archive / each.file)
             (folder / each.file).unlink()
         except OSError as error:
             with suppress(OSError):
@@ -91,14 +88,6 @@ def delete(folder: Path, old: Sequence[OldRecording]) -> None:
             (folder / each.file).unlink(missing_ok=True)
         except OSError as error:
             raise _refused(folder / each.file, error) from None
-
-
-def _sync(folder: Path) -> None:
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
 
 
 def _refused(path: Path, error: OSError) -> StorageError:
