@@ -33,7 +33,8 @@ def main() -> int:
                               ("a daemon", daemon_kills, asked.daemon_kills)):  # fmt: skip
         with tempfile.TemporaryDirectory() as folder:
             deaths[name] = kill(Path(folder), count)
-        print(name, deaths[name], flush=True)
+        found = deaths[name]
+        print(f"{name}: {found.kills} kills, {found.instants} instants, {len(found.wrong)} wrong", flush=True)
     if asked.page is not None:
         asked.page.write_text(page(told, deaths, asked.years, asked.step_s, took), encoding="utf-8")
     wrong = [*told.wrong, *(each for found in deaths.values() for each in found.wrong)]

@@ -50,4 +50,5 @@ while True:
     part = folder / "clock.part"
     part.write_text(repr(now))
     part.rename(clock_file)
-    all_schedules.step()
+    for _ in range(3):  # what a death has held up is made up for
+        all_schedules.step()
