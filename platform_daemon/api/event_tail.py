@@ -1,7 +1,8 @@
 """Follows the journal of events once for all listeners, each of which has a place of its own in it.
 
-The journal is the queue: what a listener has not taken costs no memory, and one that is slow holds up nobody.  Who is
-more than MOST_BEHIND events behind is set forward, and told how many it will not get.
+The journal is the queue: what a listener has not taken costs no memory, and one that is slow holds up nobody.  Whoever
+asks for what came before gets all that is kept, in its own time; who then falls more than MOST_BEHIND events behind is
+set forward, and told how many it will not get.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ class EventTail:
         self._grown = asyncio.Condition()
         self._task: asyncio.Task[None] | None = None
         self._ended = False
-        self._last_page: tuple[tuple[int, int], list[KeptEvent]] = (-1, -1), []
+        self._last_page: tuple[tuple[int, int, bool], list[KeptEvent]] = (-1, -1, True), []
 
     def close(self) -> None:
         """All listeners are let go, within a moment; from any thread.  Idempotent."""
@@ -55,8 +56,9 @@ class EventTail:
             if not reader.base <= last <= reader.newest():  # of a journal that there is no more
                 last = reader.base
                 yield _dropped(last, None)
+            before = reader.newest()
             while not self._ended:
-                for event in self._page(reader, last):
+                for event in self._page(reader, last, live=last >= before):
                     last = event.id
                     yield event
                 async with self._grown:
@@ -65,11 +67,11 @@ class EventTail:
         finally:
             self._listeners -= 1
 
-    def _page(self, reader: EventReader, last: int) -> list[KeptEvent]:
+    def _page(self, reader: EventReader, last: int, *, live: bool) -> list[KeptEvent]:
         """What comes next for one who has had `last`; most ask for the same, one after the other."""
-        asked = last, self._newest
+        asked = last, self._newest, live
         if self._last_page[0] != asked:
-            self._last_page = asked, _page(reader, last)
+            self._last_page = asked, _page(reader, last, live=live)
         return self._last_page[1]
 
     async def _look(self) -> None:
@@ -94,9 +96,9 @@ class EventTail:
             self._reader = None
 
 
-def _page(reader: EventReader, last: int) -> list[KeptEvent]:
-    """What comes next for one who has had `last`."""
-    begin = max(last, reader.forgotten(), reader.newest() - MOST_BEHIND)
+def _page(reader: EventReader, last: int, *, live: bool) -> list[KeptEvent]:
+    """What comes next for one who has had `last`; live: nothing that it had asked for is left."""
+    begin = max(last, reader.forgotten(), reader.newest() - MOST_BEHIND if live else 0)
     found = list(reader.after(begin, PAGE))
     return found if begin == last else [_dropped(begin, begin - last), *found]
 

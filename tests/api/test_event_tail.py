@@ -1,0 +1,47 @@
+"""A place in the journal for each listener."""
+
+import asyncio
+import json
+
+import pytest
+
+from platform_daemon.api.event_tail import MOST_BEHIND, EventTail
+from platform_daemon.schemas import DeviceEvent
+from platform_daemon.store import EventJournal
+
+
+@pytest.fixture
+def path(tmp_path):
+    tell(tmp_path / "events.db", range(3000))
+    return tmp_path / "events.db"
+
+
+def tell(path, numbers):
+    journal = EventJournal(path)
+    for k in numbers:
+        journal.tell(DeviceEvent(device="nobody", error=str(k)))
+    journal.close()
+
+
+def error(event):
+    return int(json.loads(event.text)["what"]["error"])
+
+
+def test_who_reads_slowly_what_was_before_loses_nothing_and_who_falls_behind_later_is_told(path):
+    async def listened():
+        tail = EventTail(path)
+        events = tail.follow(0)
+        before = [error(await anext(events)) for _ in range(2000)]
+        await asyncio.to_thread(tell, path, range(3000, 3500))  # meanwhile
+        before += [error(await anext(events)) for _ in range(1500)]
+        await asyncio.to_thread(tell, path, range(3500, 6500))
+        dropped, first = await anext(events), await anext(events)
+        tail.close()
+        await events.aclose()
+        return before, dropped, first
+
+    before, dropped, first = asyncio.run(listened())
+    assert before == list(range(3500))
+    count = json.loads(dropped.text)["what"]["count"]
+    assert (dropped.kind, error(first)) == ("dropped", 3500 + count)
+    assert count == 3000 - MOST_BEHIND
