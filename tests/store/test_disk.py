@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.store.data_folder import open_data_folder
+from platform_daemon.store.data_folder import open_data_folder, tokens_in
 from platform_daemon.store.errors import NotAssembled, StorageError, StorageUnusable
 from platform_daemon.store.index import list_recordings, resolve
 from platform_daemon.store.leftovers import kept_series, sweep
@@ -30,6 +30,20 @@ def disk(tmp_path):
 def test_a_folder_with_room_is_as_it_was(tmp_path):
     check_room(tmp_path, 1000)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["file", "file/data"])
+def test_a_data_folder_that_cannot_be_is_told_with_what_to_do(tmp_path, name):
+    (tmp_path / "file").touch()
+    assert tokens_in(tmp_path / name).records() == ()
+    with pytest.raises(StorageUnusable, match=r"file.*the data folder cannot be used.*Remedy: .*--data folder"):
+        open_data_folder(tmp_path / name)
+
+
+def test_a_data_folder_on_a_read_only_disk_is_told(disk):
+    remount(disk, "ro")
+    with pytest.raises(StorageUnusable, match=r"cannot be used.*Read-only"):
+        open_data_folder(disk / "data")
 
 
 def test_too_little_room_is_told_with_both_numbers(tmp_path):
