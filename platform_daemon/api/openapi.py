@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 from fastapi import FastAPI
@@ -59,6 +60,14 @@ def complete_schema(app: FastAPI) -> None:
         return app.openapi_schema
 
     app.openapi = openapi  # type: ignore[method-assign]
+
+
+def make_schema_soon(app: FastAPI) -> None:
+    """In a thread of its own: it takes seconds, in which the loop would answer nobody, once somebody asks for it.
+
+    Nobody needs a token for that, and every 405 looks it up.
+    """
+    threading.Thread(target=app.openapi, name="schema", daemon=True).start()
 
 
 def _complete(operation: dict[str, Any]) -> None:

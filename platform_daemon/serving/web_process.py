@@ -5,7 +5,15 @@ from __future__ import annotations
 import socket
 
 from platform_daemon.alarms import Caller
-from platform_daemon.api import AnalysisKeeper, certificate_of, create_api, create_stop_api, rules, served
+from platform_daemon.api import (
+    AnalysisKeeper,
+    certificate_of,
+    create_api,
+    create_stop_api,
+    make_schema_soon,
+    rules,
+    served,
+)
 from platform_daemon.app import create_context
 from platform_daemon.engine import open_catalogue
 from platform_daemon.link import RemoteHardware
@@ -46,14 +54,15 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     events = EventJournal(folder.events)
     idle_s = None if options.alarm_idle_h is None else 3600 * options.alarm_idle_h
     context = create_context(RemoteHardware(options.data), folder, catalogue, bounds, events.tell, caller, idle_s)
-    limits = network.limits
+    limits, app = network.limits, create_api(context, network)
     with (
         served(create_stop_api(context, network), stop, limits, certificate),
-        served(create_api(context, network), main, limits, certificate) as server,
+        served(app, main, limits, certificate) as server,
     ):
         keeper = AnalysisKeeper(context)
         try:
             life.say(READY)
+            make_schema_soon(app)
             server.wait()
         finally:
             keeper.close()
