@@ -14,6 +14,7 @@ from platform_daemon.store.errors import NotAssembled, StorageError, StorageUnus
 from platform_daemon.store.index import list_recordings, resolve
 from platform_daemon.store.leftovers import kept_series, sweep
 from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recording_index import open_index
 from platform_daemon.store.recovery import recover_all
 from platform_daemon.store.room import check_room
 from platform_daemon.store.series_writer import SeriesWriter
@@ -148,3 +149,15 @@ def test_odd_names_are_listed_and_found(tmp_path, name):
     Path(tmp_path / "a.h5").rename(tmp_path / name)
     (found,) = list_recordings(tmp_path).recordings
     assert resolve(tmp_path, found.identifier).name == name
+
+
+def test_a_name_that_is_no_text_is_told_and_hides_no_other_file(tmp_path):
+    write_series(tmp_path / "a.h5")
+    odd = tmp_path / os.fsdecode(b"bad\xff.h5")
+    odd.write_bytes((tmp_path / "a.h5").read_bytes())
+    found = list_recordings(tmp_path)
+    assert [e.identifier for e in found.recordings] == ["a"]
+    assert [(b.identifier, "rename it" in str(b.error)) for b in found.broken] == [("bad\\xff", True)]
+    assert list_recordings(tmp_path, after="a.h5").broken == ()
+    with contextlib.closing(open_index(tmp_path)) as index:
+        assert index.update(lambda path: None).looked == 1
