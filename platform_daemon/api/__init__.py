@@ -11,7 +11,6 @@ too_many_previews: All processes that compute what requests wait for are busy.
 served: An application on its socket, in a thread of its own.
 create_api: The application over the owner of the hardware and the data folder.
 create_stop_api: An application that can do nothing but stop, by the same rules.
-make_schema_soon: Has the schema of an application made before anybody asks for it.
 """
 
 from .analysis_keeper import AnalysisKeeper
@@ -21,7 +20,6 @@ from .metrics import Metrics
 from .network.lanes import too_many_previews
 from .network.listening import certificate_of, rules
 from .network.served import served
-from .openapi import make_schema_soon
 from .server import create_api, create_stop_api
 from .trend_keeper import TrendKeeper
 
@@ -34,7 +32,6 @@ __all__ = [
     "certificate_of",
     "create_api",
     "create_stop_api",
-    "make_schema_soon",
     "rules",
     "served",
     "too_many_previews",

@@ -10,7 +10,6 @@ from platform_daemon.api import (
     certificate_of,
     create_api,
     create_stop_api,
-    make_schema_soon,
     rules,
     served,
 )
@@ -54,15 +53,14 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     events = EventJournal(folder.events)
     idle_s = None if options.alarm_idle_h is None else 3600 * options.alarm_idle_h
     context = create_context(RemoteHardware(options.data), folder, catalogue, bounds, events.tell, caller, idle_s)
-    limits, app = network.limits, create_api(context, network)
+    limits = network.limits
     with (
         served(create_stop_api(context, network), stop, limits, certificate),
-        served(app, main, limits, certificate) as server,
+        served(create_api(context, network), main, limits, certificate) as server,
     ):
         keeper = AnalysisKeeper(context)
         try:
             life.say(READY)
-            make_schema_soon(app)
             server.wait()
         finally:
             keeper.close()
