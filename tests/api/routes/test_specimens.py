@@ -1,10 +1,25 @@
 """Trends by REST, and the alarm of a change."""
 
+from platform_daemon.api import trend_keeper
 from tests.kit.command_line import wait_for
 from tests.kit.rest import pages, problem
 from tests.kit.specimen_months import months
 
 JEWEL = "paper jewel specimen"
+
+
+def test_what_nobody_foresaw_in_one_recording_does_not_end_the_trends(client, monkeypatch):
+    looked = []
+
+    def looks(folder, told):
+        looked.append(0)
+        raise UnicodeError
+
+    monkeypatch.setattr(trend_keeper, "update_index", looks)
+    (client.folder.recordings / "x.h5").touch()
+    wait_for(lambda: looked)
+    monkeypatch.undo()
+    wait_for(lambda: client.get("/specimens").json() == [JEWEL])
 
 
 def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(client):
