@@ -47,7 +47,7 @@ class Scheduler:
         """Do what is to be done at `now`, s since 1970; is there more to do at once?  Raises StorageError."""
         everyone = {kept.identifier: kept for kept in self._ledger.schedules(removed=True)}
         for row in self._ledger.open_rows():
-            if row.state == "started":
+            if row.state == "started" and row.schedule in everyone:
                 self._follow(row, everyone[row.schedule], now)
         schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
         behind = [self._write_down(kept, now) for kept in schedules.values()]
@@ -69,11 +69,18 @@ class Scheduler:
         """The first instant that is not in the ledger yet; None: there is none."""
         reached, coming, first = self._coming.get(kept.identifier, (None, iter(()), None))
         if reached != kept.reached:
-            calendar = Calendar(kept.request, kept.created)
-            coming = calendar.after(kept.reached)
+            coming = self._instants(kept)
             first = next(coming, None)
             self._coming[kept.identifier] = kept.reached, coming, first
         return first
+
+    def _instants(self, kept: Kept) -> Iterator[float]:
+        """After those that are in the ledger; none of a calendar that is no more, as when a zone was given up."""
+        try:
+            return Calendar(kept.request, kept.created).after(kept.reached)
+        except InputError as error:  # the others must go on
+            log.error("schedule_never_due", schedule=kept.identifier, error=str(error))
+            return iter(())
 
     def _write_down(self, kept: Kept, now: float) -> bool:
         """Instants up to now; are there more?"""

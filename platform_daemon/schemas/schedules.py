@@ -22,8 +22,8 @@ LedgerState = TypeAliasType("LedgerState", Literal["due", "started", "run", "lat
 class TriggerRequest(Request):
     """When: exactly one of `every_s`, `cron` and `at`."""
 
-    every_s: Annotated[float, Field(ge=1, le=315_576_000, allow_inf_nan=False)] | None = None
-    """Interval, s, ten years at most, counted from the start of the schedule; daylight saving does not move it."""
+    every_s: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = None
+    """Interval, s, counted from the start of the schedule; daylight saving does not move it."""
     cron: str | None = None
     """Five fields as in Debian's cron: minute, hour, day, month, weekday."""
     at: Annotated[list[str], Field(min_length=1, max_length=1000)] | None = None

@@ -168,7 +168,24 @@ def test_what_waits_when_its_schedule_is_removed_is_told_as_skipped(tmp_path):
     bench.all.close()
 
 
-@pytest.mark.parametrize("trigger", [{"every_s": 3e8}, {"at": ["9999-12-31T23:59:59", "2027-01-01"]}])
+@pytest.mark.parametrize(("before", "after"), [("UTC", "No/Where"), ("grace_s", "mercy_s")])
+def test_a_schedule_that_another_version_has_left_does_not_keep_the_others_from_starting(bench, before, after):
+    bench.all.add(asked({"every_s": 600.0}, name="left"))
+    bench.all.step()
+    bench.all.close()
+    with sqlite3.connect(bench.path) as sql:
+        sql.execute("UPDATE schedules SET request = replace(request, ?, ?)", (before, after))
+    sql.close()
+    bench.restart()
+    made = bench.all.add(asked({"every_s": 600.0}))
+    bench.until(T0 + 1500.0)
+    assert [row.state for row in bench.rows(made.identifier)][:2] == ["late", "run"]
+    assert made.identifier in [each.identifier for each in bench.all.list()]
+
+
+@pytest.mark.parametrize(
+    "trigger", [{"every_s": 1e12}, {"every_s": 3e8}, {"at": ["9999-12-31T23:59:59", "2027-01-01"]}]
+)
 def test_no_instant_is_so_late_that_it_has_no_date(bench, trigger):
     made = bench.all.add(asked(trigger))
     last = bench.all.preview(made.request, 10_000)[-1]

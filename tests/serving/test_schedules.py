@@ -80,7 +80,6 @@ def test_one_start_by_hand(daemon):
         ({"work": {"kind": "fit", "specimen": "J", "terms": ["dream"]}}, "dream"),
         ({"work": {"kind": "diagnosis", "specimen": "J", "base": "dream"}}, "no variant 'dream'"),
         ({"work": {"kind": "calibration", "request": {"kind": "receive", "name": "../x"}}}, "../x"),
-        ({"trigger": {"every_s": 1e12}}, "every_s"),
         ({"work": {"kind": "acquisition", "request": {**SHORT_JEWEL, "shots": 1000}}}, "trigger"),
         ({"policy": "never"}, "policy"),
         ({"grace_s": -1}, "grace_s"),
