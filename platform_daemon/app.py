@@ -105,10 +105,11 @@ def create_context(
     alarms = AlarmBoard(data.alarms, tell, call)
     metrics = Metrics(hardware, alarms, data.recordings)
     watched = Watched(data.recordings, data.events, data.alarms.with_suffix(".seen"), idle_s=idle_s)
+    watch = Watch(watched, alarms, hardware.status, metrics.see, hardware.list_schedules)
     return Context(
         *(hardware, catalogue, analyses, previews, *folders),
         *(Library(data.models), data.calibrations, EventTail(data.events)),
-        *(alarms, metrics, Watch(watched, alarms, hardware.status, metrics.see)),
+        *(alarms, metrics, watch),
         trends=TrendKeeper(data.recordings, alarms),
     )
 

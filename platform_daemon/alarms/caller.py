@@ -49,14 +49,20 @@ class Caller:
     def _work(self) -> None:
         while True:
             alarm = self._waiting.get()
-            try:
-                self._call(to_json(alarm))
-            except (OSError, subprocess.SubprocessError, httpx2.HTTPError, httpx2.InvalidURL) as error:
-                log.error("alarm_call_failed", alarm=alarm.name, error=str(error) or type(error).__name__)
+            text = to_json(alarm).encode()
+            for call in (self._run, self._post):  # each, whatever became of the other
+                try:
+                    call(text)
+                except (OSError, subprocess.SubprocessError, httpx2.HTTPError, httpx2.InvalidURL) as error:
+                    log.error("alarm_call_failed", alarm=alarm.name, error=str(error) or type(error).__name__)
 
-    def _call(self, text: str) -> None:
+    def _run(self, text: bytes) -> None:
         if self._words:
-            subprocess.run(self._words, input=text.encode(), stdout=subprocess.DEVNULL, timeout=_PATIENCE_S, check=True)
+            subprocess.run(self._words, input=text, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S, check=True)
+
+    def _post(self, text: bytes) -> None:
         if self._url:
             headers = {"Content-Type": "application/json"}
-            httpx2.post(self._url, content=text, headers=headers, timeout=_PATIENCE_S).raise_for_status()
+            # What it answers is not read: it may never end.
+            with httpx2.stream("POST", self._url, content=text, headers=headers, timeout=_PATIENCE_S) as answer:
+                answer.raise_for_status()

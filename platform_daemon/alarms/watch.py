@@ -18,6 +18,7 @@ from platform_daemon.schemas import AnyHappening, JobEvent, JobState
 from platform_daemon.store import EventReader, StorageError, read_event, write_file
 
 from .board import AlarmBoard
+from .plans import Ask, look_at_schedules
 from .rules import Rules
 
 log = structlog.get_logger()
@@ -45,7 +46,7 @@ class Watched:
 
 class Watch:
     """Begins at once, with what has happened since the last one looked.  see: further readers of events; hardware:
-    raises PlatformError while its owner does not answer."""
+    raises PlatformError while its owner does not answer; schedules: asks for them, None: there is nobody to ask."""
 
     def __init__(
         self,
@@ -53,8 +54,10 @@ class Watch:
         board: AlarmBoard,
         hardware: Callable[[], object],
         see: Callable[[AnyHappening], None] = lambda what: None,
+        schedules: Ask | None = None,
     ) -> None:
         self._watched, self._board, self._hardware, self._see = watched, board, hardware, see
+        self._schedules = schedules
         self._rules = Rules(board)
         self._ended = threading.Event()
         self._reader: EventReader | None = None
@@ -123,9 +126,11 @@ class Watch:
             self._board.notice("clock", f"the clock of this computer has leapt by {leap_s:+.0f} s. {remedy}")
         else:
             self._board.clear("clock")
+        coming = "" if self._schedules is None else look_at_schedules(self._board, self._schedules)
         idle_s = time.monotonic() - self._begun_s
         if w.idle_s is not None:
-            idle = f"nothing has begun for {idle_s / 3600:.1f} h, longer than {w.idle_s / 3600:g} h"
+            idle = f"nothing has begun for {idle_s / 3600:.3g} h, longer than {w.idle_s / 3600:g} h"
+            idle = f"{idle}, and {coming}" if coming else idle
             self._stands("idle", idle_s > w.idle_s, f"{idle}. Remedy: look at the schedules and at the queue")
         self._owner()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -11,6 +12,10 @@ import typer
 from drivers.errors import InputError
 
 from .trend import FOLDER, FolderOption, updated
+
+MADE_FROM = ("models", "presets", "resonators")
+"""Folders beside that of the recordings, whose files name the recordings that they were made from."""
+_MOST_DAYS = 36_525.0
 
 
 def retention(
@@ -22,8 +27,11 @@ def retention(
     recordings: FolderOption = FOLDER,
 ) -> None:
     """List the recordings that may go; with --archive or --delete they do."""
-    from platform_daemon.store import RetentionRules, delete, move_away, named_in, old_recordings
+    from platform_daemon.store import RetentionRules, delete, move_away, named_in, old_recordings, recording_files
 
+    if not older_than_days <= _MOST_DAYS:  # nor is it no number
+        remedy = "name an age of days, as 365"
+        raise InputError(f"{older_than_days:g} is no age", where="--older-than-days", remedy=remedy)
     if archive is not None and delete_them:
         raise InputError("--archive and --delete exclude each other", where="--delete", remedy="choose one of them")
     if archive is not None and (not archive.is_dir() or archive.resolve() == recordings.resolve()):
@@ -31,13 +39,13 @@ def retention(
         raise InputError("is no folder to move them to", where=str(archive), remedy=remedy)
     updated(recordings, rebuild=False)
     tags = frozenset(tag.removeprefix("#").casefold() for tag in keep_tag or ["keep"])
-    everyone = {path.stem for path in recordings.glob("*.h5")}
-    models = named_in(recordings.parent / "models", everyone)
-    rules = RetentionRules(older_than_days, keep_newest, tags, models)
+    everyone = {path.stem for path in recording_files(recordings)}
+    needed = frozenset(itertools.chain(*(named_in(recordings.parent / each, everyone) for each in MADE_FROM)))
+    rules = RetentionRules(older_than_days, keep_newest, tags, needed)
     old = old_recordings(recordings, rules, datetime.now(UTC))
     for each in old:
         print(f"{each.begun[:19]}  {each.size / 1e6:9.1f} MB  {each.specimen}  {each.file}")
-    kept = f"; {len(models)} stay because an adopted model was made from them" if models else ""
+    kept = f"; {len(needed)} stay because a model, a preset or a resonator was made from them" if needed else ""
     told = f"{len(old)} recordings, {sum(each.size for each in old) / 1e9:.3f} GB"
     if archive is not None:
         move_away(recordings, old, archive)

@@ -37,6 +37,7 @@ JitterOption = Annotated[float, typer.Option("--jitter-s", help="Each start is p
 GraceOption = Annotated[float, typer.Option("--grace-s", help="A start that has to wait longer is missed, s.")]
 PolicyOption = Annotated[str, typer.Option("--policy", help="Of starts that waited: coalesce, skip or run_all.")]
 PriorityOption = Annotated[int, typer.Option("--priority", help="Of several that wait the highest begins first.")]
+StartOption = Annotated[str | None, typer.Option("--start", help="Nothing is due before it, ISO 8601; default: now.")]
 UntilOption = Annotated[str | None, typer.Option("--until", help="Nothing is due after it, ISO 8601.")]
 FailuresOption = Annotated[int, typer.Option("--max-failures", help="So many in a row switch it off.")]
 DATA = Path("data")
@@ -56,14 +57,16 @@ def add(
     grace_s: GraceOption = 3600.0,
     policy: PolicyOption = "coalesce",
     priority: PriorityOption = 0,
+    start: StartOption = None,
     until: UntilOption = None,
     max_failures: FailuresOption = 3,
     data: DataOption = DATA,
 ) -> None:
     """Start a work by the calendar from now on; its id is printed."""
     trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
-    rest = {"grace_s": grace_s, "policy": policy, "priority": priority, "until": until, "max_failures": max_failures}
-    request = _request({"name": name, "trigger": trigger, **_work(work, resonators, shots), **rest})
+    rest = {"grace_s": grace_s, "policy": policy, "priority": priority, "max_failures": max_failures}
+    span = {"start": start, "until": until}
+    request = _request({"name": name, "trigger": trigger, **_work(work, resonators, shots), **rest, **span})
     made = _daemon(data).add_schedule(request)
     print(f"{made.identifier}: next {made.next_due or 'never'}")
 
@@ -78,12 +81,15 @@ def preview(
     resonators: ResonatorOption = None,
     shots: ShotsOption = 1,
     jitter_s: JitterOption = 0.0,
+    start: StartOption = None,
+    until: UntilOption = None,
     count: Annotated[int, typer.Option("--count", help="So many instants.", min=1, max=1000)] = 10,
     data: DataOption = DATA,
 ) -> None:
     """When such a schedule would start; nothing is kept."""
     trigger = _trigger(every_s, cron, at, time_zone, jitter_s)
-    request = _request({"name": "preview", "trigger": trigger, **_work(work, resonators, shots)})
+    span = {"start": start, "until": until}
+    request = _request({"name": "preview", "trigger": trigger, **_work(work, resonators, shots), **span})
     for due in _daemon(data).preview_schedule(request, count):
         print(due)
 
@@ -103,7 +109,7 @@ def list_all(data: DataOption = DATA, json_file: JsonOption = None) -> None:
 @schedule_app.command()
 def ledger(
     identifier: IdArgument,
-    after: Annotated[int, typer.Option("--after", help="Rows with larger numbers.")] = 0,
+    after: Annotated[int, typer.Option("--after", help="Rows with larger numbers.", min=0, max=2**53)] = 0,
     limit: Annotated[int, typer.Option("--limit", help="At most so many rows.", min=1, max=1000)] = 100,
     data: DataOption = DATA,
     json_file: JsonOption = None,

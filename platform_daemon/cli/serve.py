@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import socket
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from drivers.errors import InputError
 from platform_daemon.serving import log_from
 from platform_daemon.supervisor import Heartbeat, service_manager
 
@@ -78,6 +80,9 @@ def serve(
     """Run the daemon until SIGTERM or Ctrl-C; outputs go off first."""
     from platform_daemon.serving import Daemon, ServeOptions, listen, listen_for_stop
 
+    if alarm_idle_h is not None and not math.isfinite(alarm_idle_h):
+        remedy = "give hours, or leave it out"
+        raise InputError(f"{alarm_idle_h:g} h never pass", where="--alarm-idle-h", remedy=remedy)
     log_from(logging.INFO)
     options = ServeOptions(
         platform=platform,

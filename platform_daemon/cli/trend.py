@@ -77,9 +77,10 @@ def rebuild(recordings: FolderOption = FOLDER) -> None:
 def find(
     recordings: FolderOption = FOLDER,
     specimen: Annotated[str | None, typer.Option(help="Name of the sample, or of the resonator.")] = None,
+    resonator: Annotated[str | None, typer.Option(help="Name of the resonator, as its file says.")] = None,
     operator: Annotated[str | None, typer.Option(help="Part of the operator's name.")] = None,
     since: Annotated[str | None, typer.Option(help="Begun from then on, ISO 8601.")] = None,
-    until: Annotated[str | None, typer.Option(help="Begun until then, ISO 8601.")] = None,
+    until: Annotated[str | None, typer.Option(help="Begun until then, ISO 8601; a date: until its end.")] = None,
     refused: Annotated[
         bool | None, typer.Option("--refused/--not-refused", help="With a refused shot, or without.")
     ] = None,
@@ -90,7 +91,8 @@ def find(
     from platform_daemon.store import Wanted
 
     updated(recordings, rebuild=False)
-    for name in find_recordings(recordings, Wanted(specimen, operator, since, until, refused, tag)):
+    wanted = Wanted(specimen, operator, since, until, refused, tag, resonator)
+    for name in find_recordings(recordings, wanted):
         print(recordings / name)
 
 

@@ -38,6 +38,8 @@ FitTask: What a fit computes.
 FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
 queue_self_test: A self-test behind what waits for the platform.
+check_calibration: Can it be made at all?
+check_model: Is there such a model, are there such terms?
 """
 
 from .analysis_jobs import AnalysisJobs
@@ -49,6 +51,7 @@ from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
 from .jobs import DAEMON_ENDED, AnyJob, Job, ShuttingDown, Work
 from .latency import reduce_latency
+from .plan_checks import check_calibration, check_model
 from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
 from .procedures.planned import plan_procedure
@@ -90,6 +93,8 @@ __all__ = [
     "TunedPresets",
     "UnknownId",
     "Work",
+    "check_calibration",
+    "check_model",
     "edit_series",
     "open_catalogue",
     "plan_procedure",

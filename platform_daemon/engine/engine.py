@@ -83,7 +83,7 @@ class Engine:
         self.live = LiveEstimate()
         self.catalogue = catalogue
         self.calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
-        self._models = models
+        self.models = models
         self.online, self.computing = online, computing
         self._registry, self._tell = JobRegistry(journal or JobRecords(None), ON_HARDWARE, tell), tell
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
@@ -103,7 +103,7 @@ class Engine:
 
     def plan(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """The checked plan of a request; nothing moves.  Raises InputError."""
-        return plan_acquisition(request, self.side, self._models, self.catalogue, self.online)
+        return plan_acquisition(request, self.side, self.models, self.catalogue, self.online)
 
     def acquire(
         self,

@@ -81,10 +81,13 @@ class JobRecords:
 
 
 def _cut_off(job: AnyJob) -> errors.PlatformError:
+    again = "ask again"
+    if job.kind == "acquisition" and job.within is None:
+        again = f"have the shots made that are missing (POST /acquisitions/{job.identifier}/resume), or ask anew"
     return errors.PlatformError(
         f"the daemon stopped while this {job.kind} was {job.state}",
         why="a restart never switches outputs on by itself",
-        remedy="ask again; shots that were stored are among the recordings, under this id",
+        remedy=f"{again}; shots that were stored are among the recordings, under this id",
     )
 
 

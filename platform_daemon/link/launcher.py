@@ -27,10 +27,19 @@ class HardwareLauncher(Launcher):
 
     def planned_s(self, work: AnyWorkRequest) -> float | None:
         """See Launcher; of a calibration, a self-test and of what is stored nobody knows."""
-        if work.kind == "acquisition":
-            return self._hardware().dry_run(work.request).duration_s
-        if work.kind == "procedure":
-            return self._hardware().dry_run_procedure(work.request).duration_s
+        match work.kind:
+            case "acquisition":
+                return self._hardware().dry_run(work.request).duration_s
+            case "procedure":
+                return self._hardware().dry_run_procedure(work.request).duration_s
+            case "calibration":
+                self._hardware().check_calibration(work.request)
+            case "fit":
+                self._hardware().check_model(work.variant, work.terms)
+            case "diagnosis":
+                self._hardware().check_model(work.base or work.variant)
+            case "self_test":
+                pass
         return None
 
     def busy(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,6 +14,8 @@ from platform_daemon.engine import (
     Engine,
     ProcedureFiles,
     ProcedureWork,
+    check_calibration,
+    check_model,
     edit_series,
     plan_procedure,
     put_in_order,
@@ -63,13 +65,17 @@ class Folders:
 
 
 class OwnedHardware(LocalJobs):
-    """See Hardware.  schedules: tells those there are, None: their ledger is damaged."""
+    """See Hardware.  schedules: tells those there are, None: their ledger is damaged; damage: says how."""
 
     def __init__(
-        self, engine: Engine, folders: Folders, schedules: Callable[[], Schedules | None] = lambda: None
+        self,
+        engine: Engine,
+        folders: Folders,
+        schedules: Callable[[], Schedules | None] = lambda: None,
+        damage: Callable[[], StorageError | None] = lambda: None,
     ) -> None:
         super().__init__(engine)
-        self._engine, self._folders, self._schedules = engine, folders, schedules
+        self._engine, self._folders, self._schedules, self._damage = engine, folders, schedules, damage
         self._mounted = Mounted(folders.mounted, changes_itself=engine.platform.changes_resonators)
 
     def status(self) -> PlatformStatus:
@@ -167,6 +173,14 @@ class OwnedHardware(LocalJobs):
         """See Hardware.  identifier: that the job will have, None: a new one."""
         return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations, identifier=identifier))
 
+    def check_calibration(self, request: CalibrationRequest) -> None:
+        """Can it be made?  Nothing moves.  Raises InputError."""
+        check_calibration(self._engine, request, self._folders.calibrations)
+
+    def check_model(self, label: str | None, terms: Sequence[str] = ()) -> None:
+        """Is there such a model, None: whatever a recording says, and are there such terms?  Raises InputError."""
+        check_model(self._engine, label, terms)
+
     def self_test(self, request: SelfTestRequest, *, identifier: str | None = None) -> ShownJob:
         """See Hardware.  identifier: that the job will have, None: a new one."""
         return ShownJob.of(queue_self_test(self._engine, request, identifier=identifier))
@@ -247,12 +261,10 @@ class OwnedHardware(LocalJobs):
         """Raises StorageError where the ledger is damaged."""
         found = self._schedules()
         if found is None:
-            remedy = (
-                "the log of the daemon says what is wrong with it; restore it from a copy, and start the daemon again"
-            )
-            raise StorageError(
-                "there are no schedules: their ledger cannot be used", where="schedules.db", remedy=remedy
-            )
+            damage = self._damage()
+            what, why = "there are no schedules: their ledger cannot be used", damage and damage.why
+            remedy = "put back a copy of it, or move it away to begin a new one; then start the daemon again"
+            raise StorageError(what, where=(damage and damage.where) or "schedules.db", why=why or "", remedy=remedy)
         return found
 
     def _only_named(self, resonator: str) -> None:

@@ -23,6 +23,7 @@ from platform_daemon.schemas import ScheduleRequest, TriggerRequest
 
 _CRON = "minute 0-59, hour 0-23, day 1-31, month 1-12, weekday 0-7, as in '0 22 * * 1-5', and a day that its month has"
 _BACK = timedelta(hours=26)  # cron begins so long before: no rule about a changed clock begins in its middle
+_END = datetime(9998, 1, 1, tzinfo=UTC).timestamp()  # no instant is later: with jitter and grace it must have a date
 
 
 class Calendar:
@@ -47,7 +48,7 @@ class Calendar:
     def after(self, moment: float, *, inclusive: bool = False) -> Iterator[float]:
         """All due instants after `moment` (inclusive: and at it), in order."""
         for due in self._all(max(moment, self.start)):
-            if due > self.until:
+            if due > min(self.until, _END):
                 return
             if due >= self.start and (due > moment or (inclusive and due == moment)):
                 yield due

@@ -13,9 +13,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import structlog
+
 from platform_daemon.schemas import ScheduleRequest, to_json
 from platform_daemon.store import StorageError, sync
 
+log = structlog.get_logger()
 _APPLICATION, _VERSION = 0x4D4D524C, 1  # "MMRL"
 _TABLES = """
 CREATE TABLE schedules (id TEXT PRIMARY KEY, request TEXT NOT NULL, created REAL NOT NULL, reached REAL NOT NULL,
@@ -67,6 +70,7 @@ class Ledger:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._unreadable: set[str] = set()
         new = not path.exists()
         beside = [path.with_name(path.name + end) for end in ("-wal", "-journal")]
         if new and any(each.exists() for each in beside):
@@ -92,12 +96,21 @@ class Ledger:
             self._sql.execute("INSERT INTO schedules (id, request, created, reached) VALUES (?, ?, ?, ?)", values)
 
     def schedules(self, *, removed: bool = False) -> list[Kept]:
-        """Those that were not removed (removed: all), oldest first."""
+        """Those that were not removed (removed: all), oldest first; one of another version that cannot be read is left
+        out, which is logged."""
         which = "" if removed else "WHERE removed = 0"
         query = f"SELECT id, request, created, reached, off, failures FROM schedules {which} ORDER BY rowid"
-        return [
-            Kept(i, ScheduleRequest.model_validate_json(text), *others) for i, text, *others in self._sql.execute(query)
-        ]
+        found = ((row, self._request(row[0], row[1])) for row in self._sql.execute(query))
+        return [Kept(row[0], request, *row[2:]) for row, request in found if request is not None]
+
+    def _request(self, schedule: str, text: str) -> ScheduleRequest | None:
+        try:
+            return ScheduleRequest.model_validate_json(text)
+        except ValueError as error:
+            if schedule not in self._unreadable:  # once
+                log.error("schedule_not_read", schedule=schedule, error=str(error))
+                self._unreadable.add(schedule)
+            return None
 
     def remove(self, schedule: str) -> None:
         """It starts nothing any more; its rows stay."""

@@ -47,7 +47,7 @@ class Scheduler:
         """Do what is to be done at `now`, s since 1970; is there more to do at once?  Raises StorageError."""
         everyone = {kept.identifier: kept for kept in self._ledger.schedules(removed=True)}
         for row in self._ledger.open_rows():
-            if row.state == "started":
+            if row.state == "started" and row.schedule in everyone:
                 self._follow(row, everyone[row.schedule], now)
         schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
         behind = [self._write_down(kept, now) for kept in schedules.values()]
@@ -58,15 +58,29 @@ class Scheduler:
         started = [self._start_one(schedules, now, beside=beside) for beside in (False, True)]
         return any(started)
 
+    def remove(self, schedule: str) -> None:
+        """It starts nothing any more; its ledger stays.  Raises StorageError."""
+        waiting = [row for row in self._ledger.open_rows() if row.schedule == schedule and row.state == "due"]
+        self._ledger.remove(schedule)
+        for row in waiting:
+            self._tell(_event(row, "skipped", "removed"))
+
     def next_due(self, kept: Kept) -> float | None:
         """The first instant that is not in the ledger yet; None: there is none."""
         reached, coming, first = self._coming.get(kept.identifier, (None, iter(()), None))
         if reached != kept.reached:
-            calendar = Calendar(kept.request, kept.created)
-            coming = calendar.after(kept.reached)
+            coming = self._instants(kept)
             first = next(coming, None)
             self._coming[kept.identifier] = kept.reached, coming, first
         return first
+
+    def _instants(self, kept: Kept) -> Iterator[float]:
+        """After those that are in the ledger; none of a calendar that is no more, as when a zone was given up."""
+        try:
+            return Calendar(kept.request, kept.created).after(kept.reached)
+        except InputError as error:  # the others must go on
+            log.error("schedule_never_due", schedule=kept.identifier, error=str(error))
+            return iter(())
 
     def _write_down(self, kept: Kept, now: float) -> bool:
         """Instants up to now; are there more?"""
@@ -96,12 +110,12 @@ class Scheduler:
             kept = schedules.get(row.schedule)
             if row.state != "due" or kept is None:
                 continue
-            if now > row.deadline:
-                ends.append((row, "missed", f"nothing could start it until its deadline, {_why(row, kept)}"))
+            if kept.off is not None and not row.asked and now >= row.begins:
+                ends.append((row, "skipped", kept.off))  # nobody misses it, though the daemon was away
+            elif now > row.deadline:
+                ends.append((row, "missed", f"nothing could start it until its deadline, {_why(row)}"))
             elif row.asked or now < row.begins:
                 continue
-            elif kept.off is not None:
-                ends.append((row, "skipped", kept.off))
             elif kept.request.policy == "skip" and row.schedule in running:
                 ends.append((row, "skipped", "the one before it was still running"))
             elif kept.request.policy != "run_all" and row.schedule in newest:
@@ -187,11 +201,9 @@ def _beside(kept: Kept) -> bool:
     return kept.request.work.kind in LEAVE_THE_PLATFORM
 
 
-def _why(row: Row, kept: Kept) -> str:
-    if kept.off is not None:
-        return kept.off
+def _why(row: Row) -> str:
     waited = None if row.asked else row.reason
-    return waited or "the daemon was away, its clock leapt, or the platform was busy"
+    return waited or "the daemon was away, its clock leapt, the platform was busy, or the disk refused"
 
 
 def _event(row: Row, state: str, reason: str | None) -> ScheduleEvent:

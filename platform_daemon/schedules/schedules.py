@@ -125,7 +125,7 @@ class Schedules:
         """It starts nothing any more; its ledger stays.  As it was; raises InputError."""
         with self._lock:
             found = self._shown(self._kept(identifier))
-            self._ledger.remove(identifier)
+            self._scheduler.remove(identifier)
             return found
 
     def run(self, identifier: str) -> LedgerRow:

@@ -46,7 +46,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     opening = Opening(start, folder, forget=options.forget_queue)
     server = None
     launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
-    schedules = _schedules(options, launcher, events)
+    schedules = _schedules(options, launcher, events, opening)
     try:
         opening.open()
         if schedules is not None:
@@ -68,12 +68,15 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
         events.close()
 
 
-def _schedules(options: ServeOptions, launcher: HardwareLauncher, events: EventJournal) -> Schedules | None:
-    """None: the ledger is damaged, which is logged; all that is asked for by hand goes on."""
+def _schedules(
+    options: ServeOptions, launcher: HardwareLauncher, events: EventJournal, opening: Opening
+) -> Schedules | None:
+    """None: the ledger is damaged, which is logged and told to who asks; all that is asked for by hand goes on."""
     try:
         return Schedules(options.data / "schedules.db", launcher, tell=events.tell)
     except StorageError as error:
         log.error("schedules_refused", error=str(error))
+        opening.damage = error
         return None
 
 
@@ -95,6 +98,7 @@ class Opening:
         self._lock = threading.Lock()
         self._closed = False
         self.schedules: Schedules | None = None
+        self.damage: StorageError | None = None
 
     def open(self) -> None:
         """Try to open the devices; one that cannot be opened is logged.  Raises InputError."""
@@ -103,7 +107,7 @@ class Opening:
                 return
             try:
                 self._engine = self._start()
-                owned = OwnedHardware(self._engine, self._folders, lambda: self.schedules)
+                owned = OwnedHardware(self._engine, self._folders, lambda: self.schedules, lambda: self.damage)
                 take_up_queue(self._engine, owned, forget=self._forget)
                 self._engine.warm_up_fits()
                 self._hardware = owned

@@ -52,6 +52,7 @@ SeriesHeader: What holds for every shot of a series.
 ShotRecord: One shot as it came from the hardware.
 Broken: A file that looks like what is listed but is not usable, and why.
 list_recordings: The recordings in `folder` (not below it).
+recording_files: What may be a recording by its name and place.
 resolve: The file of an id.
 open_recording: Open and check a recording of docs/file-format.md.
 read_calibration: The calibration in a recording or in a file that holds nothing but `/calibration`.
@@ -82,7 +83,7 @@ from .durable import sync, write_file, write_new_file
 from .errors import NotFinite, StorageError, UnknownRecording
 from .event_journal import EventJournal, EventReader, KeptEvent, read_event
 from .header import FitTable, SeriesHeader, ShotRecord
-from .index import Broken, list_recordings, resolve
+from .index import Broken, list_recordings, recording_files, resolve
 from .joined_fits import joined_fits
 from .leftovers import kept_series
 from .reader import open_recording, read_calibration
@@ -154,6 +155,7 @@ __all__ = [
     "read_event",
     "read_fit",
     "read_transmit_calibration",
+    "recording_files",
     "recover_all",
     "resolve",
     "stored_frame",

@@ -12,6 +12,7 @@ from drivers.errors import PlatformError, RecordingError
 
 from .errors import UnknownRecording
 from .reader import open_recording
+from .staging import staging_folders, target_of
 
 SUFFIXES = (".h5", ".hdf5", ".mmr")
 
@@ -86,8 +87,11 @@ def resolve(folder: Path | str, identifier: str) -> Path:
     for path in recording_files(Path(folder)):
         if path.stem == identifier:
             return path
-    remedy = "list the recordings for their ids"
-    raise UnknownRecording(f"no recording {identifier!r}", where=str(folder), remedy=remedy)
+    what, why, remedy = f"no recording {identifier!r}", "", "list the recordings for their ids"
+    if any(target_of(each).stem == identifier for each in staging_folders(Path(folder))):
+        why = "its shots are put together when the series has ended"
+        remedy = "wait until then; meanwhile each shot that is on the disk can be read by its frame"
+    raise UnknownRecording(what, where=str(folder), why=why, remedy=remedy)
 
 
 def recording_files(folder: Path) -> Iterator[Path]:

@@ -24,7 +24,7 @@ from .index import recording_files
 INDEX = ".index.db"
 """In the folder of the recordings: a name that no recording has."""
 log = structlog.get_logger()
-_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 2, 10.0  # "MMRI"
+_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 3, 10.0  # "MMRI"
 _COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator"
 _TABLES = """
 CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,
@@ -87,7 +87,8 @@ class Wanted:
     """Which recordings are looked for; None: whatever it is.
 
     specimen: name of the sample; operator: part of the name, in any case; since, until: ISO 8601 in UTC, of the begin;
-    refused: True: those with a shot that was refused, False: those without; tag: with it or without its #.
+    refused: True: those with a shot that was refused, False: those without; tag: with it or without its #; resonator:
+    its name.
     """
 
     specimen: str | None = None
@@ -96,6 +97,7 @@ class Wanted:
     until: str | None = None
     refused: bool | None = None
     tag: str | None = None
+    resonator: str | None = None
 
 
 Look = Callable[[Path], IndexedRecording | None]
@@ -109,10 +111,13 @@ def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
 
 class RecordingIndex:
     """For one thread at a time.  folder: of the recordings; path: of the index; anew: forget what it holds; raises
-    StorageError."""
+    StorageError.
+
+    damaged: what it holds could not be read.
+    """
 
     def __init__(self, path: Path, folder: Path, *, anew: bool = False) -> None:
-        self._path, self._folder = path, folder
+        self._path, self._folder, self.damaged = path, folder, False
         try:
             if anew:
                 _forget(path)
@@ -188,6 +193,7 @@ class RecordingIndex:
             "begun <= ?": w.until,
             "(good < frames) = ?": w.refused,
             "identifier IN (SELECT recording FROM tags WHERE tag = ?)": w.tag and w.tag.removeprefix("#").casefold(),
+            "resonator = ?": w.resonator,
         }
         used = {text: value for text, value in conditions.items() if value is not None}
         query = f"SELECT file FROM recordings WHERE {' AND '.join(['begun IS NOT NULL', *used])} ORDER BY file"
@@ -247,6 +253,7 @@ class RecordingIndex:
             raise self._refused(error) from None
 
     def _refused(self, error: Exception) -> StorageError:
+        self.damaged = isinstance(error, sqlite3.DatabaseError) and not isinstance(error, sqlite3.OperationalError)
         what = "the index of the recordings cannot be used"
         remedy = "free or repair the disk, then platform-daemon index rebuild; no recording is lost"
         return StorageError(what, where=str(self._path), why=str(error), remedy=remedy)

@@ -19,6 +19,8 @@ from .durable import publish
 from .errors import StorageError
 from .recording_index import open_index
 
+_TEXTS = (".json", ".toml")
+
 
 @dataclass(frozen=True)
 class RetentionRules:
@@ -56,8 +58,9 @@ def old_recordings(folder: Path, rules: RetentionRules, now: datetime) -> list[O
 
 
 def named_in(folder: Path, identifiers: Collection[str]) -> frozenset[str]:
-    """Those of the ids that a file of this folder names: what an adopted model was made from."""
-    texts = [path.read_text(errors="replace") for path in sorted(folder.glob("*.json"))] if folder.is_dir() else []
+    """Those of the ids that a file of this folder names: what an adopted model, say, was made from."""
+    files = [path for path in sorted(folder.iterdir()) if path.suffix in _TEXTS] if folder.is_dir() else []
+    texts = [path.read_text(errors="replace") for path in files]
     return frozenset(each for each in identifiers if any(each in text for text in texts))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from .describe import describe
 from .errors import UnknownRecording
 from .index import resolve
 from .reader import open_recording
-from .staging import SUFFIX, target_of
+from .staging import staging_folders, target_of
 
 MOST_DESCRIBED = 1000
 """Shots of a running series: each is a file that must be opened."""
@@ -73,12 +72,7 @@ def describe_running(folder: Path, identifier: str) -> RecordingInfo | None:
 
 
 def _shots(folder: Path, identifier: str) -> list[Path]:
-    for staging in _running(folder):
+    for staging in staging_folders(folder):
         if target_of(staging).stem == identifier:
             return sorted(staging.glob("shot_*.h5"))
     return []
-
-
-def _running(folder: Path) -> Iterator[Path]:
-    if folder.is_dir():
-        yield from (each for each in sorted(folder.glob(f".*{SUFFIX}")) if each.is_dir() and not each.is_symlink())

@@ -68,6 +68,12 @@ def folder_of(target: Path) -> Path:
     return target.with_name(f".{target.name}{SUFFIX}")
 
 
+def staging_folders(folder: Path) -> Iterator[Path]:
+    """Those of series that run, or were cut off."""
+    if folder.is_dir():
+        yield from (each for each in sorted(folder.glob(f".*{SUFFIX}")) if each.is_dir() and not each.is_symlink())
+
+
 def target_of(folder: Path) -> Path:
     """The series file of a staging folder."""
     return folder.with_name(folder.name.removeprefix(".").removesuffix(SUFFIX))

@@ -1,8 +1,11 @@
 """The board of alarms: each stands once, is over, is known of, and outlives the process."""
 
+import contextlib
 import json
 import sys
+import threading
 import time
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
 
@@ -136,3 +139,32 @@ def test_a_command_gets_the_alarm_and_a_bad_one_is_refused(tmp_path):
         Caller("say 'this")
     with pytest.raises(ConfigError, match="alarm-url"):
         Caller(url="ftp://x")
+
+
+def test_a_url_is_called_though_the_command_fails_and_its_answer_never_ends(tmp_path):
+    called, over = [], threading.Event()
+
+    class Endless(BaseHTTPRequestHandler):
+        def do_POST(self):
+            called.append(json.loads(self.rfile.read(int(self.headers["Content-Length"])))["name"])
+            self.send_response(200)
+            self.end_headers()
+            with contextlib.suppress(OSError):
+                while not over.is_set():
+                    self.wfile.write(b"x" * 65536)
+
+        def log_message(self, *arguments):
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Endless)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    caller = Caller(f'{sys.executable} -c "raise SystemExit(3)"', f"http://127.0.0.1:{server.server_port}/")
+    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
+    board.notice("disk", "full")
+    board.notice("memory", "little")
+    until = time.monotonic() + 20
+    while called != ["disk", "memory"]:
+        assert time.monotonic() < until, called
+        time.sleep(0.02)
+    over.set()
+    server.shutdown()

@@ -9,8 +9,8 @@ from drivers.errors import DeviceLost
 from platform_daemon.alarms import watch as module
 from platform_daemon.alarms.board import AlarmBoard
 from platform_daemon.alarms.watch import Watch, Watched
-from platform_daemon.schemas import DeviceEvent, InterlockEvent
-from platform_daemon.store import EventJournal
+from platform_daemon.schemas import DeviceEvent, InterlockEvent, Schedule, ScheduleRequest
+from platform_daemon.store import EventJournal, StorageError
 
 
 @pytest.fixture
@@ -21,9 +21,9 @@ def watching(tmp_path, monkeypatch):
     watched = Watched(tmp_path, tmp_path / "events.db", tmp_path / "alarms.seen", disk_b=0.0, memory_b=0.0)
     begun = []
 
-    def begin(hardware=lambda: None, **changes):
+    def begin(hardware=lambda: None, schedules=None, **changes):
         board = AlarmBoard(tmp_path / "alarms.json", lambda event: None)
-        begun.append(Watch(replace(watched, **changes), board, hardware))
+        begun.append(Watch(replace(watched, **changes), board, hardware, schedules=schedules))
         return board, begun[-1]
 
     yield begin
@@ -92,3 +92,48 @@ def test_an_owner_that_does_not_answer_and_a_clock_that_leaps_raise_alarms_that_
         assert time.monotonic() < until
         time.sleep(0.01)
     wait_for(board)
+
+
+def schedule(name, next_due, active=True):
+    trigger, work = {"cron": "0 22 * * *"}, {"kind": "self_test"}
+    request = ScheduleRequest.model_validate({"name": name, "trigger": trigger, "work": work})
+    return Schedule(
+        identifier=name, request=request, created="2026-11-24T00:00:00+00:00", active=active, reason=None, failures=0,
+        next_due=next_due,
+    )  # fmt: skip
+
+
+def test_alarms_of_a_schedule_that_was_removed_end(watching):
+    there = [schedule("nightly", None), schedule("gone", None)]
+    board, _ = watching(schedules=lambda: tuple(there))
+    for name in ("schedule:nightly", "schedule:gone", "mount:gone", "disk:other"):
+        board.notice(name, "x")
+    there.pop()
+    wait_for(board, "schedule:nightly", "disk:other")
+
+
+def test_schedules_that_cannot_be_used_raise_an_alarm_that_says_why(watching):
+    why = [StorageError("the ledger is damaged", where="schedules.db", remedy="put back a copy")]
+
+    def schedules():
+        if why:
+            raise why[0]
+        return ()
+
+    board, _ = watching(schedules=schedules)
+    wait_for(board, "schedules")
+    assert "the ledger is damaged" in board.all()[0].what
+    why.clear()
+    wait_for(board)
+
+
+def test_who_is_told_that_nothing_has_begun_is_told_what_is_due_next(watching):
+    due = "2028-02-29T00:00:00+00:00"
+    there = (
+        schedule("leap", due),
+        schedule("off", "2027-01-01T00:00:00.5+00:00", active=False),
+        schedule("past", None),
+    )
+    board, _ = watching(schedules=lambda: there, idle_s=0.05)
+    wait_for(board, "idle")
+    assert f"nothing is due until {due} (leap)" in board.all()[0].what

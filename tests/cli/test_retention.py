@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from platform_daemon.store import RetentionRules, old_recordings
-from tests.kit.command_line import here
+from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.specimen_months import months
 
 
@@ -38,13 +38,23 @@ def test_a_dry_run_says_what_would_go_and_touches_nothing(recordings):
     assert names(recordings) == before
 
 
-def test_an_adopted_model_keeps_what_it_was_made_from(recordings):
+def test_what_was_made_from_recordings_keeps_them(recordings):
     models = recordings.parent / "models"
     models.mkdir()
     (models / "quiet@1.json").write_text(json.dumps({"recordings": [{"file": "T-1-001.h5"}]}))
     told = asked(recordings)
     assert "2 recordings" in told.stdout
-    assert "1 stay because an adopted model was made from them" in told.stdout
+    assert "1 stay because a model, a preset or a resonator was made from them" in told.stdout
+    (recordings / "T-1-000.h5").rename(recordings / "T-1-000.mmr")
+    (recordings.parent / "resonators").mkdir()
+    (recordings.parent / "resonators" / "jewel@1.toml").write_text('evidence = "ramp T-1-000: no side modes"')
+    assert "1 recordings" in asked(recordings).stdout
+
+
+@pytest.mark.parametrize("days", ["nan", "inf", "1e9", "0"])
+def test_an_age_that_is_none_is_refused(recordings, days):
+    told = here("retention", "--older-than-days", days, "--recordings", recordings)
+    assert_one_line_error(told, 2, "--older-than-days")
 
 
 def test_they_are_moved_whole_and_never_over_another(recordings, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -28,7 +29,7 @@ def months(folder: Path, recordings: int = 70, specimen: str = "T 1", seed: int 
             fit_table(1), values=np.array([[f_nat, m_r]]), std=np.array([[1e-3, 1e-6]]), verdict=("good",),
             reason=("",), nrmse=np.array([0.01 * (1.0 + rng.normal(0.0, 0.01))]),
         )  # fmt: skip
-        path = folder / f"{specimen.replace(' ', '-')}-{k:03d}.h5"
+        path = folder / f"{re.sub(r'[ /]', '-', specimen)}-{k:03d}.h5"
         with SeriesWriter.create(
             path, header(start_time=at, sample_name=specimen, comment=comment, planned_shots=1)
         ) as writer:

@@ -147,6 +147,55 @@ def test_a_night_runs_and_what_is_paused_is_skipped(bench):
     assert len(bench.owner.jobs) == 5
 
 
+def test_what_was_due_while_it_was_paused_and_the_daemon_away_is_skipped_and_nobody_misses_it(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}, grace_s=60.0))
+    bench.until(T0 + 60.0)
+    bench.all.pause(made.identifier)
+    bench.now = T0 + 5.5 * 3600
+    bench.restart()
+    bench.all.step()
+    assert {(row.state, row.reason) for row in bench.rows(made.identifier)[1:]} == {("skipped", "paused")}
+
+
+def test_what_waits_when_its_schedule_is_removed_is_told_as_skipped(tmp_path):
+    told = []
+    bench = Bench(tmp_path, told.append)
+    bench.owner.mounted = "thread"
+    made = bench.all.add(asked({"every_s": 3600.0}, resonators=["jewel"]))
+    bench.all.step()
+    bench.all.remove(made.identifier)
+    assert (told[-1].state, told[-1].reason) == ("skipped", "removed")
+    bench.all.close()
+
+
+@pytest.mark.parametrize(("before", "after"), [("UTC", "No/Where"), ("grace_s", "mercy_s")])
+def test_a_schedule_that_another_version_has_left_does_not_keep_the_others_from_starting(bench, before, after):
+    bench.all.add(asked({"every_s": 600.0}, name="left"))
+    bench.all.step()
+    bench.all.close()
+    with sqlite3.connect(bench.path) as sql:
+        sql.execute("UPDATE schedules SET request = replace(request, ?, ?)", (before, after))
+    sql.close()
+    bench.restart()
+    made = bench.all.add(asked({"every_s": 600.0}))
+    bench.until(T0 + 1500.0)
+    assert [row.state for row in bench.rows(made.identifier)][:2] == ["late", "run"]
+    assert made.identifier in [each.identifier for each in bench.all.list()]
+
+
+@pytest.mark.parametrize(
+    "trigger", [{"every_s": 1e12}, {"every_s": 3e8}, {"at": ["9999-12-31T23:59:59", "2027-01-01"]}]
+)
+def test_no_instant_is_so_late_that_it_has_no_date(bench, trigger):
+    made = bench.all.add(asked(trigger))
+    last = bench.all.preview(made.request, 10_000)[-1]
+    assert last < "9999"
+    bench.now = datetime.fromisoformat(last).timestamp() + 1.0
+    bench.all.step()
+    assert bench.all.get(made.identifier).next_due is None
+    assert [each.identifier for each in bench.all.list()] == [made.identifier]
+
+
 @pytest.mark.parametrize(
     ("policy", "states"), [("coalesce", Counter(missed=19, skipped=4, late=1, run=0)), ("run_all", None)]
 )

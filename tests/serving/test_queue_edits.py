@@ -92,6 +92,7 @@ def test_a_series_that_was_cut_off_twice_goes_on_in_its_own_recording(tmp_path):
             os.kill(daemon.pid("hardware"), signal.SIGKILL)
             wait_for(lambda: path.exists() and daemon.get("/platform").status_code == 200)
             assert state(daemon, job) == "failed"
+            assert f"POST /acquisitions/{job}/resume" in daemon.get(f"/acquisitions/{job}").json()["error"]["remedy"]
             found = open_recording(path)
             before = [found.frame_volts(k) for k in range(found.frames)]
             assert daemon.post(f"/acquisitions/{job}/resume", {}).status_code == 202

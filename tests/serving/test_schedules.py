@@ -76,6 +76,10 @@ def test_one_start_by_hand(daemon):
         ({"until": "2001-01-01T00:00:00"}, "until"),
         ({"work": {"kind": "acquisition", "request": {"resonator": "nobody"}}}, "nobody"),
         ({"work": {"kind": "dream", "request": {}}}, "work"),
+        ({"work": {"kind": "fit", "specimen": "J", "variant": "dream"}}, "no variant 'dream'"),
+        ({"work": {"kind": "fit", "specimen": "J", "terms": ["dream"]}}, "dream"),
+        ({"work": {"kind": "diagnosis", "specimen": "J", "base": "dream"}}, "no variant 'dream'"),
+        ({"work": {"kind": "calibration", "request": {"kind": "receive", "name": "../x"}}}, "../x"),
         ({"work": {"kind": "acquisition", "request": {**SHORT_JEWEL, "shots": 1000}}}, "trigger"),
         ({"policy": "never"}, "policy"),
         ({"grace_s": -1}, "grace_s"),
@@ -109,9 +113,11 @@ def test_the_command_line_asks_the_daemon(daemon, tmp_path):
     assert "next " in command(daemon, "resume", identifier).stdout
     assert command(daemon, "run", identifier).returncode == 0
     wait_for(lambda: " run " in command(daemon, "ledger", identifier).stdout, 60)
-    assert (
-        len(command(daemon, "preview", "--every-s", "60", "--resonator", "jewel", "--count", "3").stdout.split()) == 3
-    )
+    often = ("preview", "--every-s", "60", "--resonator", "jewel")
+    assert len(command(daemon, *often, "--count", "3").stdout.split()) == 3
+    span = ("--start", "2099-01-01T00:00", "--until", "2099-01-01T00:01")
+    assert command(daemon, *often, *span).stdout.split() == ["2099-01-01T00:00:00+00:00", "2099-01-01T00:01:00+00:00"]
+    assert_one_line_error(command(daemon, "ledger", identifier, "--after", str(10**20)), 2, "--after")
     assert command(daemon, "remove", identifier).returncode == 0
     assert_one_line_error(command(daemon, "pause", identifier), 2, "no schedule")
     assert_one_line_error(command(daemon, "add", "x", "--every-s", "60"), 2, "--work FILE")
@@ -149,7 +155,9 @@ def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_pa
     with served(data) as daemon:
         told = daemon.get("/schedules")
         assert told.status_code == 507
-        assert "restore it" in told.json()["remedy"]
+        assert "put back a copy" in told.json()["remedy"]
+        assert "cut off after 3000 bytes" in told.json()["detail"]
+        wait_for(lambda: any(a["name"] == "schedules" and "cut off" in a["what"] for a in daemon.get("/alarms").json()))
         assert daemon.post("/acquisitions", SHORT_JEWEL).status_code == 202
     assert ledger.stat().st_size == 3000
 

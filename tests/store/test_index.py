@@ -65,3 +65,10 @@ def test_ids_lead_nowhere_but_to_recordings_of_the_folder(tmp_path: Path, identi
     assert resolve(inside, "a") == inside / "a.h5"
     with pytest.raises(UnknownRecording):
         resolve(inside, identifier)
+
+
+def test_a_series_that_runs_is_no_recording_yet_and_that_is_said(tmp_path: Path) -> None:
+    with SeriesWriter.create(tmp_path / "running.h5", header()) as writer:
+        writer.add_shot(shot(1))
+        with pytest.raises(UnknownRecording, match="put together when the series has ended"):
+            resolve(tmp_path, "running")

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from dataclasses import replace
+from datetime import date, datetime, time
 from pathlib import Path
+
+import structlog
 
 from drivers.errors import InputError
 from platform_daemon.schemas import TrendReport
-from platform_daemon.store import IndexedRecording, IndexUpdate, RecordingIndex, Wanted, open_index
+from platform_daemon.store import IndexedRecording, IndexUpdate, RecordingIndex, StorageError, Wanted, open_index
 
 from .baseline import baseline_of, in_utc
 from .look import look_at_recording
 from .trend import POINTS_TO_FALSE_ALARM, specimen_trend
+
+log = structlog.get_logger()
 
 
 def update_index(
@@ -21,16 +26,23 @@ def update_index(
 ) -> tuple[IndexUpdate, dict[str, str]]:
     """What was looked at, and the files of the folder that cannot be read, by id, each with the reason.
 
-    done: told how many of how many; rebuild: look at all of them.  Raises StorageError.
+    done: told how many of how many; rebuild: look at all of them, as is done where the index is damaged.  Raises
+    StorageError.
     """
     with closing(open_index(folder, anew=rebuild)) as index:
-        found = index.update(look_at_recording, done)
-        return found, dict(index.broken())
+        try:
+            found = index.update(look_at_recording, done)
+            return found, dict(index.broken())
+        except StorageError as error:
+            if rebuild or not index.damaged:
+                raise
+            log.warning("index_made_anew", error=str(error))
+    return update_index(folder, done, rebuild=True)
 
 
 def find_recordings(folder: Path, wanted: Wanted) -> tuple[str, ...]:
     """Names of the files of what is looked for, by the index; times in any zone.  Raises InputError, StorageError."""
-    in_utc = replace(wanted, since=_time(wanted.since, "since"), until=_time(wanted.until, "until"))
+    in_utc = replace(wanted, since=_time(wanted.since, "since"), until=_until(wanted.until))
     with closing(open_index(folder)) as index:
         return tuple(index.find(in_utc))
 
@@ -54,7 +66,7 @@ def indexed_trend(
     """
     accepted = baseline_of(folder, specimen) if since is None else None
     since = since if accepted is None else accepted.since
-    begin, end = _time(since, "since"), _time(until, "until")
+    begin, end = _time(since, "since"), _until(until)
     with closing(open_index(folder)) as index:
         _check_known(index, specimen)
         found = index.recordings(specimen, begin or "", end or "\uffff")
@@ -101,6 +113,15 @@ class UnknownSpecimen(InputError):
     """No recording is of that specimen."""
 
     title = "Unknown specimen"
+
+
+def _until(text: str | None) -> str | None:
+    """The last moment of a day where that alone is named.  Raises InputError."""
+    try:
+        day = None if text is None else date.fromisoformat(text)
+    except ValueError:
+        return _time(text, "until")
+    return None if day is None else _time(datetime.combine(day, time.max).isoformat(), "until")
 
 
 def _time(text: str | None, where: str) -> str | None:

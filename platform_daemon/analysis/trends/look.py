@@ -19,6 +19,7 @@ PREFERRED = "d30"
 NOISE_FROM_HZ, BESIDE_HZ, HARMONICS = 20.0, 8.0, 30
 """The noise is what lies above the first frequency and not within the second of one of so many harmonics of f_nat."""
 _TAG = re.compile(r"#\w[\w.:-]{0,60}")
+_BESIDE_A_WORD = ".,;:!?()[]{}\"'"  # "#keep, #night." are two tags
 _NOISE_S = 1.0  # of the end of the RX window
 
 
@@ -40,9 +41,15 @@ def look_at_recording(path: Path) -> IndexedRecording | None:
         calibration=None if recording.calibration is None else recording.calibration.identifier,
         fit=None if table is None else f"{fit} {table.variant}".strip(),
         resonator=str(tomllib.loads(recording.resonator_toml()).get("name", "")),
-        tags=frozenset(word[1:].casefold() for word in p.comment.split() if _TAG.fullmatch(word)),
+        tags=tags_in(p.comment),
         shots=() if table is None else tuple(_shots(recording, table)),
     )
+
+
+def tags_in(comment: str) -> frozenset[str]:
+    """Words that begin with #, without it, in small letters."""
+    words = (word.strip(_BESIDE_A_WORD) for word in comment.split())
+    return frozenset(word[1:].casefold() for word in words if _TAG.fullmatch(word))
 
 
 def _shots(recording: Recording, table: FitTable) -> list[IndexedShot]:

@@ -16,6 +16,7 @@ from ..problems import problems
 from ..specimen_page import specimen_page
 
 router = APIRouter(prefix="/specimens", tags=["specimens"], route_class=GuardedRoute)
+# A name may hold a slash: `:path`, and what comes after a name is looked for before the name alone.
 PNG = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
 Specimen = Annotated[
@@ -34,26 +35,8 @@ def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
     return SpecimenListing(tuple(page.of(analysis.indexed_specimens(context.recordings))))
 
 
-@router.get("/{specimen}", summary="What is known of a specimen", responses=problems(404, 422))
-def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
-    """Recordings, resonators with their highest field and preset, calibrations, adopted models, changes, links."""
-    return specimen_page(specimen, context)
-
-
-@router.get("/{specimen}/trend", summary="What a specimen does over months", responses=problems(404, 422))
-def get_trend(
-    specimen: Specimen,
-    context: Shared,
-    since: Since = None,
-    until: Until = None,
-    points_to_false_alarm: Rate = analysis.POINTS_TO_FALSE_ALARM,
-) -> TrendReport:
-    """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
-    return _trend(context, specimen, since, until, points_to_false_alarm)
-
-
 @router.get(
-    "/{specimen}/trend/picture",
+    "/{specimen:path}/trend/picture",
     summary="Picture of a trend",
     response_class=Response,
     responses={200: {"content": {"image/png": PNG}, "description": "PNG"}, **problems(404, 422)},
@@ -71,7 +54,7 @@ def get_trend_picture(
 
 
 @router.get(
-    "/{specimen}/trend/table",
+    "/{specimen:path}/trend/table",
     summary="Points of a trend as CSV",
     response_class=Response,
     responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422)},
@@ -82,7 +65,25 @@ def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, un
     return Response(reports.trend_csv(found), media_type="text/csv")
 
 
-@router.post("/{specimen}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 507))
+@router.get("/{specimen:path}/trend", summary="What a specimen does over months", responses=problems(404, 422))
+def get_trend(
+    specimen: Specimen,
+    context: Shared,
+    since: Since = None,
+    until: Until = None,
+    points_to_false_alarm: Rate = analysis.POINTS_TO_FALSE_ALARM,
+) -> TrendReport:
+    """Points of all recordings with on-line fits, a control chart per quantity, and changes by name."""
+    return _trend(context, specimen, since, until, points_to_false_alarm)
+
+
+@router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422))
+def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
+    """Recordings, resonators with their highest field and preset, calibrations, adopted models, changes, links."""
+    return specimen_page(specimen, context)
+
+
+@router.post("/{specimen:path}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 507))
 def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) -> Baseline:
     """Its charts begin anew, from now or from `since` on, and its alarms are over; `?since=` of a trend looks further
     back."""

@@ -41,8 +41,13 @@ def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(cl
     assert len(table) == 71
     assert list(pages(client, "/specimens", 1)) == [["T 1"], [JEWEL]]
     listed = [page["recordings"] for page in pages(client, "/recordings?specimen=T 1&limit=30&until=2026-03-16")]
-    assert [len(page) for page in listed] == [30, 30, 1]
+    assert [len(page) for page in listed] == [30, 30, 4]
     assert client.get("/recordings", params={"specimen": "T 1", "refused": True}).json()["recordings"] == []
+    assert client.get("/recordings", params={"sample": "T 1", "verdict": "refused"}).json()["recordings"] == []
+    assert len(client.get("/recordings?verdict=good&sample=T 1&until=2026-03-01").json()["recordings"]) == 4
+    assert len(client.get("/recordings", params={"resonator": JEWEL}).json()["recordings"]) == 1
+    problem(client.get("/recordings?sample=T 1&specimen=T 2"), 422)
+    problem(client.get("/recordings?refused=true&verdict=good"), 422)
     problem(client.get("/recordings?since=x"), 422)
     body = {"by": "DC", "reason": "new magnet", "since": "2026-03-13T12:00:00Z"}
     assert client.post("/specimens/T 1/baseline", json=body).json()["by"] == "DC"
@@ -73,12 +78,12 @@ def test_a_page_says_what_is_known_of_a_specimen(client):
 
 def test_recordings_are_found_by_tag(client):
     folder = client.folder.recordings
-    for path in months(folder.parent, 2, "tagged", comment="warm day #Night #run.7, and # no tag"):
+    for path in months(folder.parent, 2, "tagged", comment="warm day #Night, (#run.7). And # no tag"):
         path.rename(folder / path.name)
     wait_for(lambda: client.get("/recordings?tag=night").json()["recordings"])
     assert len(client.get("/recordings", params={"tag": "#NIGHT"}).json()["recordings"]) == 2
     assert client.get("/recordings?tag=day").json()["recordings"] == []
-    assert client.get("/specimens/tagged").json()["tags"] == ["night"]
+    assert client.get("/specimens/tagged").json()["tags"] == ["night", "run.7"]
     assert client.get("/specimens/tagged").json()["resonators"][0]["key"] is None
 
 
@@ -87,3 +92,17 @@ def test_bad_input(client):
     assert "no recording is of 'nobody'" in problem(client.get("/specimens/nobody/trend"), 404)["detail"]
     problem(client.get(f"/specimens/{JEWEL}/trend?since=x"), 422)
     problem(client.get(f"/specimens/{JEWEL}/trend?points_to_false_alarm=1"), 422)
+
+
+def test_a_name_may_hold_a_slash(client):
+    folder = client.folder.recordings
+    for path in months(folder.parent, 2, "A7/left?"):
+        path.rename(folder / path.name.replace("/", "-"))
+    wait_for(lambda: "A7/left?" in client.get("/specimens").json())
+    page = client.get("/specimens/A7%2Fleft%3F").json()
+    assert (page["specimen"], page["recordings"]) == ("A7/left?", 2)
+    for link in page["links"].values():
+        assert client.get(link).status_code == 200
+    client.app.state.context.alarms.notice("trend:A7/left?:wear", "x")
+    told = client.post("/alarms/trend:A7%2Fleft%3F:wear/acknowledge", json={"by": "DC"})
+    assert told.json()["acknowledged_by"] == "DC"

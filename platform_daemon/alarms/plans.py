@@ -1,0 +1,46 @@
+"""What the schedules themselves tell: that there are none, and which alarms are of one that is no more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from datetime import datetime
+
+from drivers.errors import PlatformError
+from platform_daemon.schemas import Schedule
+from platform_daemon.store import StorageError
+
+from .board import AlarmBoard
+
+Ask = Callable[[], Sequence[Schedule]]
+"""All schedules.  Raises StorageError where their ledger cannot be used, another PlatformError where nobody answers."""
+_OF_ONE = ("schedule", "mount")  # alarms that end with their schedule
+
+
+def look_at_schedules(board: AlarmBoard, ask: Ask) -> str:
+    """Raise or clear what follows from them; in words, what is due next."""
+    try:
+        found = ask()
+    except StorageError as error:
+        board.notice("schedules", f"nothing starts by the calendar: {error}")
+        return "nothing is due"
+    except PlatformError:  # the alarm of the owner says so
+        return "nobody knows what is due next"
+    board.clear("schedules")
+    _forget_removed(board, {each.identifier for each in found})
+    return _next(found)
+
+
+def _forget_removed(board: AlarmBoard, there: set[str]) -> None:
+    """Nothing of a schedule that is no more could ever end its alarms."""
+    for name in board.standing():
+        kind, _, of = name.partition(":")
+        if kind in _OF_ONE and of not in there:
+            board.clear(name)
+
+
+def _next(found: Sequence[Schedule]) -> str:
+    dues = [(datetime.fromisoformat(each.next_due), each) for each in found if each.active and each.next_due]
+    if not dues:
+        return f"nothing is due: {len(found)} schedules, none of which starts anything" if found else "nothing is due"
+    due, first = min(dues, key=lambda each: each[0])
+    return f"nothing is due until {due.isoformat(timespec='seconds')} ({first.request.name})"
