@@ -25,7 +25,7 @@ class Access:
         role: the lowest that may do it; None: no token is needed.
         takes: what answering takes.
         audited: it is written into the audit log.
-        confirmed: it changes something and has no values; it must be sent as JSON like all that do.
+        confirmed: a POST without values, which must be sent as JSON like all others.
     """
 
     role: Role | None
@@ -69,12 +69,12 @@ ACCESS: dict[str, Access] = {
     "pause_acquisition": CONFIRM,
     "resume_acquisition": CONFIRM,
     "start_acquisition": START,
-    "cancel_acquisition": CONFIRM,
+    "cancel_acquisition": ACT,
     "dry_run": COMPUTE,
     "list_procedures": VIEW,
     "get_procedure": VIEW,
     "start_procedure": Access(Role.OPERATOR, Takes.COMPUTING, audited=True),
-    "cancel_procedure": CONFIRM,
+    "cancel_procedure": ACT,
     "dry_run_procedure": COMPUTE,
     "pause_procedure": CONFIRM,
     "resume_procedure": CONFIRM,
@@ -82,11 +82,11 @@ ACCESS: dict[str, Access] = {
     "list_self_tests": VIEW,
     "get_self_test": VIEW,
     "start_self_test": START,
-    "cancel_self_test": CONFIRM,
+    "cancel_self_test": ACT,
     "list_calibrations": VIEW,
     "get_calibration": VIEW,
     "start_calibration": START,
-    "cancel_calibration": CONFIRM,
+    "cancel_calibration": ACT,
     "continue_calibration": CONFIRM,
     "adopt_calibration": GOVERN,
     "list_schedules": VIEW,
@@ -97,7 +97,7 @@ ACCESS: dict[str, Access] = {
     "pause_schedule": CONFIRM,
     "resume_schedule": CONFIRM,
     "run_schedule": CONFIRM,
-    "remove_schedule": CONFIRM,
+    "remove_schedule": ACT,
     "listen": VIEW,
     "list_alarms": VIEW,
     "acknowledge_alarm": ACT,
@@ -122,7 +122,7 @@ ACCESS: dict[str, Access] = {
     "list_fits": VIEW,
     "get_fit": VIEW,
     "start_fit": START,
-    "cancel_fit": CONFIRM,
+    "cancel_fit": ACT,
     "get_derived": COMPUTE,
     "get_envelopes": COMPUTE,
     "predict": COMPUTE,
@@ -133,13 +133,13 @@ ACCESS: dict[str, Access] = {
     "list_diagnoses": VIEW,
     "get_diagnosis": VIEW,
     "start_diagnosis": START,
-    "cancel_diagnosis": CONFIRM,
+    "cancel_diagnosis": ACT,
     "get_report": VIEW_FILES,
     "adopt_model": GOVERN,
     "list_characterisations": VIEW,
     "get_characterisation": VIEW,
     "start_characterisation": START,
-    "cancel_characterisation": CONFIRM,
+    "cancel_characterisation": ACT,
     "get_characterisation_report": VIEW_FILES,
     "list_models": VIEW_FILES,
     "get_model": VIEW_FILES,

@@ -88,16 +88,17 @@ async def _written(name: str, line: Coroutine[Any, Any, None]) -> None:
 
 
 def _check_content_type(request: Request, name: str) -> None:
-    """Raises UnsupportedMediaType for whatever may change something and is not JSON, DELETE without a body too.
+    """Raises UnsupportedMediaType for what may change something and is not JSON.
 
-    A page of a browser cannot send that to another server unasked.
-    `POST /stop` without a body may leave it out: whoever types that is in a hurry.
+    A page of a browser cannot send that to another server unasked.  Two may leave it out if they have no body: DELETE,
+    for which a page has to ask first, which nobody answers, and which clients send without; and `POST /stop`, since
+    whoever types that is in a hurry.
     """
     said = request.headers.get("content-type")
     if request.method in HARMLESS or _is_json(said):
         return
     has_body = request.headers.get("content-length", "0") != "0" or "transfer-encoding" in request.headers
-    if name == STOP and said is None and not has_body:
+    if (request.method == "DELETE" or name == STOP) and said is None and not has_body:
         return
     what = f"the body is sent as {said}" if said else "the request does not say what its body is"
     why = "only JSON is taken, and only if the request says that it is"
