@@ -77,7 +77,7 @@ def test_what_a_form_can_send_changes_nothing(ask, path, form):
     assert ask("POST", path, {"Content-Type": form}).status_code == 415
 
 
-@pytest.mark.parametrize("path", ["/acquisitions/x", "/fits/x", "/schedules/x"])
+@pytest.mark.parametrize("path", ["/acquisitions/x", "/fits/x", "/calibrations/x"])
 def test_a_delete_may_say_nothing_of_a_body_that_it_has_not(ask, path):
     assert ask("DELETE", path).status_code == 404
     for headers, body in (({"Content-Type": "text/plain"}, b""), ({}, b"{}")):
