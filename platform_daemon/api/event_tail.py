@@ -21,6 +21,8 @@ from platform_daemon.store import EventReader, KeptEvent
 log = structlog.get_logger()
 MOST_BEHIND = 1000
 PAGE = 200
+MOST_LISTENERS = 100
+"""Each holds a connection for as long as it likes; the other half of them is for all who ask something."""
 _LOOK_S = 0.05
 
 
@@ -36,6 +38,11 @@ class EventTail:
         self._ended = False
         self._last_page: tuple[tuple[int, int, bool], list[KeptEvent]] = (-1, -1, True), []
 
+    @property
+    def full(self) -> bool:
+        """Do as many listen as may?"""
+        return self._listeners >= MOST_LISTENERS
+
     def close(self) -> None:
         """All listeners are let go, within a moment; from any thread.  Idempotent."""
         self._ended = True
@@ -43,8 +50,10 @@ class EventTail:
     async def follow(self, after: int | None) -> AsyncIterator[KeptEvent]:
         """Events with larger numbers, then those that come; None: only those that come.  Raises StorageError.
 
-        One of kind `dropped` stands for those that will not come.
+        One of kind `dropped` stands for those that will not come.  Nothing at all where as many listen as may.
         """
+        if self.full:
+            return
         reader = self._reader = self._reader or EventReader(self._path)
         last = reader.newest() if after is None else after
         self._listeners += 1

@@ -105,7 +105,7 @@ class Hardware(JobHolder, Protocol):
         """Jobs that wait, these first in this order.  Raises InputError, DeviceStateError: one of them waits not."""
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
-        """Queue a calibration.  Raises InputError; nothing moves then."""
+        """Queue a calibration.  Raises InputError, StorageUnusable; nothing moves then."""
 
     def self_test(self, request: SelfTestRequest) -> ShownJob:
         """Queue a self-test.  Raises InputError; nothing moves then."""

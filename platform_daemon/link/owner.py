@@ -171,6 +171,7 @@ class OwnedHardware(LocalJobs):
 
     def calibrate(self, request: CalibrationRequest, *, identifier: str | None = None) -> ShownJob:
         """See Hardware.  identifier: that the job will have, None: a new one."""
+        check_room(self._folders.calibrations, 0)  # a file of some kB: what it costs is the shots before it
         return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations, identifier=identifier))
 
     def check_calibration(self, request: CalibrationRequest) -> None:

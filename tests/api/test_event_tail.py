@@ -2,12 +2,16 @@
 
 import asyncio
 import json
+from types import SimpleNamespace
 
 import pytest
+from fastapi.testclient import TestClient
 
+from platform_daemon.api import create_api, event_tail
 from platform_daemon.api.event_tail import MOST_BEHIND, EventTail
 from platform_daemon.schemas import DeviceEvent
 from platform_daemon.store import EventJournal
+from tests.kit.rest import problem
 
 
 @pytest.fixture
@@ -45,3 +49,29 @@ def test_who_reads_slowly_what_was_before_loses_nothing_and_who_falls_behind_lat
     count = json.loads(dropped.text)["what"]["count"]
     assert (dropped.kind, error(first)) == ("dropped", 3500 + count)
     assert count == 3000 - MOST_BEHIND
+
+
+def test_only_so_many_listen_and_who_leaves_makes_room(path, monkeypatch):
+    monkeypatch.setattr(event_tail, "MOST_LISTENERS", 2)
+
+    async def listened():
+        tail = EventTail(path)
+        first, second = tail.follow(0), tail.follow(0)
+        assert not tail.full
+        await anext(first)
+        await anext(second)
+        assert tail.full
+        assert [event async for event in tail.follow(0)] == []
+        await first.aclose()
+        assert not tail.full
+        tail.close()
+        await second.aclose()
+
+    asyncio.run(listened())
+
+
+def test_whoever_comes_then_is_told_to_come_again():
+    context = SimpleNamespace(events=SimpleNamespace(full=True))
+    answer = TestClient(create_api(context), base_url="http://127.0.0.1").get("/events")
+    assert "many listen" in problem(answer, 503)["detail"]
+    assert answer.headers["retry-after"]

@@ -1,10 +1,12 @@
 """What crosses the socket is what is on the other side of it, errors too."""
 
 import os
+import shutil
 import socket
 import stat
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -17,7 +19,8 @@ from platform_daemon.link.hardware import Hardware
 from platform_daemon.link.recent import Recent
 from platform_daemon.link.server import LinkServer
 from platform_daemon.link.wire import methods
-from platform_daemon.schemas import AcquisitionRequest, ActivationRequest, SweepRequest
+from platform_daemon.schemas import AcquisitionRequest, ActivationRequest, CalibrationRequest, SweepRequest
+from platform_daemon.store.errors import StorageUnusable
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import wait_for
 
@@ -49,6 +52,14 @@ def test_state_and_plans_are_the_same_on_both_sides(linked):
         {"kind": "sweep", "acquisition": SHORT_JEWEL, "over": [{"key": "field_ut", "values": [100.0, 200.0]}]}
     )
     assert linked.remote.dry_run_procedure(sweep) == linked.owned.dry_run_procedure(sweep)
+
+
+def test_a_calibration_that_the_disk_could_not_keep_moves_nothing(linked, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda folder: SimpleNamespace(free=1000))
+    before = linked.owned.job_ids("calibration")
+    with pytest.raises(StorageUnusable, match=r"calibrations.*Remedy: free the disk"):
+        linked.remote.calibrate(CalibrationRequest(kind="receive"))
+    assert linked.owned.job_ids("calibration") == before
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,8 @@ from drivers.errors import InputError
 from platform_daemon.schemas import Event, EventKind
 
 from ..context import Shared
+from ..event_tail import MOST_LISTENERS
+from ..network.refusals import Busy
 from ..network.routes import GuardedRoute
 from ..problems import problems
 
@@ -21,8 +23,11 @@ Kinds = Annotated[list[EventKind] | None, Query(max_length=20, description="only
 LastId = Annotated[str | None, Header(alias="Last-Event-ID", description="as `after`; a browser sends it by itself")]
 
 
-async def _begin(after: After = None, last_event_id: LastId = None) -> int | None:
-    """Raises InputError, before anything is sent."""
+async def _begin(context: Shared, after: After = None, last_event_id: LastId = None) -> int | None:
+    """Raises InputError, Busy, before anything is sent."""
+    if context.events.full:
+        remedy = "close pages that nobody looks at, or ask for the jobs every second"
+        raise Busy("as many listen to events as may", why=f"{MOST_LISTENERS} do", remedy=remedy)
     if last_event_id is None:
         return after
     if not last_event_id.isdecimal() or len(last_event_id) > 16:
@@ -34,7 +39,7 @@ async def _begin(after: After = None, last_event_id: LastId = None) -> int | Non
 Begin = Annotated[int | None, Depends(_begin)]
 
 
-@router.get("", summary="Listen", response_class=EventSourceResponse, responses=problems(422, 507))
+@router.get("", summary="Listen", response_class=EventSourceResponse, responses=problems(422, 503, 507))
 async def listen(context: Shared, begin: Begin, kind: Kinds = None) -> AsyncIterator[Event]:
     """Server-sent events: jobs, shots, on-line fits, devices, interlock, alarms, schedules.
 
