@@ -10,18 +10,20 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import TextIO
 
-from drivers.errors import DeviceError, InputError, PlatformError
+from drivers.errors import DeviceError, DeviceLost, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import Board, arm_all, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
-from drivers.red_pitaya.lock import lock_card
+from drivers.red_pitaya.lock import lock_card, note_recording, recording_until
 from drivers.red_pitaya.options import CardTable
+from drivers.red_pitaya.pairing import keep_clear
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.red_pitaya.reader import Reader
 from drivers.red_pitaya.scale import Scale
@@ -69,15 +71,29 @@ class RedPitayaCard:
         try:
             for board in self.boards:
                 self._locks.append(lock_card(board.address.host, board.address.command_port))
-            for board in self.boards:
-                board.open()
-            for board in self.boards:
-                board.settle()
+            self._connect()
             if table.prove_wiring:
                 trigger.prove(self.boards)
         except Exception:
             self._let_go()
             raise
+
+    def _connect(self) -> None:
+        """New connections to all boards, outputs off.  Errors as in `__init__`.
+
+        A client that died in a recording is ended by the server when that is over, and its end may take the connection
+        made meanwhile with it, within 0.1 s after that was proved: once, that is connected anew.
+        """
+        for board, lock in zip(self.boards, self._locks, strict=True):
+            keep_clear(recording_until(lock))
+            board.open()
+        try:
+            for board in self.boards:
+                board.settle()
+        except DeviceLost:
+            for step in (Board.replace, Board.settle):
+                for board in self.boards:
+                    step(board)
 
     def identity(self) -> Identity:
         """See IoCard.  The serial number is the address: the server tells none."""
@@ -169,7 +185,9 @@ class RedPitayaCard:
             self._pins.check_pace(chunk)
             self._pins.before_trigger()
             trigger.start(self.boards)
-            for board in self.boards:
+            over_s = time.monotonic() + (self._delay + total) / self.layout.clock.rate_hz
+            for board, lock in zip(self.boards, self._locks, strict=True):
+                note_recording(lock, over_s)
                 board.start_stream(self._delay, total, chunk)
 
     def read(self, max_samples: int) -> Chunk:

@@ -1,4 +1,7 @@
-"""One daemon per card on this computer: the server lets every newcomer throw out whoever is connected."""
+"""One daemon per card on this computer: the server lets every newcomer throw out whoever is connected.
+
+The file also keeps when a recording will be over, for who comes after a daemon that died in it.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ def lock_card(host: str, port: int) -> TextIO:
     name = f"{_address(host)}-{port}".replace(os.sep, "_")
     path = Path(tempfile.gettempdir()) / f"platform-daemon-io-card-{name}.lock"
     try:
-        file = path.open("a")
+        file = path.open("a+")
     except PermissionError:
         raise _in_use(host, port, f"{path} belongs to another user") from None
     try:
@@ -29,6 +32,22 @@ def lock_card(host: str, port: int) -> TextIO:
         file.close()
         raise _in_use(host, port, f"another process holds {path}") from None
     return file
+
+
+def note_recording(lock: TextIO, until_s: float) -> None:
+    """The server sends samples until then (monotonic time of this computer), whatever becomes of this process."""
+    lock.truncate(0)
+    lock.write(f"{until_s:.3f}")
+    lock.flush()
+
+
+def recording_until(lock: TextIO) -> float:
+    """What the daemon before has noted; far in the past if it has not, or in another boot of the computer, maybe."""
+    lock.seek(0)
+    try:
+        return float(lock.read(40))
+    except ValueError:
+        return float("-inf")
 
 
 def _address(host: str) -> str:

@@ -32,6 +32,8 @@ QUEUE_S = 1.2  # a port whose queue is full does not answer; a second try after 
 QUEUE = 4  # more connections than wait at a port
 TAKE_OVER_S = 3.0  # no new attempt after that: somebody waits to hear that the card is gone, and will try again
 LAST_WORD_S = 0.2  # a client that is thrown out is closed, and one that is served has its answer, within this time
+ENDING_S = 0.2  # the server ends a client that died in a recording when that is over, and needs less for it
+EARLY_S = 0.03  # the end of a recording is known no better
 PROOF_SAMPLES = 16
 PROOF_S = 0.5
 
@@ -95,6 +97,17 @@ def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: flo
         old.close()
         for each in held:
             each.close()
+
+
+def keep_clear(recording_until_s: float) -> None:
+    """Call it before `open_pair`: its command connection will not come while the server ends a client that has died.
+
+    That happens when the recording is over that the client had asked for, and whoever comes then finds the server
+    hung, or loses the connection at once.  Somebody who comes before that is safe: the server ends both itself.
+    """
+    wait_s = recording_until_s + ENDING_S - HALF_OPEN_S - time.monotonic()
+    if 0 < wait_s < ENDING_S + EARLY_S:
+        time.sleep(wait_s)
 
 
 class _HalfOpen(Exception):
