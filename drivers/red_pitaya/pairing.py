@@ -21,7 +21,7 @@ import socket
 import time
 from collections.abc import Sequence
 
-from drivers.errors import DeviceError, DeviceProtocolError, DeviceTimeout
+from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.ports import Unanswered, connect, said_within
 from drivers.red_pitaya.stream import PAIR_BYTES
@@ -42,7 +42,8 @@ def open_pair(
     """Connect to a server in whatever state it is; no new attempt from `until_s` (monotonic) on, but one at least.
 
     off: the commands that switch the outputs off, which are the first that are sent.  Raises DeviceNotFound if nothing
-    listens, DeviceTimeout if it does not answer, DeviceProtocolError if it, or its data port, is something else.
+    listens, DeviceTimeout if it does not answer, DeviceLost if it hangs up each time, DeviceProtocolError if it, or its
+    data port, is something else.
     """
     error: DeviceError = _silent(host, ports)
     held: list[socket.socket] = []
@@ -59,6 +60,9 @@ def open_pair(
                     raise
             except _HalfOpen:
                 continue
+            except DeviceLost as failure:  # a slow card still ends the client before, and closed this one with it
+                error = error if isinstance(error, DeviceProtocolError) else failure
+                time.sleep(HALF_OPEN_S)
             except DeviceProtocolError as failure:
                 error = failure
     finally:

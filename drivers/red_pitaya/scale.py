@@ -38,7 +38,8 @@ OUTPUT_OFFSET_V = 0.1  # of a converter; the card puts it out all the time, ampl
 class Scale:
     """From the card's memory: volts per count and at count 0 of the two inputs, (2,) float32 each, whether they were
     ever measured, and what the server multiplies the voltages of the two outputs by; gain: counts of the recording per
-    count of the converter; output_limit_v: beyond plus or minus that the card cuts off what an output shall give."""
+    count of the converter; output_limit_v: beyond plus or minus that the card cuts off what an output shall give,
+    because its offset takes a share of the converter, or because of a limit."""
 
     scale_v: NDArray[np.float32]
     offset_v: NDArray[np.float32]
@@ -81,7 +82,7 @@ def read_scale(ask: Callable[..., list[str | int | float]], table: CardTable, wh
             )
     gain = cic_gain(table.decimation)
     outputs = (float(values[4]), float(values[5]))
-    limits_v = np.minimum(-numbers[4], numbers[5])
+    limits_v = _headroom_v(numbers.astype(np.float64))
     return Scale(
         numbers[0] / np.float32(gain), numbers[1], calibrated, outputs, gain, (float(limits_v[0]), float(limits_v[1]))
     )
@@ -98,4 +99,16 @@ def _plausible(numbers: NDArray[np.float64]) -> bool:
     inputs &= np.abs(offset) <= INPUT_OFFSET * full_v
     outputs = (scale >= OUTPUT_SCALE[0]) & (scale <= OUTPUT_SCALE[1]) & (np.abs(output_offset_v) <= OUTPUT_OFFSET_V)
     outputs &= (lower_v < 0) & (upper_v > 0) & np.isfinite(lower_v) & np.isfinite(upper_v)
-    return bool(np.all(inputs & outputs))
+    return bool(np.all(inputs & outputs)) and bool(np.all(_headroom_v(numbers) > 0))
+
+
+def _headroom_v(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The largest amplitude of the two outputs that the card does not cut off, V; numbers as in `_plausible`.
+
+    The card adds an output's offset to what it plays, and then limits the sum.  To both outputs' limits the server adds
+    the offset of the first one, and the converter ends at 1 V over the scale.
+    """
+    scale, offset_v, lower_v, upper_v = numbers[2:]
+    highest_v = np.minimum(upper_v + offset_v[0], 1 / scale)
+    lowest_v = np.maximum(lower_v + offset_v[0], -1 / scale)
+    return np.minimum(highest_v - offset_v, offset_v - lowest_v)

@@ -15,6 +15,7 @@ from drivers.red_pitaya.sequence import Sine
 LAST_STEP = 65534
 AMPLITUDE_STEP_V = 1 / LAST_STEP  # divided by the output's scale
 READ_BACK_STEPS = 1.001  # the last step of all can be missed by a whole one
+SCALE_ROUNDING = 5e-6  # of the scale: the server tells it to six digits, and divides by the exact one
 
 
 def arming(sines: Sequence[Sine], scales: Sequence[float]) -> tuple[list[str], list[str], list[str]]:
@@ -26,9 +27,13 @@ def arming(sines: Sequence[Sine], scales: Sequence[float]) -> tuple[list[str], l
 
 
 def check_amplitudes(sines: Sequence[Sine], scales: Sequence[float], found_v: Sequence[float], where: str) -> None:
-    """Raises DeviceProtocolError if an amplitude reads back wrong by more than a step of its register."""
+    """Raises DeviceProtocolError if an amplitude reads back wrong by more than a step of its register, V.
+
+    What the rounding of the scale makes of it comes on top: near full scale that is up to a third of a step.
+    """
     for sine, scale, value in zip(sines, scales, found_v, strict=True):
-        if not abs(value - sine.amplitude_v) <= READ_BACK_STEPS * AMPLITUDE_STEP_V / scale:
+        most_v = READ_BACK_STEPS * AMPLITUDE_STEP_V / scale + SCALE_ROUNDING * sine.amplitude_v
+        if not abs(value - sine.amplitude_v) <= most_v:
             raise DeviceProtocolError(
                 f"an amplitude of {sine.amplitude_v} V reads back as {value} V, at an output scale of {scale:g}",
                 where=where,

@@ -15,7 +15,7 @@ from platform_daemon.engine import UnknownId
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import NoResult, Root, Schema
 
-from .context import JobId, Shared, at_once
+from .context import CONFIRMED, Confirmed, JobId, Shared, at_once
 from .pages import NEXT, Paged
 from .problems import problem, problems
 
@@ -80,7 +80,7 @@ class JobKind(Generic[JobT]):
         def get_job(identifier: JobId, context: Shared) -> Any:
             return self.shown(context.holder(self.name).job(self.name, identifier))
 
-        async def cancel_job(identifier: JobId, context: Shared) -> Any:
+        async def cancel_job(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> Any:
             holder = context.holder(self.name)
             # It writes the job's record, and waits for the disk.
             return self.shown(await at_once(lambda: holder.cancel(self.name, identifier)))
@@ -112,7 +112,7 @@ class JobKind(Generic[JobT]):
             description=self.cancelled,
             status_code=202,
             response_model=self.body,
-            responses=problems(404),
+            responses=problems(404, 415, 422),
         )
 
 

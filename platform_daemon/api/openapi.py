@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
-from fastapi import FastAPI
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import JSONResponse
+from starlette.routing import Route
 
 from .network.access import ACCESS, Takes
 from .problems import MEDIA_TYPE, WHEN
@@ -59,6 +62,22 @@ def complete_schema(app: FastAPI) -> None:
         return app.openapi_schema
 
     app.openapi = openapi  # type: ignore[method-assign]
+
+
+def serve_schema(app: FastAPI) -> None:
+    """Answer `/openapi.json` in a thread: the first one takes seconds, in which FastAPI's own would hold up the loop.
+
+    Nobody needs a token for it.
+    """
+    made = threading.Lock()
+
+    def schema(request: Request) -> Response:
+        with made:
+            return JSONResponse(app.openapi())
+
+    assert app.openapi_url is not None
+    others = [route for route in app.router.routes if getattr(route, "path", "") != app.openapi_url]
+    app.router.routes[:] = [Route(app.openapi_url, schema, include_in_schema=False), *others]
 
 
 def _complete(operation: dict[str, Any]) -> None:

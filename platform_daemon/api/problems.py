@@ -184,9 +184,10 @@ def respond(error: Exception, path: str) -> Response:
 
 def _allowed(request: Request, by_first: str) -> str:
     """The methods of a path: of its own, else of the first that has a variable part there."""
-    paths, path = request.app.openapi()["paths"], request.url.path
-    found = path if path in paths else next((p for p in paths if compile_path(p)[0].match(path)), None)
-    return by_first if found is None else ", ".join(sorted(method.upper() for method in paths[found]))
+    known: dict[str, set[str]] = request.app.state.methods
+    path = request.url.path
+    found = path if path in known else next((p for p in known if compile_path(p)[0].match(path)), None)
+    return by_first if found is None else ", ".join(sorted(known[found]))
 
 
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:

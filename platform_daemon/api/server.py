@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, FastAPI
+from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
@@ -13,7 +14,7 @@ from .network.front import Front
 from .network.lanes import Lanes
 from .network.policy import Network
 from .network.routes import refuse_unguarded
-from .openapi import complete_schema
+from .openapi import complete_schema, serve_schema
 from .routes import (
     acquisitions,
     alarms,
@@ -96,6 +97,7 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
     ):
         _include(app, routes.router)
     complete_schema(app)
+    serve_schema(app)
     return app
 
 
@@ -111,10 +113,14 @@ def create_stop_api(context: Context, network: Network) -> FastAPI:
 def _guard(app: FastAPI, context: Context, network: Network) -> None:
     """Give an application what its routes need, problems as answers, and the layer in front."""
     app.state.context, app.state.network, app.state.lanes = context, network, Lanes(network.limits)
+    app.state.methods = {}
     problems.install(app)
     app.add_middleware(Front, network=network, respond=problems.respond)
 
 
 def _include(app: FastAPI, router: APIRouter) -> None:
     refuse_unguarded(router.routes)
+    for route in router.routes:
+        if isinstance(route, APIRoute):
+            app.state.methods.setdefault(route.path, set()).update(route.methods)
     app.include_router(router)

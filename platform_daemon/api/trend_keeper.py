@@ -48,9 +48,10 @@ class TrendKeeper:
                 said = ""
             except _Ended:
                 return
-            except (PlatformError, OSError) as error:
+            except Exception as error:  # whatever it is: one recording must not end the trends of all others
                 if str(error) != said:  # once, not every two seconds
-                    log.error("trends_not_looked_at", error=str(error))
+                    unforeseen = not isinstance(error, PlatformError | OSError)
+                    log.error("trends_not_looked_at", error=str(error), exc_info=unforeseen)
                 said = str(error)
 
     def _look(self) -> None:

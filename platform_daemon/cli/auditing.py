@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import getpass
 import os
+import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -24,6 +25,25 @@ def audit(data: Path, what: str, change: str) -> None:
         outcome="done",
     )
     audit_log_in(data).append(entry)
+
+
+def audit_done(data: Path, what: str, change: str) -> None:
+    """The same for what has been done already: a disk that refuses the line is a warning, and no failure."""
+    from platform_daemon.store import StorageError
+
+    try:
+        audit(data, what, change)
+    except StorageError as error:
+        print(f"warning: {error}", file=sys.stderr)
+
+
+def audit_in(folder: Path, what: str, change: str) -> None:
+    """The same, if `folder` is one of the data folder of a daemon: what it finds there it uses."""
+    from platform_daemon.store import is_data_folder
+
+    data = folder.resolve().parent
+    if is_data_folder(data):
+        audit_done(data, what, change)
 
 
 def _user() -> str:

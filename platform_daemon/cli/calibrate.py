@@ -11,6 +11,7 @@ import typer
 from drivers.validation import validated
 from platform_daemon.reports import print_calibration
 
+from .auditing import audit_in
 from .interrupts import heed_one_interrupt
 from .options import EndpointsOption, ForceOption, JsonOption, PlatformOption, SetOption
 from .output import must_not_exist, write_json
@@ -98,6 +99,7 @@ def _calibrate(
         typer.echo(f"warning: {warning}", err=True)
     assert isinstance(job.result, CalibrationReport)
     report = job.result.root
+    audit_in(out, "start_calibration", f"{report.kind}: {report.file}")
     write_json(json_file, report.model_copy(update={"warnings": tuple(job.warnings)}))
     print_calibration(report)
     low, high = report.valid_hz

@@ -14,6 +14,7 @@ from drivers.errors import ConfigError, InputError
 from drivers.validation import validated
 from platform_daemon.schemas import AdoptedModelListing, DiagnosisReport, to_json
 
+from .auditing import audit_in
 from .options import ForceOption, JsonOption, ModelsOption, library
 from .output import must_not_exist, write_json
 
@@ -41,6 +42,7 @@ def adopt(
     found, who = _read(diagnosis), by or getpass.getuser()
     model = model_from_diagnosis(found, name, who, shelf, data, effects=effect or (), free=free or (), force=force)
     made = shelf.add(model)
+    audit_in(shelf.folder, "adopt_model", f"{made.label} by {who}")
     print(f"{made.label} in {shelf.folder}: use it with --variant {made.label}")
 
 
@@ -92,7 +94,10 @@ def retire(
     by: Annotated[str, typer.Option(help="Who; default: the user.")] = "",
 ) -> None:
     """Take a version out of use; it stays on disk, and results that used it can be repeated by NAME@VERSION."""
-    print(_line(library(context.obj).retire(name, by or getpass.getuser(), reason)))
+    shelf, who = library(context.obj), by or getpass.getuser()
+    retired = shelf.retire(name, who, reason)
+    audit_in(shelf.folder, "retire_model", f"{name} by {who}: {reason}")
+    print(_line(retired))
 
 
 def _line(model: AdoptedModel) -> str:

@@ -9,7 +9,7 @@ import typer
 
 from drivers.errors import DeviceDenied
 
-from .auditing import audit
+from .auditing import audit_done
 from .options import EndpointsOption, PlatformOption, SetOption
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ def outputs_off(
         from platform_daemon.link import RemoteHardware
 
         RemoteHardware(running).outputs_off()
+        audit_done(running, "stop", "outputs-off")
     print("outputs are off" if running is None else f"outputs are off; the daemon on {running} has stopped everything")
 
 
@@ -70,7 +71,7 @@ def reset_fault(
         from platform_daemon.schemas import FaultUnlock
 
         fault = RemoteHardware(running).unlock(FaultUnlock(by=by, reason=reason)).fault
-        audit(running, "reset_fault", f"{by}: {reason}")
+        audit_done(running, "reset_fault", f"{by}: {reason}")
     print("no fault stood" if fault is None else f"cleared by {by}: {fault}")
 
 

@@ -1,6 +1,6 @@
 """The daemon as processes: a parent, one that owns the hardware, one that serves the web.
 
-Daemon: Starts both, starts anew what dies, and ends both in order.
+Daemon: Starts both, starts anew what dies or hangs, and ends both in order.
 log_from: Log events of at least a level, one per line, on stderr.
 listen: A socket that listens.
 listen_for_stop: A socket for the port that does nothing but stop.

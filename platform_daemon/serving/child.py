@@ -1,7 +1,7 @@
 """A process of the daemon: the parent's end of it, and its own end.
 
 Two pipes join them.  Over standard input the parent says `go`; its end says that the parent is gone, and the process
-ends in order.  Over standard output the process says how far its start is.
+ends in order.  Over standard output the process says how far its start is, and from then on that it lives.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import structlog
 from drivers.errors import PlatformError
 
 from .options import ServeOptions
+from .pulse import Pulse, beat
 
 CHECKED, READY, GO = b"checked\n", b"ready\n", b"go\n"
 _REFUSES, _FAILED = b"refuses\n", b"failed\n"
@@ -58,12 +59,14 @@ class Child:
         )
         self.started_s = time.monotonic()
         self._pidfd = os.pidfd_open(self.process.pid)
+        assert self.process.stdout is not None
+        self._pulse = Pulse(self.process.stdout.fileno(), _START_S)
 
     def wait_for(self, word: bytes) -> None:
         """Until it has said so.  Raises StartFailed if it has ended, or says nothing for two minutes."""
         assert self.process.stdout is not None
         pipe, heard, until_s = self.process.stdout.fileno(), b"", time.monotonic() + _START_S
-        while not heard.endswith(word):
+        while word not in heard:
             if not select.select([pipe], [], [], max(0.0, until_s - time.monotonic()))[0]:
                 raise StartFailed(self.name, b"it says nothing")
             said = os.read(pipe, 4096)
@@ -76,6 +79,14 @@ class Child:
         assert self.process.stdin is not None
         with contextlib.suppress(OSError):  # it has ended: whoever waits for it will see
             os.write(self.process.stdin.fileno(), GO)
+
+    def hangs(self) -> bool:
+        """It is there and gives no sign of life.  To be asked about every second once it was waited for."""
+        return self._pulse.stopped()
+
+    def kill(self) -> None:
+        """Whatever it is at; `fileno` tells when it has ended."""
+        self.process.kill()
 
     def fileno(self) -> int:
         """A descriptor that can be read once it has ended."""
@@ -110,10 +121,12 @@ class Life:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
     def say(self, word: bytes) -> None:
-        """Tell the parent."""
-        self._ready = self._ready or word == READY
+        """Tell the parent.  Once it is ready a process says also that it lives, again and again."""
         with contextlib.suppress(OSError):  # it is gone, which `follow` sees
             os.write(self._says, word)
+        if word == READY:
+            self._ready = True
+            beat(self._says)
 
     def fails(self, error: str, *, nothing_moved: bool) -> None:
         """Tell the parent why the process ends; error: one line; nothing_moved: by what it was asked for.

@@ -1,4 +1,4 @@
-"""The parent: it starts the processes, starts anew what dies, and ends all in order.  It opens no device itself."""
+"""The parent: it starts the processes, starts anew what dies or hangs, and ends all in order.  It opens no device."""
 
 from __future__ import annotations
 
@@ -54,7 +54,11 @@ class Daemon:
             for name in [name for name, due_s in self._again_s.items() if due_s <= time.monotonic()]:
                 del self._again_s[name]
                 self._begun(name).go()
-            if not ended and not self._again_s:
+            halted = [child for child in self._children.values() if child.hangs()]
+            for child in halted:  # one that has power out is ended sooner, by its guard
+                log.error("process_hangs", process=child.name)
+                child.kill()
+            if not ended and not halted and not self._again_s:
                 heartbeat()
 
     def end(self) -> None:

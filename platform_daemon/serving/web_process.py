@@ -5,7 +5,14 @@ from __future__ import annotations
 import socket
 
 from platform_daemon.alarms import Caller
-from platform_daemon.api import AnalysisKeeper, certificate_of, create_api, create_stop_api, rules, served
+from platform_daemon.api import (
+    AnalysisKeeper,
+    certificate_of,
+    create_api,
+    create_stop_api,
+    rules,
+    served,
+)
 from platform_daemon.app import create_context
 from platform_daemon.engine import open_catalogue
 from platform_daemon.link import RemoteHardware

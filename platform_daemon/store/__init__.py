@@ -17,6 +17,7 @@ read_transmit_calibration: The transmit side in a calibration file or a recordin
 DataFolder: Where a daemon keeps what it makes.
 data_paths: Where everything is in a folder that another process has opened.
 open_data_folder: The folders, made if missing.
+is_data_folder: Has a daemon worked there?
 describe: Summary of a recording.
 dmdt_file: The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 EventJournal: Takes events from any thread.
@@ -75,7 +76,7 @@ from .calibrations import (
     check_calibration_name,
     read_transmit_calibration,
 )
-from .data_folder import DataFolder, audit_log_in, data_paths, open_data_folder, tokens_in
+from .data_folder import DataFolder, audit_log_in, data_paths, is_data_folder, open_data_folder, tokens_in
 from .describe import describe
 from .dmdt_file import dmdt_file
 from .durable import sync, write_file, write_new_file
@@ -138,6 +139,7 @@ __all__ = [
     "describe_running",
     "dmdt_file",
     "has_expired",
+    "is_data_folder",
     "is_time_series",
     "joined_fits",
     "kept_series",

@@ -10,6 +10,7 @@ from typing import TextIO
 from drivers.errors import InputError
 
 from .audit import AuditLog
+from .errors import StorageUnusable
 from .leftovers import sweep
 from .recovery import recover
 from .tokens import TokenFile
@@ -18,6 +19,7 @@ _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
     *("jobs", "resonators", "sequences", "presets"),
 )
+_LOCK = ".lock"
 TOKENS, AUDIT, EVENTS, ALARMS, MOUNTED = "tokens.json", "audit.jsonl", "events.db", "alarms.json", "mounted.json"
 
 
@@ -55,14 +57,24 @@ def audit_log_in(folder: Path) -> AuditLog:
     return AuditLog(folder / AUDIT)
 
 
+def is_data_folder(folder: Path) -> bool:
+    """Has a daemon worked there?"""
+    return (folder / _LOCK).exists()
+
+
 def open_data_folder(folder: Path) -> DataFolder:
     """The folders, made if missing; series that a crash left behind are put together first.
 
-    Raises InputError if another daemon works in this folder, OSError if it cannot be made.
+    Raises InputError if another daemon works in this folder, StorageUnusable if it cannot be made or written to.
     """
-    for name in _NAMES:
-        (folder / name).mkdir(parents=True, exist_ok=True)
-    lock = (folder / ".lock").open("w")
+    try:
+        for name in _NAMES:
+            (folder / name).mkdir(parents=True, exist_ok=True)
+        lock = (folder / _LOCK).open("w")
+    except OSError as error:
+        why = error.strerror or str(error)
+        remedy = "free or repair the disk, or give another --data folder, which this account may write to"
+        raise StorageUnusable("the data folder cannot be used", where=str(folder), why=why, remedy=remedy) from None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Container, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -56,8 +57,9 @@ def list_recordings(
     """The recordings in `folder` (not below it); reads no volts.  A folder that does not exist is empty.
 
     after, limit: only so many files whose names come after this one; only: names of files; no other file is opened.
+    Files whose name is no text come with the first of them.
     """
-    entries, broken = [], []
+    entries, broken = [], [] if after or only is not None else _unnamable(Path(folder))
     files = list(recording_files(Path(folder)))
     ids: dict[str, Path] = {}
     for path in files:
@@ -96,9 +98,35 @@ def recording_files(folder: Path) -> Iterator[Path]:
     """What may be a recording by its name and place, sorted by name."""
     if not folder.is_dir():
         return
+    for path in _files(folder):
+        if _is_text(path.name):
+            yield path
+
+
+def _files(folder: Path) -> Iterator[Path]:
     for path in sorted(folder.iterdir()):
         if path.suffix in SUFFIXES and not path.name.startswith(".") and path.is_file() and _stays_in(path, folder):
             yield path
+
+
+def _unnamable(folder: Path) -> list[Broken]:
+    """Files whose name is no text: nothing that is sent or stored could name them."""
+    found = [path for path in _files(folder) if not _is_text(path.name)] if folder.is_dir() else []
+    shown = [path.with_name(os.fsencode(path.name).decode(errors="backslashreplace")) for path in found]
+    return [Broken(path.stem, path, _no_text(path)) for path in shown]
+
+
+def _no_text(path: Path) -> RecordingError:
+    return RecordingError("the name of the file is no text in UTF-8", where=str(path), remedy="rename it")
+
+
+def _is_text(name: str) -> bool:
+    """Linux allows any bytes as a name; Python reads those that are no UTF-8 as halves of characters."""
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _stays_in(path: Path, folder: Path) -> bool:

@@ -49,7 +49,7 @@ class TokenFile:
             if seen == known:
                 return records
             text = self.path.read_bytes()
-        except FileNotFoundError:
+        except (FileNotFoundError, NotADirectoryError):  # the latter: who opens the data folder says what is wrong
             self._known = (None, ())
             return ()
         except OSError as error:

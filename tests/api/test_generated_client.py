@@ -132,7 +132,7 @@ def test_a_diagnosis_has_a_page_and_what_it_names_is_adopted_and_used(api: Any, 
 def test_a_running_series_is_cancelled(api: Any) -> None:
     body = api.models.AcquisitionRequest(resonator="thread", shots=100)
     job = asked(api, "start_acquisition", body=body)
-    asked(api, "cancel_acquisition", job.id)
+    asked(api, "cancel_acquisition", job.id, body=api.models.Confirmation())
     assert ended(api, "get_acquisition", job.id).state is api.models.JobState.CANCELLED
     assert not asked(api, "get_platform").power_amplifier.enabled
 

@@ -37,8 +37,8 @@ def test_a_second_acquisition_waits_in_the_queue_and_can_be_taken_out(client):
     first = client.post("/acquisitions", json={**SHORT_JEWEL, "shots": 20})
     second = client.post("/acquisitions", json=SHORT_JEWEL)
     assert second.json()["state"] == "queued"
-    assert client.delete(second.headers["location"]).json()["state"] == "cancelled"
-    assert client.delete(first.headers["location"]).status_code == 202
+    assert client.request("DELETE", second.headers["location"], json={}).json()["state"] == "cancelled"
+    assert client.request("DELETE", first.headers["location"], json={}).status_code == 202
     job = finished(client, first.headers["location"])
     assert job["state"] == "cancelled"
     assert 0 <= job["result"].get("shots", 0) < 20
@@ -62,7 +62,7 @@ def test_others_are_answered_while_the_disk_takes_its_time_over_a_cancelled_job(
         finally:
             written.set()
         assert cancelling.result(timeout=20).json()["state"] == "cancelled"
-    client.delete(locations[0])
+    client.request("DELETE", locations[0], json={})
     assert finished(client, locations[0])["state"] == "cancelled"
 
 
@@ -96,7 +96,7 @@ def test_a_fault_is_not_cleared_under_a_running_series(client):
     answer = client.post("/devices/power_amplifier/reset", json={})
     assert answer.status_code == 409
     assert answer.json()["where"] == "power_amplifier"
-    client.delete(location)
+    client.request("DELETE", location, json={})
     assert finished(client, location)["state"] == "cancelled"
 
 

@@ -65,7 +65,7 @@ def _cancel_all(client: httpx2.Client, ended: threading.Event) -> None:
         for kind in ("procedures", "acquisitions", "calibrations", "fits", "diagnoses"):
             for job in (job for page in pages(client, f"/{kind}", 1000) for job in page):
                 if job["state"] in ("queued", "running"):
-                    client.delete(job["links"]["self"])
+                    client.request("DELETE", job["links"]["self"], json={})
 
 
 def main() -> int:

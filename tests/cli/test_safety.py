@@ -131,6 +131,7 @@ def test_a_daemon_that_runs_is_told_to_stop_and_resets_its_fault(lab, tmp_path):
         done = run("outputs-off", *on(lab))
         assert done.returncode == 0, done.stderr
         assert "has stopped everything" in done.stdout
+        assert '"address": "command line", "what": "stop"' in (data / "audit.jsonl").read_text()
         done = run("reset-fault", "--by", "anna", "--reason", "looked", *on(lab))
         assert done.returncode == 0, done.stderr
         assert standing(place_of(lab.file().section)) is None

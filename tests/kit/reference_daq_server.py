@@ -36,6 +36,7 @@ class ReferenceServer:
             ("ADC", "SCALE", 1 / 32768), ("ADC", "OFFSET", 0.0), ("DAC", "SCALE", 1.0), ("DAC", "OFFSET", 0.0),
             ("DAC", "LIMIT:LOWER", -1.0), ("DAC", "LIMIT:UPPER", 1.0),
         ) for k in (0, 1)} | (calibration or {})  # fmt: skip
+        self.calibration = {what: float(np.float32(value)) for what, value in self.calibration.items()}  # as stored
         self.flags, self.image, self.version = flags, 11, 11
         self.mistakes: list[str] = []
         self.log: list[str] = []

@@ -73,7 +73,7 @@ def test_a_series_rests_between_two_shots_and_others_go_first_if_it_has_not_begu
     at = daemon.get(f"/acquisitions/{running}/shots?limit=1000").json()["shots"]
     assert daemon.post(f"/acquisitions/{running}/resume", {}).status_code == 202
     wait_for(lambda: len(daemon.get(f"/acquisitions/{running}/shots?limit=1000").json()["shots"]) > len(at))
-    httpx2.delete(f"{daemon.address}/acquisitions/{running}", timeout=30)
+    httpx2.request("DELETE", f"{daemon.address}/acquisitions/{running}", json={}, timeout=30)
     wait_for(lambda: state(daemon, other) == "done")
     assert state(daemon, waiting) == "queued"
     daemon.post(f"/acquisitions/{waiting}/resume", {})

@@ -41,7 +41,7 @@ def test_what_is_due_is_run_and_stands_in_the_ledger_with_its_recording(daemon):
     for row in done:
         assert daemon.get(f"/recordings/{row['recording']}").status_code == 200
     assert daemon.get(f"{at}/ledger?limit=1").json()["more"] is True
-    assert httpx2.delete(f"{daemon.address}{at}", timeout=30).status_code == 200
+    assert httpx2.request("DELETE", f"{daemon.address}{at}", json={}, timeout=30).status_code == 200
     assert daemon.get(at).status_code == 404
     assert rows(daemon, identifier)  # it is what became of it, whoever removed it
 
@@ -52,7 +52,7 @@ def test_a_stop_switches_every_schedule_off_until_somebody_resumes_it(daemon):
     assert daemon.get(at).json()["active"] is False
     resumed = httpx2.post(f"{daemon.address}{at}/resume", json={}, timeout=30).json()
     assert (resumed["active"], resumed["next_due"][5:]) == (True, "01-01T00:00:00+00:00")
-    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+    httpx2.request("DELETE", f"{daemon.address}{at}", json={}, timeout=30)
 
 
 def test_one_start_by_hand(daemon):
@@ -60,7 +60,7 @@ def test_one_start_by_hand(daemon):
     wait_for(lambda: daemon.get("/platform").json()["running"] is None)
     assert httpx2.post(f"{daemon.address}{at}/run", json={}, timeout=30).status_code == 202
     wait_for(lambda: [row["state"] for row in daemon.get(f"{at}/ledger").json()["rows"]] == ["run"], 60)
-    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+    httpx2.request("DELETE", f"{daemon.address}{at}", json={}, timeout=30)
 
 
 @pytest.mark.parametrize(

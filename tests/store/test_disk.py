@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.store.data_folder import open_data_folder
+from platform_daemon.store.data_folder import open_data_folder, tokens_in
 from platform_daemon.store.errors import NotAssembled, StorageError, StorageUnusable
 from platform_daemon.store.index import list_recordings, resolve
 from platform_daemon.store.leftovers import kept_series, sweep
 from platform_daemon.store.reader import open_recording
+from platform_daemon.store.recording_index import open_index
 from platform_daemon.store.recovery import recover_all
 from platform_daemon.store.room import check_room
 from platform_daemon.store.series_writer import SeriesWriter
@@ -30,6 +31,20 @@ def disk(tmp_path):
 def test_a_folder_with_room_is_as_it_was(tmp_path):
     check_room(tmp_path, 1000)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["file", "file/data"])
+def test_a_data_folder_that_cannot_be_is_told_with_what_to_do(tmp_path, name):
+    (tmp_path / "file").touch()
+    assert tokens_in(tmp_path / name).records() == ()
+    with pytest.raises(StorageUnusable, match=r"file.*the data folder cannot be used.*Remedy: .*--data folder"):
+        open_data_folder(tmp_path / name)
+
+
+def test_a_data_folder_on_a_read_only_disk_is_told(disk):
+    remount(disk, "ro")
+    with pytest.raises(StorageUnusable, match=r"cannot be used.*Read-only"):
+        open_data_folder(disk / "data")
 
 
 def test_too_little_room_is_told_with_both_numbers(tmp_path):
@@ -134,3 +149,15 @@ def test_odd_names_are_listed_and_found(tmp_path, name):
     Path(tmp_path / "a.h5").rename(tmp_path / name)
     (found,) = list_recordings(tmp_path).recordings
     assert resolve(tmp_path, found.identifier).name == name
+
+
+def test_a_name_that_is_no_text_is_told_and_hides_no_other_file(tmp_path):
+    write_series(tmp_path / "a.h5")
+    odd = tmp_path / os.fsdecode(b"bad\xff.h5")
+    odd.write_bytes((tmp_path / "a.h5").read_bytes())
+    found = list_recordings(tmp_path)
+    assert [e.identifier for e in found.recordings] == ["a"]
+    assert [(b.identifier, "rename it" in str(b.error)) for b in found.broken] == [("bad\\xff", True)]
+    assert list_recordings(tmp_path, after="a.h5").broken == ()
+    with contextlib.closing(open_index(tmp_path)) as index:
+        assert index.update(lambda path: None).looked == 1

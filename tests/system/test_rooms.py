@@ -91,3 +91,10 @@ def test_what_the_hardware_process_imports_loads_neither_compiler_nor_pictures_n
     code = f"import sys, {module}; print([m for m in {heavy!r} if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
     assert out.stdout.strip() == "[]"
+
+
+def test_the_web_process_starts_without_compiler_pictures_and_half_of_scipy():
+    heavy = "numba", "matplotlib", "scipy.stats", "scipy.signal", "scipy.optimize"
+    code = f"import sys, platform_daemon.serving.web_process; print([m for m in {heavy!r} if m in sys.modules])"
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60)
+    assert out.stdout.strip() == "[]"

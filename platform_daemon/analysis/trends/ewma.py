@@ -10,8 +10,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.stats import norm
+import scipy  # not its parts: they are loaded where they are used, not at every start of the daemon
 
 NODES = 101
 """Of the quadrature: the ARL is good to 1e-6 for weights from 0.05 on."""
@@ -25,7 +24,7 @@ def ewma_run_length(weight: float, width: float, shift: float = 0.0) -> float:
     h = width * steady_std(weight)
     nodes, weights = np.polynomial.legendre.leggauss(NODES)
     start = np.append(h * nodes, 0.0)[:, None]
-    kernel = h * weights * norm.pdf((h * nodes - (1.0 - weight) * start) / weight - shift) / weight
+    kernel = h * weights * scipy.stats.norm.pdf((h * nodes - (1.0 - weight) * start) / weight - shift) / weight
     at_nodes = np.linalg.solve(np.eye(NODES) - kernel[:-1], np.ones(NODES))
     return float(1.0 + kernel[-1] @ at_nodes)
 
@@ -33,7 +32,9 @@ def ewma_run_length(weight: float, width: float, shift: float = 0.0) -> float:
 @lru_cache(64)
 def ewma_width(weight: float, run_length: float) -> float:
     """Width of the limits that alarms once in `run_length` points, 10 to 1e7, on average when nothing changes."""
-    return float(brentq(lambda width: np.log(ewma_run_length(weight, width) / run_length), 0.2, 7.0, xtol=1e-6))
+    return float(
+        scipy.optimize.brentq(lambda width: np.log(ewma_run_length(weight, width) / run_length), 0.2, 7.0, xtol=1e-6)
+    )
 
 
 def steady_std(weight: float) -> float:

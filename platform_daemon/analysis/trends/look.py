@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import hann
 
 from drivers.errors import RecordingError
 from platform_daemon.store import FitTable, IndexedRecording, IndexedShot, Recording, open_recording, read_fit
@@ -90,7 +89,7 @@ def noise_beside(volts: NDArray[np.float64], rate_hz: float, f_nat_hz: float | N
         beside &= (np.abs(frequency - order * f_nat_hz) > BESIDE_HZ) | (order > HARMONICS)
     if not beside.any():
         return None
-    window = hann(n, sym=False)
+    window = np.hanning(n + 1)[:-1]  # periodic.  numpy's, because scipy.signal would be loaded at every start
     power = np.abs(np.fft.rfft((volts - volts.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
     found: NDArray[np.float64] = np.sqrt(2.0 * power[:, beside].sum(axis=1) / (n * np.sum(window**2)))
     return found

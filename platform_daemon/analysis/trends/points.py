@@ -9,7 +9,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from platform_daemon.estimation import RODRIGUES, on_one_branch
+from platform_daemon import estimation  # not its parts, which load numba
+from platform_daemon.estimation import RODRIGUES
 from platform_daemon.schemas import PARAMETERS
 from platform_daemon.store import IndexedRecording, IndexedShot
 
@@ -44,7 +45,7 @@ def points_of(recordings: Sequence[IndexedRecording]) -> list[Point]:
     """Oldest first.  Orientations are those of one of the mirror images that a ring-down cannot tell apart."""
     groups = [(each, group) for each in recordings for group in _together(each.shots)]
     shots = [shot.values for _, group in groups for shot in group]
-    folded = iter(on_one_branch(shots)[0])
+    folded = iter(estimation.on_one_branch(shots)[0])
     points = []
     for recording, group in groups:
         values = [next(folded) for _ in group]

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy  # see ewma.py
 from numpy.typing import NDArray
-from scipy.stats import norm, t
 
 Array = NDArray[np.float64]
 LEARNED_FROM = 8
@@ -80,7 +80,7 @@ class Learned:
 @lru_cache(None)
 def _most(errors: int) -> float:
     """MOST_SCORE of a standard deviation that is known from so many errors."""
-    return float(t.isf(norm.sf(MOST_SCORE), errors))
+    return float(scipy.stats.t.isf(scipy.stats.norm.sf(MOST_SCORE), errors))
 
 
 def nothing_learned(terms: int) -> Learned:
@@ -115,6 +115,6 @@ def normal_scores(errors: Array, freedom: NDArray[np.int_]) -> Array:
     known = np.isfinite(errors)
     scores = np.full(len(errors), np.nan)
     # by the tail, which keeps its digits
-    tail = np.log(2.0) + t.logsf(np.abs(errors[known]), freedom[known])
-    scores[known] = np.sign(errors[known]) * norm.isf(np.maximum(np.exp(tail) / 2.0, 1e-12))
+    tail = np.log(2.0) + scipy.stats.t.logsf(np.abs(errors[known]), freedom[known])
+    scores[known] = np.sign(errors[known]) * scipy.stats.norm.isf(np.maximum(np.exp(tail) / 2.0, 1e-12))
     return np.clip(scores, -MOST_SCORE, MOST_SCORE)

@@ -25,7 +25,7 @@ class Access:
         role: the lowest that may do it; None: no token is needed.
         takes: what answering takes.
         audited: it is written into the audit log.
-        confirmed: a POST without values, which must be sent as JSON like all others.
+        confirmed: it changes something and has no values; it must be sent as JSON like all that do.
     """
 
     role: Role | None
@@ -69,12 +69,12 @@ ACCESS: dict[str, Access] = {
     "pause_acquisition": CONFIRM,
     "resume_acquisition": CONFIRM,
     "start_acquisition": START,
-    "cancel_acquisition": ACT,
+    "cancel_acquisition": CONFIRM,
     "dry_run": COMPUTE,
     "list_procedures": VIEW,
     "get_procedure": VIEW,
     "start_procedure": Access(Role.OPERATOR, Takes.COMPUTING, audited=True),
-    "cancel_procedure": ACT,
+    "cancel_procedure": CONFIRM,
     "dry_run_procedure": COMPUTE,
     "pause_procedure": CONFIRM,
     "resume_procedure": CONFIRM,
@@ -82,11 +82,11 @@ ACCESS: dict[str, Access] = {
     "list_self_tests": VIEW,
     "get_self_test": VIEW,
     "start_self_test": START,
-    "cancel_self_test": ACT,
+    "cancel_self_test": CONFIRM,
     "list_calibrations": VIEW,
     "get_calibration": VIEW,
     "start_calibration": START,
-    "cancel_calibration": ACT,
+    "cancel_calibration": CONFIRM,
     "continue_calibration": CONFIRM,
     "adopt_calibration": GOVERN,
     "list_schedules": VIEW,
@@ -97,7 +97,7 @@ ACCESS: dict[str, Access] = {
     "pause_schedule": CONFIRM,
     "resume_schedule": CONFIRM,
     "run_schedule": CONFIRM,
-    "remove_schedule": ACT,
+    "remove_schedule": CONFIRM,
     "listen": VIEW,
     "list_alarms": VIEW,
     "acknowledge_alarm": ACT,
@@ -122,7 +122,7 @@ ACCESS: dict[str, Access] = {
     "list_fits": VIEW,
     "get_fit": VIEW,
     "start_fit": START,
-    "cancel_fit": ACT,
+    "cancel_fit": CONFIRM,
     "get_derived": COMPUTE,
     "get_envelopes": COMPUTE,
     "predict": COMPUTE,
@@ -133,13 +133,13 @@ ACCESS: dict[str, Access] = {
     "list_diagnoses": VIEW,
     "get_diagnosis": VIEW,
     "start_diagnosis": START,
-    "cancel_diagnosis": ACT,
+    "cancel_diagnosis": CONFIRM,
     "get_report": VIEW_FILES,
     "adopt_model": GOVERN,
     "list_characterisations": VIEW,
     "get_characterisation": VIEW,
     "start_characterisation": START,
-    "cancel_characterisation": ACT,
+    "cancel_characterisation": CONFIRM,
     "get_characterisation_report": VIEW_FILES,
     "list_models": VIEW_FILES,
     "get_model": VIEW_FILES,

@@ -22,6 +22,12 @@ from .certificates import Certificate
 from .entrance import Entrance
 from .limits import Limits
 
+UNREADABLE = (
+    b"HTTP/1.1 400 Bad Request\r\ncontent-type: application/problem+json\r\nconnection: close\r\n\r\n"
+    b'{"type": "about:blank", "title": "No HTTP", "status": 400, '
+    b'"detail": "What was sent is no request of HTTP/1.1. Remedy: use a program that speaks it; TLS needs https://.", '
+    b'"remedy": "use a program that speaks it; TLS needs https://"}'
+)
 FULL = (
     b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 1\r\n"
     b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503, '
@@ -88,6 +94,11 @@ class BoundedProtocol(H11Protocol):
         else:
             self._heard()
             self.leave_quiet()
+
+    def send_400_response(self, msg: str) -> None:
+        """What was sent is no HTTP."""
+        self.transport.write(UNREADABLE)
+        self.transport.close()
 
     def on_response_complete(self) -> None:
         """From here on it is quiet again, unless the next request is there."""
@@ -170,6 +181,8 @@ def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None
         loop="asyncio",
         ws="none",
         log_config=None,
+        # It warns of every request that is none: whoever sends many would fill the disk with them.
+        log_level="error",
         access_log=False,
         backlog=ACCEPTED_AT_ONCE,
         timeout_graceful_shutdown=3,

@@ -20,7 +20,7 @@ from .auditing import Auditor
 from .body import read_body, with_body
 from .callers import Caller
 from .lanes import Lanes
-from .origins import check_origin
+from .origins import HARMLESS, check_origin
 from .policy import Network
 from .refusals import UnsupportedMediaType
 
@@ -88,13 +88,13 @@ async def _written(name: str, line: Coroutine[Any, Any, None]) -> None:
 
 
 def _check_content_type(request: Request, name: str) -> None:
-    """Raises UnsupportedMediaType for a POST or PUT that is not JSON.
+    """Raises UnsupportedMediaType for whatever may change something and is not JSON, DELETE without a body too.
 
-    A page of a browser cannot send that to another server unasked, and has to ask for DELETE too, which nobody answers.
+    A page of a browser cannot send that to another server unasked.
     `POST /stop` without a body may leave it out: whoever types that is in a hurry.
     """
     said = request.headers.get("content-type")
-    if request.method not in ("POST", "PUT") or _is_json(said):
+    if request.method in HARMLESS or _is_json(said):
         return
     has_body = request.headers.get("content-length", "0") != "0" or "transfer-encoding" in request.headers
     if name == STOP and said is None and not has_body:

@@ -9,7 +9,6 @@ from fastapi import APIRouter, Query, Response
 
 from drivers.errors import InputError
 from platform_daemon import analysis, reports  # not their parts: they load what only the workers and pictures need
-from platform_daemon.analysis import FitRefused, why_refused
 from platform_daemon.engine import UnknownId
 from platform_daemon.schemas import (
     PAPER_DEFLECTION_DEG,
@@ -69,10 +68,10 @@ def _report(identifier: str, context: Context) -> tuple[FitReport, str]:
     """(report, recording) of a fit with a good frame.  Raises UnknownId, InputError, FitRefused."""
     job = context.holder("fit").job("fit", identifier)
     report: FitReport = result_of(job, "fit anew")
-    refused = why_refused(report.frames)
+    refused = analysis.why_refused(report.frames)
     if refused is not None:
         remedy = "see the reasons; another window, variant or calibration may do"
-        raise FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
+        raise analysis.FitRefused("every frame was refused", where=identifier, why=refused, remedy=remedy)
     return report, job.request.recording
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
-from platform_daemon.estimation import MODELS, TERMS
+from platform_daemon import estimation  # not its parts, which load numba
 from platform_daemon.schemas import AdoptedModelReport, AdoptedModelSummary, ModelListing, RetirementRequest
 
 from ..context import ModelLabel, Shared
@@ -23,8 +23,8 @@ def list_models(context: Shared, page: Paged) -> ModelListing:
     adopted, broken = {m.label: m for m in models}, {each.identifier: each for each in files}
     here = set(page.of((*adopted, *(name for name in broken if name not in adopted))))
     return ModelListing(
-        declared=tuple(MODELS),
-        terms=tuple(TERMS),
+        declared=tuple(estimation.MODELS),
+        terms=tuple(estimation.TERMS),
         adopted=tuple(m.summary() for label, m in adopted.items() if label in here),
         broken=tuple(unreadable(each) for name, each in broken.items() if name in here) or None,
     )

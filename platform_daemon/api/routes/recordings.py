@@ -14,7 +14,7 @@ from fastapi.responses import FileResponse
 from numpy.typing import NDArray
 
 from drivers.errors import InputError
-from platform_daemon.analysis import calibrated_signal, find_recordings, min_max_decimate
+from platform_daemon import analysis  # not its parts, which load numba
 from platform_daemon.estimation import RingDownRecord
 from platform_daemon.schemas import (
     DmdtSeries,
@@ -83,7 +83,7 @@ class _Asked:
         said = None if self.verdict is None else self.verdict == "refused"
         refused = _one_of("refused", self.refused, "verdict", said)
         wanted = Wanted(specimen, self.operator, self.since, self.until, refused, self.tag, self.resonator)
-        return None if wanted == Wanted() else set(find_recordings(context.recordings, wanted))
+        return None if wanted == Wanted() else set(analysis.find_recordings(context.recordings, wanted))
 
 
 def _one_of(name: str, value: ValueT | None, other: str, also: ValueT | None) -> ValueT | None:
@@ -246,7 +246,7 @@ def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: f
     recording = open_recording(found.path)
     check_frame(recording)
     rate = recording.sequence.rate_hz
-    signal = calibrated_signal(recording.rx_volts(found.frame), rate, recording.calibration)
+    signal = analysis.calibrated_signal(recording.rx_volts(found.frame), rate, recording.calibration)
     record, assumed = signal.record, signal.notes
     samples = record.samples.shape[1]
     first, last = round(start_s * rate), samples if stop_s is None else round(stop_s * rate)
@@ -258,7 +258,7 @@ def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: f
 
 
 def _points(cut: _Cut, points: int) -> DmdtSeries:
-    size, low, high = min_max_decimate(cut.samples, points)
+    size, low, high = analysis.min_max_decimate(cut.samples, points)
     start = (cut.first + size * np.arange(low.shape[1])) / cut.record.sampling_rate_hz
     assert cut.record.quantity != "angle"
     return DmdtSeries(

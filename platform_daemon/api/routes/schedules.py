@@ -82,7 +82,7 @@ def run_schedule(identifier: ScheduleId, context: Shared, body: Confirmed = CONF
     return context.hardware.run_schedule(identifier)
 
 
-@router.delete("/{identifier}", summary="Remove", responses=problems(404, 502, 503, 507))
-def remove_schedule(identifier: ScheduleId, context: Shared) -> Schedule:
+@router.delete("/{identifier}", summary="Remove", responses=COMMANDS)
+def remove_schedule(identifier: ScheduleId, context: Shared, body: Confirmed = CONFIRMED) -> Schedule:
     """It starts nothing any more; its ledger stays."""
     return context.hardware.remove_schedule(identifier)

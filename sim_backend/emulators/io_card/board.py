@@ -55,7 +55,7 @@ class Board:
         self.counter_trigger = {"enabled": False, "armed": False, "reset": False}
         self.reset_pin = self.reset_latched = False
         scales = {"ADC": options.adc_scale_v, "DAC": options.dac_scale}
-        self.scales = {(kind, k): scale[k] for kind, scale in scales.items() for k in (0, 1)}
+        self.scales = {(kind, k): float(np.float32(scale[k])) for kind, scale in scales.items() for k in (0, 1)}
         self.offsets = {("ADC", k): options.adc_offset_v[k] for k in (0, 1)} | {("DAC", k): 0.0 for k in (0, 1)}
         self.limits = {(k, side): level for k in (0, 1) for side, level in (("LOWER", -1.0), ("UPPER", 1.0))}
         self.calibration_flags = options.calibration_flags

@@ -49,6 +49,17 @@ def serving(certificate=None, **limits):
         assert not thread.is_alive()
 
 
+@pytest.mark.parametrize("said", [b"\x16\x03\x01\0\xa5", b"GET / HTTP/1.1\r\nHost : x\r\n\r\n", b"hello\r\n\r\n"])
+def test_what_is_no_http_is_answered_by_a_problem_and_fills_no_log(said, caplog):
+    with serving() as connect, connect() as link:
+        link.sendall(said)
+        head, _, body = b"".join(iter(lambda: link.recv(1000), b"")).partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 400 ")
+    assert b"application/problem+json" in head
+    assert json.loads(body)["remedy"] in json.loads(body)["detail"]
+    assert not caplog.records
+
+
 def is_closed(link, within_s):
     """Has the other end closed it by then?"""
     link.settimeout(within_s)

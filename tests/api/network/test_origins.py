@@ -77,6 +77,15 @@ def test_what_a_form_can_send_changes_nothing(ask, path, form):
     assert ask("POST", path, {"Content-Type": form}).status_code == 415
 
 
+@pytest.mark.parametrize("path", ["/acquisitions/x", "/calibrations/x", "/fits/x"])
+def test_what_is_deleted_is_said_to_be_json_too(ask, path):
+    for headers in ({}, {"Content-Type": "text/plain"}):
+        assert "Content-Type" in problem(ask("DELETE", path, headers), 415)["where"]
+    assert ask("DELETE", path, {"Content-Type": "application/json"}).status_code == 404
+    assert ask("DELETE", path, json={}).status_code == 404
+    assert ask("DELETE", path, json={"x": 1}).status_code == 422
+
+
 @pytest.mark.parametrize("path", CHANGES[1:])
 def test_a_post_without_values_says_that_it_is_json_too(ask, path):
     problem(ask("POST", path), 415)

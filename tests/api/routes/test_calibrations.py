@@ -72,7 +72,7 @@ def test_a_waiting_calibration_can_be_cancelled_and_leaves_no_file(client, monke
     location = client.post("/calibrations", json=SHORT).headers["location"]
     until(client, location, lambda j: j["question"])
     assert client.get("/platform").json()["running"] == location.rpartition("/")[2]
-    assert client.delete(location).status_code == 202
+    assert client.request("DELETE", location, json={}).status_code == 202
     assert until(client, location, ended)["state"] == "cancelled"
     assert sorted(client.folder.calibrations.iterdir()) == before
 
@@ -112,7 +112,7 @@ def test_nothing_is_adopted_while_a_calibration_waits_for_its_operator(client, m
     until(client, location, lambda j: j["question"])
     answer = client.post("/calibrations/adopt", json={"kind": "transmit"})
     assert answer.status_code == 409
-    client.delete(location)
+    client.request("DELETE", location, json={})
     until(client, location, ended)
 
 

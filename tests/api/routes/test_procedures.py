@@ -73,7 +73,7 @@ def test_it_is_paused_resumed_and_cancelled(client):
     assert (resumed.status_code, resumed.json()["paused"]) == (202, False)
     further = until(client, location, lambda now: now["progress"]["done"] > job["progress"]["done"])
     assert "pause" in further["links"]
-    assert client.delete(location).status_code == 202
+    assert client.request("DELETE", location, json={}).status_code == 202
     job = finished(client, location)
     assert job["state"] == "cancelled"
     assert job["result"]["stopped"] == "cancelled"

@@ -57,7 +57,7 @@ def test_one_that_waits_is_cancelled(client_of):
     client = client_of('backends.simulated.clock.mode="realtime"')
     series = client.post("/acquisitions", json={"resonator": "jewel", "sequence": {"rx_s": 5.0}}).headers["location"]
     waiting = client.post("/self-tests", json={}).headers["location"]
-    assert client.delete(waiting).json()["state"] == "cancelled"
+    assert client.request("DELETE", waiting, json={}).json()["state"] == "cancelled"
     assert client.get(series).json()["state"] in ("queued", "running")
-    client.delete(series)
+    client.request("DELETE", series, json={})
     assert ended(client, series)["state"] == "cancelled"

@@ -123,7 +123,7 @@ class Bench:
 
     def end_series(self) -> None:
         """It is cancelled, or has ended before."""
-        httpx2.delete(f"{self.address}{self._job}", timeout=30)
+        httpx2.request("DELETE", f"{self.address}{self._job}", json={}, timeout=30)
         until = time.monotonic() + _END_S
         while not self.series_ended():
             assert time.monotonic() < until, "the series does not end"

@@ -99,6 +99,19 @@ def test_full_scale_is_what_the_server_accepts_on_every_output(opened):
         card.program(scaled(timeline, 1.001 * louder))
 
 
+@pytest.mark.parametrize("scale", [0.9, 0.93, 1.0, 1.0001234, 1.000533, 1.05, 1.1])
+def test_full_scale_can_be_armed_whatever_digits_the_scale_has(opened, scale):
+    """The server tells six of them, and reads back by all."""
+    server, card = opened(ReferenceServer({"DAC:0:SCALE": scale, "DAC:1:SCALE": scale}))
+    can = card.capabilities()
+    timeline = short_shot(can)
+    card.program(scaled(timeline, can.output_full_scale_v / timeline.bursts[0].amplitude_v))
+    card.arm()
+    levels = server.amplitude.values()
+    assert min(levels) >= max(levels) - 1 / 65534
+    card.stop()
+
+
 def test_an_output_that_a_finished_shot_left_on_is_switched_off(opened):
     server, card = opened()
     volts_of(card, short_shot(card.capabilities()))
@@ -123,6 +136,7 @@ NONSENSE = [
     {"DAC:0:LIMIT:LOWER": 0.5},
     {"DAC:0:LIMIT:UPPER": 0.0},
     {"DAC:1:LIMIT:UPPER": np.nan},
+    {"DAC:0:OFFSET": -0.08, "DAC:1:OFFSET": 0.08, "DAC:1:LIMIT:UPPER": 0.15},  # nothing is left
     {"ADC:1:SCALE": np.nan},
     {"ADC:1:SCALE": 1e-9},
     {"ADC:0:OFFSET": np.inf},
@@ -148,6 +162,24 @@ def test_no_output_is_asked_for_more_than_its_limits_in_the_cards_memory_let_thr
     peak_v = max(burst.amplitude_v for burst in timeline.bursts)
     with pytest.raises(SequenceRejected):
         card.program(scaled(timeline, 0.26 / peak_v))
+
+
+@pytest.mark.parametrize(
+    ("memory", "full_scale_v"),
+    [
+        ({"DAC:0:OFFSET": 0.03}, 0.97),
+        ({"DAC:1:OFFSET": -0.05, "DAC:1:SCALE": 1.1}, 1 / 1.1 - 0.05),
+        ({"DAC:0:OFFSET": 0.05, "DAC:0:LIMIT:UPPER": 0.5}, 0.5),  # the server moves the limits by that offset, too
+        ({"DAC:0:OFFSET": 0.05, "DAC:1:LIMIT:LOWER": -0.5}, 0.45),  # also those of the other output
+        ({"DAC:0:OFFSET": 0.05, "DAC:1:OFFSET": -0.05, "DAC:1:LIMIT:LOWER": -0.5}, 0.4),
+    ],
+)
+def test_what_an_offset_takes_of_the_converter_is_no_amplitudes(opened, memory, full_scale_v):
+    _, card = opened(ReferenceServer(memory))
+    can = card.capabilities()
+    assert can.output_full_scale_v == pytest.approx(full_scale_v)
+    with pytest.raises(SequenceRejected):
+        card.program(scaled(short_shot(can), 1.001e3))
 
 
 def test_an_image_of_another_version_is_refused_unless_the_platform_file_names_it(opened):

@@ -114,6 +114,20 @@ def test_a_half_open_server_is_healed_by_connecting_the_data_socket_first():
     data.close()
 
 
+def test_a_server_that_still_ends_the_client_before_and_hangs_up_on_the_next_is_asked_again(serve):
+    """Its old thread closes whatever connection is the current one; on a slow card that may be the new one."""
+
+    def hung_up(command, data):
+        lines(command)()
+        command.sendall(IDENTITY)
+        command.close()
+        data.close()
+
+    assert opened(serve(hung_up, answering({"RP:ADC:DECIMATION?": "2048"}))).ask("RP:ADC:DECIMATION?") == 2048
+    with pytest.raises(DeviceLost, match="the card is gone"):
+        opened(serve(hung_up, hung_up))
+
+
 def test_a_reply_in_pieces_is_one_reply(serve):
     def pieces(command, data):
         following = lines(command)

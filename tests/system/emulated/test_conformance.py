@@ -101,7 +101,7 @@ class TestLinesOnPins(ShortCardContract):
     @classmethod
     def card(cls, lab_of_its_own):
         lab = lab_of_its_own(
-            calibrated(1.05),
+            calibrated(1.1),
             'io_cards.pa_gate={board=0, output="DIO7_P"}',
             'io_cards.rx_connect={board=1, output="DIO6_P"}',
         )

@@ -132,7 +132,7 @@ def _fits(daemon: Daemon, made: str) -> None:
     daemon.ask("fits/envelopes", "GET", f"{fit}/frames/1/envelopes", params={"points": 20})
     daemon.ask("fits/envelopes-blank", "GET", f"{fit}/frames/0/envelopes")
     daemon.ask("fits/all", "GET", "/fits")
-    daemon.ask("fits/cancel-ended", "DELETE", fit)
+    daemon.ask("fits/cancel-ended", "DELETE", fit, json={})
 
 
 def _schedules(daemon: Daemon) -> None:
@@ -146,7 +146,7 @@ def _schedules(daemon: Daemon) -> None:
         daemon.ask(f"schedules/{what}", "POST", f"{made}/{what}", json={})
     daemon.settle()
     daemon.ask("schedules/run", "POST", f"{made}/run", json={}, racing=True)
-    daemon.ask("schedules/remove", "DELETE", made)
+    daemon.ask("schedules/remove", "DELETE", made, json={})
     daemon.ask("schedules/ledger", "GET", f"{made}/ledger", params={"after": 1000})
     daemon.ask("schedules/never", "POST", "/schedules", json={**asked, "trigger": {"cron": "0 0 30 2 *"}})
 
@@ -177,7 +177,7 @@ def _diagnoses(daemon: Daemon) -> None:
     daemon.job("diagnoses/frames", "/diagnoses", some)
     daemon.job("diagnoses/angles", "/diagnoses", {"recordings": [SWING], "base": "jewel_constant_friction"})
     daemon.ask("diagnoses/report", "GET", f"{found}/report")
-    daemon.ask("diagnoses/cancel-ended", "DELETE", found)
+    daemon.ask("diagnoses/cancel-ended", "DELETE", found, json={})
     daemon.ask("diagnoses/all", "GET", "/diagnoses")
     daemon.ask("models/adopt", "POST", f"{found}/adopt", json={"name": "dry", "by": "me"})
     daemon.ask("models/adopt-bad-name", "POST", f"{found}/adopt", json={"name": "../dry", "by": "me"})
@@ -195,7 +195,7 @@ def _characterisations(daemon: Daemon, made: str) -> None:
     some = {"recording": JEWEL, "frames": [1], "held_in_n50": {"lambda_per_s": 0.2465}, "alpha": 0.01}
     daemon.job("characterisations/one-shot", "/characterisations", some)
     daemon.ask("characterisations/report", "GET", f"{found}/report")
-    daemon.ask("characterisations/cancel-ended", "DELETE", found)
+    daemon.ask("characterisations/cancel-ended", "DELETE", found, json={})
     daemon.ask("characterisations/all", "GET", "/characterisations")
 
 
@@ -205,7 +205,7 @@ def _calibrations(daemon: Daemon) -> None:
     daemon.job("calibrations/transmit", "/calibrations", {"kind": "transmit", **short})
     here = made["links"]["self"]
     daemon.ask("calibrations/continue", "POST", f"{here}/continue", json={})
-    daemon.ask("calibrations/cancel-ended", "DELETE", here)
+    daemon.ask("calibrations/cancel-ended", "DELETE", here, json={})
     daemon.ask("calibrations/all", "GET", "/calibrations")
     asked = {"kind": "receive", "calibration": made["result"]["calibration"]}
     daemon.ask("calibrations/adopt", "POST", "/calibrations/adopt", json=asked)
@@ -249,7 +249,7 @@ def _procedures(daemon: Daemon) -> None:
     made = daemon.job("procedures/sweep", "/procedures", sweep)["links"]["self"]
     for what in ("pause", "resume"):
         daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}", json={})
-    daemon.ask("procedures/cancel-ended", "DELETE", made)
+    daemon.ask("procedures/cancel-ended", "DELETE", made, json={})
     daemon.ask("procedures/all", "GET", "/procedures")
     tables = {"kind": "characterise", "acquisition": {**shot, "shots": 2}}
     daemon.ask("procedures/characterise-dry-run", "POST", "/procedures/dry-run", json=tables)
@@ -303,7 +303,7 @@ def _self_tests(daemon: Daemon) -> None:
     """After all that is measured: a shot more changes the noise of those that follow."""
     tested = daemon.job("self-tests/passed", "/self-tests", {"operator": "me"})["links"]["self"]
     daemon.ask("self-tests/all", "GET", "/self-tests")
-    daemon.ask("self-tests/cancel-ended", "DELETE", tested)
+    daemon.ask("self-tests/cancel-ended", "DELETE", tested, json={})
 
 
 def _cancelled(daemon: Daemon) -> None:
@@ -315,9 +315,9 @@ def _cancelled(daemon: Daemon) -> None:
     calibration = daemon.ask("cancelled/calibration-waiting", "POST", "/calibrations", json=behind)["links"]["self"]
     daemon.ask("cancelled/reset-meanwhile", "POST", "/devices/power_amplifier/reset", json={})
     daemon.ask("cancelled/adopt-meanwhile", "POST", "/calibrations/adopt", json={"kind": "receive"})
-    daemon.ask("cancelled/waiting-taken-out", "DELETE", waiting)
-    daemon.ask("cancelled/calibration-taken-out", "DELETE", calibration)
-    daemon.ask("cancelled/cancelling", "DELETE", running["links"]["self"], racing=True)
+    daemon.ask("cancelled/waiting-taken-out", "DELETE", waiting, json={})
+    daemon.ask("cancelled/calibration-taken-out", "DELETE", calibration, json={})
+    daemon.ask("cancelled/cancelling", "DELETE", running["links"]["self"], json={}, racing=True)
     daemon.wait(running["links"]["self"], "cancelled")
     daemon.ask("cancelled/ended", "GET", running["links"]["self"], racing=True)
     stopped = daemon.ask("cancelled/to-stop", "POST", "/acquisitions", json={**SHOT, "shots": 500}, racing=True)

@@ -1,0 +1,40 @@
+"""The schema of the API, apart from what it says."""
+
+import asyncio
+import threading
+from types import SimpleNamespace
+
+import pytest
+from fastapi.testclient import TestClient
+
+from platform_daemon.api import create_api
+
+
+@pytest.fixture
+def app(monkeypatch):
+    """One whose schema may not be made where all requests are answered."""
+    app = create_api(SimpleNamespace())
+    app.state.made_by = []
+
+    def made():
+        with pytest.raises(RuntimeError):
+            asyncio.get_running_loop()
+        app.state.made_by.append(threading.current_thread())
+        return {"openapi": "3.1.0"}
+
+    monkeypatch.setattr(app, "openapi", made)
+    return app
+
+
+def test_it_is_made_beside_those_who_ask_for_other_things(app):
+    client = TestClient(app, base_url="http://127.0.0.1")
+    assert client.get("/openapi.json").json() == {"openapi": "3.1.0"}
+    assert client.get("/docs").status_code == 200
+    assert len(app.state.made_by) == 1
+
+
+def test_nobody_needs_it_to_be_told_which_methods_there_are(app):
+    client = TestClient(app, base_url="http://127.0.0.1")
+    for path, allowed in (("/stop", "POST"), ("/acquisitions/x", "DELETE, GET, PUT"), ("/fits", "GET, POST")):
+        assert client.request("PATCH", path).headers["allow"] == allowed
+    assert not app.state.made_by

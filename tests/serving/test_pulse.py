@@ -1,0 +1,129 @@
+"""A process that is there and gives no sign of life is ended, and started anew."""
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+from platform_daemon.serving import Daemon, ServeOptions, child, pulse
+from platform_daemon.serving import daemon as parent
+from platform_daemon.serving.pulse import Pulse, beat
+from tests.kit.command_line import wait_for
+
+LIVES = """import time; from platform_daemon.serving.child import CHECKED, READY, Life
+life = Life(); life.say(CHECKED); life.wait_to_go(); life.say(READY); time.sleep(60)"""
+
+
+@pytest.fixture
+def pipe():
+    ends = os.pipe()
+    yield ends
+    for end in ends:
+        os.close(end)
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Seconds that pass when a test says so."""
+    now = [0.0]
+    monkeypatch.setattr(pulse.time, "monotonic", lambda: now[0])
+
+    def pass_by(seconds):
+        now[0] += seconds
+
+    return pass_by
+
+
+def silent_for(watched, clock, seconds):
+    """Asked every second meanwhile; whether it was said to have stopped."""
+    found = []
+    for _ in range(seconds):
+        clock(1.0)
+        found.append(watched.stopped())
+    return any(found)
+
+
+def test_silence_counts_from_the_last_beat_and_is_told_once(pipe, clock):
+    watched = Pulse(pipe[0], start_s=120.0)
+    assert not silent_for(watched, clock, 100)
+    os.write(pipe[1], b"ready\n..")
+    assert not silent_for(watched, clock, 15)
+    os.write(pipe[1], b".")
+    assert not silent_for(watched, clock, 15)
+    assert silent_for(watched, clock, 2)
+    assert not silent_for(watched, clock, 10)
+
+
+def test_a_start_may_take_longer_but_not_for_ever(pipe, clock):
+    watched = Pulse(pipe[0], start_s=30.0)
+    assert not silent_for(watched, clock, 29)
+    assert silent_for(watched, clock, 3)
+
+
+def test_time_in_which_nobody_ran_is_not_held_against_it(pipe, clock):
+    watched = Pulse(pipe[0], start_s=30.0)
+    clock(3600.0)
+    assert not watched.stopped()
+
+
+def pulses():
+    return [thread for thread in threading.enumerate() if thread.name == "pulse"]
+
+
+def test_a_parent_that_is_halted_halts_nobody(monkeypatch):
+    monkeypatch.setattr(pulse, "EVERY_S", 0.01)
+    reads, writes = os.pipe()
+    os.set_blocking(writes, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(writes, bytes(4096))
+    beat(writes)
+    wait_for(lambda: os.read(reads, 65536).endswith(pulse.BEAT))
+    os.close(reads)
+    wait_for(lambda: not pulses())
+    os.close(writes)
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Processes that a parent has started: they do nothing but live."""
+    start, found = subprocess.Popen, []
+
+    def begun(command, **how):
+        found.append(start([sys.executable, "-c", LIVES], **how))
+        return found[-1]
+
+    monkeypatch.setattr(child.subprocess, "Popen", begun)
+    monkeypatch.setattr(parent, "keep_log", lambda folder, name: None)
+    return found
+
+
+def test_a_halted_process_is_killed_and_started_anew(tmp_path, monkeypatch, started):
+    monkeypatch.setattr(pulse, "HANGS_S", 1.5)
+    daemon, ended = Daemon(ServeOptions(platform="simulated", data=tmp_path), ()), threading.Event()
+
+    def runs():
+        with contextlib.suppress(KeyboardInterrupt):
+            daemon.run(heard)
+
+    def heard():
+        if ended.is_set():
+            raise KeyboardInterrupt
+
+    thread = threading.Thread(target=runs)
+    daemon.start()
+    try:
+        thread.start()
+        halted = started[0]
+        halted.send_signal(signal.SIGSTOP)
+        wait_for(lambda: len(started) > 2, 10)
+        assert halted.returncode == -signal.SIGKILL
+        assert started[1].poll() is None
+    finally:
+        ended.set()
+        thread.join()
+        daemon.end()
