@@ -80,7 +80,7 @@ def test_recordings_are_found_by_tag(client):
     folder = client.folder.recordings
     for path in months(folder.parent, 2, "tagged", comment="warm day #Night, (#run.7). And # no tag"):
         path.rename(folder / path.name)
-    wait_for(lambda: client.get("/recordings?tag=night").json()["recordings"])
+    wait_for(lambda: len(client.get("/recordings?tag=night").json()["recordings"]) == 2)
     assert len(client.get("/recordings", params={"tag": "#NIGHT"}).json()["recordings"]) == 2
     assert client.get("/recordings?tag=day").json()["recordings"] == []
     assert client.get("/specimens/tagged").json()["tags"] == ["night", "run.7"]
