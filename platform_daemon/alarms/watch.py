@@ -7,6 +7,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,7 +16,7 @@ import structlog
 
 from drivers.errors import PlatformError
 from platform_daemon.schemas import AnyHappening, JobEvent, JobState
-from platform_daemon.store import EventReader, StorageError, read_event, write_file
+from platform_daemon.store import EventReader, KeptEvent, read_event, write_file
 
 from .board import AlarmBoard
 from .plans import Ask, look_at_schedules
@@ -72,18 +73,26 @@ class Watch:
         self._thread.join(5.0)
 
     def _work(self) -> None:
-        looked_s = 0.0
+        looked_s, said = 0.0, ""
         while not self._ended.wait(_EVENTS_EVERY_S):
             try:
                 self._read()
                 if time.monotonic() - looked_s >= _COMPUTER_EVERY_S:
                     looked_s = time.monotonic()
                     self._look()
-            except (StorageError, sqlite3.Error, OSError) as error:
-                log.error("alarms_not_looked_at", error=str(error))
-                self._reader = None
+                said = ""
+            except Exception as error:  # the thread must outlive what nobody thought of
+                if str(error) != said:  # once, not twice a second
+                    log.error("alarms_not_looked_at", error=str(error))
+                said = str(error)
+                self._forget_reader()
+        self._forget_reader()
+
+    def _forget_reader(self) -> None:
         if self._reader is not None:
-            self._reader.close()
+            with suppress(sqlite3.Error):
+                self._reader.close()
+        self._reader = None
 
     def _read(self) -> None:
         if self._reader is None:
@@ -93,7 +102,9 @@ class Watch:
         found = self._reader.after(self._last, _PAGE)
         for each in found:
             self._last = each.id
-            what = read_event(each).what
+            what = _typed(each)
+            if what is None:
+                continue
             if isinstance(what, JobEvent) and what.state is JobState.RUNNING:
                 self._begun_s = time.monotonic()
             self._rules.see(what)
@@ -147,3 +158,12 @@ class Watch:
             self._board.notice(name, what)
         else:
             self._board.clear(name)
+
+
+def _typed(kept: KeptEvent) -> AnyHappening | None:
+    """None: another version has told it, which says nothing to this one."""
+    try:
+        return read_event(kept).what
+    except ValueError as error:
+        log.warning("event_not_read", event=kept.id, error=str(error))
+        return None

@@ -85,12 +85,16 @@ class EventTail:
 
     async def _look(self) -> None:
         """As long as anybody listens."""
+        said = ""
         while self._listeners and not self._ended:
             await asyncio.sleep(_LOOK_S)
             try:
                 newest = 0 if self._reader is None else self._reader.newest()
+                said = ""
             except (sqlite3.Error, PlatformError) as error:
-                log.error("events_not_read", error=str(error))
+                if str(error) != said:  # once, not twenty times a second
+                    log.error("events_not_read", error=str(error))
+                said = str(error)
                 continue
             if newest > self._newest:
                 async with self._grown:

@@ -1,5 +1,6 @@
 """What is watched: events, also those of while nobody looked, and the computer."""
 
+import sqlite3
 import time
 from dataclasses import replace
 
@@ -137,3 +138,15 @@ def test_who_is_told_that_nothing_has_begun_is_told_what_is_due_next(watching):
     board, _ = watching(schedules=lambda: there, idle_s=0.05)
     wait_for(board, "idle")
     assert f"nothing is due until {due} (leap)" in board.all()[0].what
+
+
+def test_what_another_version_has_told_does_not_end_the_watch(tmp_path, watching):
+    journal = EventJournal(tmp_path / "events.db")
+    board, _ = watching()
+    wait_until_it_looks(tmp_path)
+    with sqlite3.connect(tmp_path / "events.db") as sql:
+        sql.execute("INSERT INTO events (at, kind, what) VALUES ('', 'dream', '{}')")
+    sql.close()
+    journal.tell(InterlockEvent(why="the door"))
+    wait_for(board, "interlock")
+    journal.close()
