@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: night schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: night schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test test-long check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -30,6 +30,10 @@ demo-emulated: install
 
 test: install
 	$(BIN)/pytest
+
+# The tests that `make test` has no time for: daemons that die and start, short campaigns, long diagnoses.
+test-long: install
+	$(BIN)/pytest -m long
 
 check: install
 	$(BIN)/ruff check .

@@ -11,19 +11,19 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from typing import TextIO
 
-from drivers.errors import DeviceError, DeviceLost, InputError, PlatformError
+from drivers.errors import DeviceError, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import Board, arm_all, emergency_stop
+from drivers.red_pitaya.boards import connect_all, failures_of
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
-from drivers.red_pitaya.lock import lock_card, note_recording, recording_until
+from drivers.red_pitaya.lock import lock_card, note_recording
 from drivers.red_pitaya.options import CardTable
-from drivers.red_pitaya.pairing import keep_clear
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.red_pitaya.reader import Reader
 from drivers.red_pitaya.scale import Scale
@@ -71,29 +71,12 @@ class RedPitayaCard:
         try:
             for board in self.boards:
                 self._locks.append(lock_card(board.address.host, board.address.command_port))
-            self._connect()
+            connect_all(self.boards, self._locks)
             if table.prove_wiring:
                 trigger.prove(self.boards)
         except Exception:
             self._let_go()
             raise
-
-    def _connect(self) -> None:
-        """New connections to all boards, outputs off.  Errors as in `__init__`.
-
-        A client that died in a recording is ended by the server when that is over, and its end may take the connection
-        made meanwhile with it, within 0.1 s after that was proved: once, that is connected anew.
-        """
-        for board, lock in zip(self.boards, self._locks, strict=True):
-            keep_clear(recording_until(lock))
-            board.open()
-        try:
-            for board in self.boards:
-                board.settle()
-        except DeviceLost:
-            for step in (Board.replace, Board.settle):
-                for board in self.boards:
-                    step(board)
 
     def identity(self) -> Identity:
         """See IoCard.  The serial number is the address: the server tells none."""
@@ -214,7 +197,9 @@ class RedPitayaCard:
             if unfinished or not self._guard.acquire(timeout=PATIENCE_S):
                 unfinished = True
                 self._stops += 1
-                failed = _failures(self.boards, Board.replace)  # whoever waits for the card wakes up and lets go of it
+                failed = failures_of(
+                    self.boards, Board.replace
+                )  # whoever waits for the card wakes up and lets go of it
                 self._guard.acquire()
             try:
                 self._state, self._timeline = CardState.IDLE, None
@@ -225,12 +210,12 @@ class RedPitayaCard:
     def _all_off(self, failed: list[str], *, unfinished: bool) -> None:
         """Read back that outputs are off, over new connections if need be.  Raises DeviceError if they may be on."""
         if not unfinished:
-            if not _failures(self.boards, Board.quiet):
+            if not failures_of(self.boards, Board.quiet):
                 return
-            failed = _failures(self.boards, Board.replace)
+            failed = failures_of(self.boards, Board.replace)
         for board in self.boards:
-            failed += [] if failed else _failures([board], Board.settle)
-        failed += [] if failed else _failures(self.boards, trigger.gone)
+            failed += [] if failed else failures_of([board], Board.settle)
+        failed += [] if failed else failures_of(self.boards, trigger.gone)
         if failed:
             raise DeviceError(
                 "outputs could not be confirmed off",
@@ -297,22 +282,3 @@ class RedPitayaCard:
             if self._stops != before or self._stopping.locked():
                 raise was_stopped(WHERE) from None
             raise
-
-
-def _failures(boards: Sequence[Board], step: Callable[[Board], None]) -> list[str]:
-    """Do it on all boards at once, whatever fails; what failed."""
-    failures: list[str] = []
-
-    def work(board: Board) -> None:
-        try:
-            step(board)
-        except (DeviceError, OSError) as error:
-            failures.append(str(error))
-
-    threads = [threading.Thread(target=work, args=(board,)) for board in boards[1:]]
-    for thread in threads:
-        thread.start()
-    work(boards[0])
-    for thread in threads:
-        thread.join()
-    return failures

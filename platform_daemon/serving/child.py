@@ -73,6 +73,8 @@ class Child:
             if not said:
                 raise StartFailed(self.name, heard)
             heard += said
+        if word == READY:
+            self._pulse.begin()
 
     def go(self) -> None:
         """Tell it to go on."""

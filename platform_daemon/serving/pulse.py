@@ -44,6 +44,10 @@ class Pulse:
         self._silent_s, self._looked_s = 0.0, time.monotonic()
         self._begun = False
 
+    def begin(self) -> None:
+        """Its start is over: the first beat may be no later than all others."""
+        self._begun = True
+
     def stopped(self) -> bool:
         """Has it been silent for too long, since the last time that this was so?  To be asked about every second.
 

@@ -61,6 +61,7 @@ def test_a_number_is_the_same_record_and_every_case_has_every_visibility() -> No
     assert len({(d.case.name, d.sigma) for d in draws}) == len(draws)
 
 
+@pytest.mark.long
 def test_a_few_records_are_scored_and_kept(command: Command, tmp_path: Path) -> None:
     journal = tmp_path / "journal.jsonl"
     scores = [scored(record_of(SEED, k), command, tmp_path) for k in QUICK]

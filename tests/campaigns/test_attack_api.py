@@ -11,11 +11,16 @@ from tests.campaigns.attack_api import attack
 
 SLOW = "dmdt|sliding|harmonics|file|predict|fits|diagnoses|procedures|dry-run"
 """Operations that read, fit or plan much for every request: their boundaries are left to the long attack."""
-DRAWN = ("--phases", "examples,fuzzing,stateful", "--max-examples", "1")
+DRAWN = ("--phases", "examples,fuzzing", "--max-examples", "1")
+WALKS = ("--phases", "stateful", "--max-examples", "1")
 BOUNDARIES = ("--phases", "coverage", "--exclude-path-regex", SLOW)
 
 
-@pytest.mark.parametrize("phases", [DRAWN, pytest.param(BOUNDARIES, marks=pytest.mark.campaign)], ids=lambda p: p[1])
+@pytest.mark.parametrize(
+    "phases",
+    [DRAWN, pytest.param(WALKS, marks=pytest.mark.long), pytest.param(BOUNDARIES, marks=pytest.mark.campaign)],
+    ids=lambda p: p[1],
+)
 def test_examples_random_requests_walks_and_boundaries_bring_nothing_that_the_schema_does_not_say(
     tmp_path: Path, phases: Sequence[str]
 ) -> None:

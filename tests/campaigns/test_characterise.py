@@ -1,8 +1,11 @@
 """The campaign on a few shots: a complete model finds the truths within what it says of itself."""
 
+import pytest
+
 from tests.campaigns.characterise import characterised, print_tables, true_mean
 
 
+@pytest.mark.long
 def test_a_few_shots_of_a_single_axis_agree_with_their_truths(tmp_path, capsys):
     found = characterised("jewel", 4, tmp_path)
     checked = 0

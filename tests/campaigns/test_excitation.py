@@ -5,6 +5,7 @@ import pytest
 from tests.campaigns.excitation import RECTANGLE, SINE, Rotor, from_rest, hamburg, move
 
 
+@pytest.mark.long
 def test_a_planned_drive_swings_the_hamburg_rotor_further_than_sine_and_chirp():
     reached = from_rest(Rotor(), Rotor(), 60)
     assert reached[SINE] > reached["chirp"] > reached["sine"]

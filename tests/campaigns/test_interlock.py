@@ -6,6 +6,7 @@ from tests.campaigns.interlock.campaign import run
 from tests.campaigns.interlock.mutants import MUTANTS
 
 
+@pytest.mark.long
 def test_power_never_meets_the_receiver_whatever_is_done_in_whatever_order():
     found = run(10_000, number=100)
     assert found.why == ""

@@ -7,6 +7,8 @@ import pytest
 from tests.campaigns.night.night import night
 from tests.campaigns.night.story import contradictions
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):

@@ -18,6 +18,7 @@ def diagnosed(folder, path, *options):
     return done.stdout, json.loads((folder / "d.json").read_text())
 
 
+@pytest.mark.long
 def test_a_hidden_drag_is_named_in_counts_of_three_coils(tmp_path):
     path = write_twin(tmp_path / "large.h5", replace(LARGE, drag_per_rad=5e-5), "<i2", frames=2, seed=3)
     text, report = diagnosed(tmp_path, path, "--html", tmp_path / "d.html")

@@ -42,6 +42,7 @@ def test_fit_of_several_files_nests_them(measured):
     assert [f["variant"] for f in files] == ["jewel", "thread"]
 
 
+@pytest.mark.long
 def test_a_batch_interrupted_goes_on_where_it_was(tmp_path):
     paths = links(tmp_path, MANY)
     kept, part, whole = (tmp_path / name for name in ("r.jsonl", "part.json", "all.json"))

@@ -67,6 +67,7 @@ def test_ctrl_c_ends_it_in_order_and_what_was_measured_is_put_together(tmp_path)
     assert recording.provenance.incomplete.endswith("of 901 steps: cancelled")
 
 
+@pytest.mark.long
 def test_kill_minus_nine_loses_no_shot_of_a_step_in_the_log_and_the_log_can_be_read(tmp_path):
     options = ("--over", "pause_s=0:0.9:0.001", "--output", tmp_path / "s.h5")
     with subprocess.Popen([COMMAND, "sweep", *QUICK, *options], stderr=subprocess.DEVNULL) as process:

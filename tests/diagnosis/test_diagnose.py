@@ -117,6 +117,7 @@ def test_what_has_no_name_is_never_explained(variant, pose, effect):
     assert report["next_measurements"]
 
 
+@pytest.mark.long
 def test_lost_samples_are_a_flaw_of_the_data_and_not_physics():
     report, _ = found("jewel", {"id": "clock_gap", "strength": 3, "sample": 30000})
     assert {i["id"] for i in report["integrity"]} == {"clock_gap"}

@@ -71,6 +71,7 @@ def test_a_look_alike_is_found_though_the_declared_losses_take_up_most_of_either
     assert rival.joint_fit.chi2 == pytest.approx(direct.chi2, abs=0.5)
 
 
+@pytest.mark.long
 def test_a_steady_tone_does_not_pass_for_noise():
     line = {"id": "spectral_line", "strength": 4e-3, "frequency_hz": 737.3}
     report = diagnosis_report(diagnose_shots(shots_with("jewel", [line])[0], model_named("jewel"))).model_dump(
@@ -122,6 +123,7 @@ def test_stribeck_friction_is_a_share_of_the_friction_that_every_shot_has():
     assert abs(after["value"] - np.mean(friction)) < 4.5 * after["std"]
 
 
+@pytest.mark.long
 def test_a_slow_pole_is_found_though_friction_leaves_kinks_whose_high_derivatives_grow():
     pole = {"id": "receive_lowpass", "strength": 2.94e-5}
     report = diagnosis_report(

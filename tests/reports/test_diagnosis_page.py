@@ -54,6 +54,7 @@ def test_an_angle_with_awkward_name_and_clock_has_its_page_too(tmp_path):
     assert any("<b>&swing.h5" in (e.text or "") for e in elements(page) if e.tag == "h1")
 
 
+@pytest.mark.long
 def test_a_constant_that_moves_has_its_picture_before_any_name():
     page, report = page_of(load_diagnosis_input([RUNS[0]]))
     assert [m.name for m in report.where][:1] == ["lambda_per_s"]

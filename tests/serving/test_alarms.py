@@ -42,6 +42,7 @@ def numbers(daemon):
     }
 
 
+@pytest.mark.long
 def test_shots_that_are_refused_raise_an_alarm_that_is_called_acknowledged_and_over(tmp_path, pager):
     url, got = pager
     rx_overload = ("--set", "backends.simulated.lna.overload_v=1e-9")

@@ -125,6 +125,7 @@ def test_whoever_was_away_for_long_gets_all_that_is_kept(daemon):
     assert [each["error"] for each in late.of("device") if each["device"] == "nobody"] == [str(k) for k in range(3000)]
 
 
+@pytest.mark.long
 def test_shots_of_an_earlier_run_come_from_the_recording(tmp_path):
     data = tmp_path / "data"
     with served(data) as daemon:

@@ -64,6 +64,13 @@ def test_a_start_may_take_longer_but_not_for_ever(pipe, clock):
     assert silent_for(watched, clock, 3)
 
 
+def test_after_a_start_that_is_over_the_first_beat_may_be_no_later_than_others(pipe, clock):
+    watched = Pulse(pipe[0], start_s=120.0)
+    watched.begin()
+    assert not silent_for(watched, clock, 15)
+    assert silent_for(watched, clock, 2)
+
+
 def test_time_in_which_nobody_ran_is_not_held_against_it(pipe, clock):
     watched = Pulse(pipe[0], start_s=30.0)
     clock(3600.0)

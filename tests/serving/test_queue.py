@@ -29,7 +29,7 @@ def ended(daemon, location):
     return daemon.get(location).json()
 
 
-@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("end", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
 def test_a_queue_survives_a_restart_and_is_worked_through_in_order(tmp_path, end):
     with served(tmp_path / "data") as daemon:
         locations = queued(daemon)
@@ -57,6 +57,7 @@ def test_a_queue_survives_a_restart_and_is_worked_through_in_order(tmp_path, end
         }
 
 
+@pytest.mark.long
 def test_a_procedure_that_waits_is_taken_up_and_no_step_of_one_that_ran(tmp_path):
     with served(tmp_path / "data") as daemon:
         slow = {**SWEEP, "acquisition": LONG}
@@ -73,6 +74,7 @@ def test_a_procedure_that_waits_is_taken_up_and_no_step_of_one_that_ran(tmp_path
         assert {job["id"] for job in daemon.get("/acquisitions").json()} >= made
 
 
+@pytest.mark.long
 def test_a_queue_can_be_forgotten_on_purpose(tmp_path):
     with served(tmp_path / "data") as daemon:
         locations = queued(daemon)
@@ -83,6 +85,7 @@ def test_a_queue_can_be_forgotten_on_purpose(tmp_path):
             assert "--forget-queue" in job["warnings"][0]
 
 
+@pytest.mark.long
 def test_a_job_that_cannot_be_planned_any_more_says_why(tmp_path):
     with served(tmp_path / "data") as daemon:
         mine = json.loads(json.dumps(daemon.get("/resonators/jewel").json()))

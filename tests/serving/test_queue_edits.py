@@ -36,6 +36,7 @@ def queued(daemon):
     return daemon.get("/platform").json()["queued"]
 
 
+@pytest.mark.long
 def test_what_waits_is_put_in_order_paused_and_changed_and_a_restart_keeps_it(tmp_path):
     data = tmp_path / "data"
     with served(data) as daemon:
@@ -81,6 +82,7 @@ def test_a_series_rests_between_two_shots_and_others_go_first_if_it_has_not_begu
     assert "nothing is missing" in problem(daemon.post(f"/acquisitions/{waiting}/resume", {}), 409)["detail"]
 
 
+@pytest.mark.long
 def test_a_series_that_was_cut_off_twice_goes_on_in_its_own_recording(tmp_path):
     data, cuts = tmp_path / "data", 2
     with served(data, "--set", 'backends.simulated.clock.mode="realtime"') as daemon:

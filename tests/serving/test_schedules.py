@@ -102,6 +102,7 @@ def test_a_preview_keeps_nothing(daemon):
     assert daemon.get("/schedules").json() == []
 
 
+@pytest.mark.long
 def test_the_command_line_asks_the_daemon(daemon, tmp_path):
     work = tmp_path / "work.toml"
     work.write_text('kind = "acquisition"\n[request]\nresonator = "jewel"\nshots = 1\nsequence = { rx_s = 0.6 }\n')
@@ -129,7 +130,7 @@ def test_without_a_daemon_the_command_says_how_to_start_one(tmp_path):
     assert_one_line_error(run("schedule", "list", "--data", tmp_path), 2, "no daemon", "serve --data")
 
 
-@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("end", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
 def test_a_schedule_goes_on_after_a_restart_and_no_instant_is_there_twice(tmp_path, end):
     data = tmp_path / "data"
     with served(data) as daemon:
@@ -146,6 +147,7 @@ def test_a_schedule_goes_on_after_a_restart_and_no_instant_is_there_twice(tmp_pa
         assert daemon.get(f"/schedules/{identifier}").json()["active"] is True
 
 
+@pytest.mark.long
 def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_path):
     data = tmp_path / "data"
     with served(data) as daemon:

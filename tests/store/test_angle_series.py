@@ -114,6 +114,7 @@ def test_values_that_are_not_finite_are_said_to_be_so(tmp_path):
     assert read_angles(copied(tmp_path, PENDULUM)).finite
 
 
+@pytest.mark.long
 def test_friction_that_falls_with_the_speed_is_what_a_measured_pendulum_asks_for():
     found = diagnose_input(load_diagnosis_input([PENDULUM], "thread", "angle"), lambda *_: None)
     report = diagnosis_report(found).model_dump(mode="json")

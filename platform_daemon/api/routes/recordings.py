@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 from urllib.parse import quote
 
 import numpy as np
@@ -27,7 +27,6 @@ from platform_daemon.schemas import (
 from platform_daemon.store import (
     Broken,
     Recording,
-    Wanted,
     describe,
     describe_running,
     dmdt_file,
@@ -44,11 +43,11 @@ from ..costs import check_frame, check_sent
 from ..network.routes import GuardedRoute
 from ..pages import NEXT, Page, Paged
 from ..problems import problems, unreadable
+from ..recording_query import RecordingQuery
 
 router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=GuardedRoute)
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
 BINARY = {"schema": {"type": "string", "format": "binary"}}
-ValueT = TypeVar("ValueT")
 Points = Annotated[int, Query(ge=2, le=20_000, description="at most so many points per channel")]
 Start = Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")]
 Stop = Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")]
@@ -59,42 +58,8 @@ def opened(identifier: str, context: Shared) -> Recording:
     return open_recording(resolve(context.recordings, identifier))
 
 
-@dataclass(frozen=True)
-class _Asked:
-    """What is looked for."""
-
-    specimen: Annotated[str | None, Query(description="name of the sample, or of the resonator if none was given")] = (
-        None
-    )
-    sample: Annotated[str | None, Query(description="the same: the name of the sample")] = None
-    resonator: Annotated[str | None, Query(description="name of the resonator, as its file says")] = None
-    operator: Annotated[str | None, Query(min_length=1, description="part of the operator's name")] = None
-    since: Annotated[str | None, Query(max_length=40, description="begun from then on, ISO 8601")] = None
-    until: Annotated[str | None, Query(max_length=40, description="begun until then; a date: until its end")] = None
-    refused: Annotated[bool | None, Query(description="true: with a refused shot; false: without")] = None
-    verdict: Annotated[
-        Literal["good", "refused"] | None, Query(description="refused: with a refused shot; good: without")
-    ] = None
-    tag: Annotated[str | None, Query(min_length=1, max_length=64, description="a word of the comment after #")] = None
-
-    def files(self, context: Context) -> set[str] | None:
-        """Names of the files; None: all.  Raises InputError, StorageError."""
-        specimen = _one_of("specimen", self.specimen, "sample", self.sample)
-        said = None if self.verdict is None else self.verdict == "refused"
-        refused = _one_of("refused", self.refused, "verdict", said)
-        wanted = Wanted(specimen, self.operator, self.since, self.until, refused, self.tag, self.resonator)
-        return None if wanted == Wanted() else set(analysis.find_recordings(context.recordings, wanted))
-
-
-def _one_of(name: str, value: ValueT | None, other: str, also: ValueT | None) -> ValueT | None:
-    """Two keys for one thing.  Raises InputError where they say different things."""
-    if value is not None and also is not None and value != also:
-        raise InputError(f"{name} and {other} exclude each other", where=other, remedy="give one of them")
-    return also if value is None else value
-
-
 @router.get("", summary="All recordings", responses={**NEXT, **problems(422)})
-def list_recordings(context: Shared, page: Paged, asked: Annotated[_Asked, Depends()]) -> RecordingListing:
+def list_recordings(context: Shared, page: Paged, asked: Annotated[RecordingQuery, Depends()]) -> RecordingListing:
     """Every recording, and every file that cannot be read with the reason; by name, page by page.
 
     Among the latter, on the first page, are shots that could not be put together: POST /recordings/recover does.

@@ -52,6 +52,7 @@ def cluster(folder, workers=2):
         )
 
 
+@pytest.mark.long
 def test_a_cluster_gives_what_one_machine_gives_though_a_worker_is_killed_on_the_way(tmp_path):
     paths = copies(tmp_path, 8)
     with cluster(tmp_path) as (address, workers), dask_cluster(address, paths[0]) as reached:
@@ -68,6 +69,7 @@ def test_a_cluster_gives_what_one_machine_gives_though_a_worker_is_killed_on_the
         assert same(found[path].report.frames, alone[k % 2].report.frames)
 
 
+@pytest.mark.long
 def test_content_is_sent_to_workers_that_cannot_read_our_paths(tmp_path, monkeypatch):
     paths = copies(tmp_path, 2)
     from platform_daemon.analysis.batch import dask_cluster as module

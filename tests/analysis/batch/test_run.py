@@ -95,6 +95,7 @@ class Deadly(Executor):
         return self.pool.submit(_die_on_jewel, *part)
 
 
+@pytest.mark.long
 def test_a_process_that_dies_takes_only_the_file_with_it_that_killed_it(tmp_path):
     paths = copies(tmp_path, 4)
     with processes(2) as workers:

@@ -53,9 +53,12 @@ def test_a_ramp_that_begins_above_the_threshold_says_so_and_knows_none():
     assert "start lower" in state.why_ended()
 
 
+DRAWS = 600
+
+
 def test_just_below_the_level_side_modes_are_called_visible_as_rarely_as_stated():
     rng, stops = np.random.default_rng(5), 0
-    for _ in range(2000):
+    for _ in range(DRAWS):
         test = OnsetTest(0.02)
         for k in range(10):
             for size in 0.4 + 0.01 * rng.standard_normal(4):
@@ -66,7 +69,7 @@ def test_just_below_the_level_side_modes_are_called_visible_as_rarely_as_stated(
             else:
                 continue
             break
-    assert stops / 2000 < 0.02 + 3.0 * np.sqrt(0.02 / 2000)
+    assert stops / DRAWS < 0.02 + 3.0 * np.sqrt(0.02 / DRAWS)
 
 
 def test_what_is_plainly_there_is_called_visible_soon():

@@ -51,6 +51,7 @@ def content(folder):
     return rows
 
 
+@pytest.mark.long
 def test_lost_magnetisation_is_found_in_files_and_said_by_name(folder):
     found, broken = update_index(folder)
     assert found == IndexUpdate(75, frozenset({"T 1", "other"}))

@@ -74,6 +74,7 @@ def test_a_first_field_above_the_threshold_is_told_and_nothing_is_kept(engine_wi
     assert not (tmp_path / "r.toml").exists()
 
 
+@pytest.mark.long
 def test_a_threshold_is_found_from_a_field_at_which_side_modes_stir_already(engine_with, tmp_path):
     engine = engine_with()
     job = done(engine, work(engine, tmp_path, start_t=250e-6, max_t=400e-6))

@@ -133,6 +133,7 @@ def orientations(seed, shots=30):
     return np.array(out)
 
 
+@pytest.mark.long
 def test_the_jewels_orientation_wobbles_from_shot_to_shot_as_in_the_paper():
     first = orientations(7)
     assert np.array_equal(first, orientations(7))

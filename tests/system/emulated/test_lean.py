@@ -8,6 +8,8 @@ import signal
 import subprocess
 import sys
 
+import pytest
+
 from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.schemas import AcquisitionRequest
 from platform_daemon.store import open_recording
@@ -51,6 +53,7 @@ def test_a_series_with_fits_loads_neither_compiler_nor_pictures_nor_web(lab_of_i
     assert found["kb"] < 200_000
 
 
+@pytest.mark.long
 def test_a_fit_worker_that_is_killed_costs_neither_a_shot_nor_a_fit(lab_of_its_own, tmp_path):
     lab = lab_of_its_own()
     online, computing = hardware_workers(WorkerLimits())
