@@ -2,6 +2,7 @@
 
 card.py         the I/O card contract over all boards: life cycle, reading, stopping
 trigger.py      common start and stop of the boards
+boards.py       what is done to all boards
 board.py        one board: who it is, its registers, its sequence
 sequence.py     timeline -> step sequence, enable bits and sines of each board
 layout.py       which terminal of which board is which input, output and line of the platform
