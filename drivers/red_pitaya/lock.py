@@ -5,6 +5,7 @@ The file also keeps when a recording will be over, for who comes after a daemon 
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import os
 import socket
@@ -36,9 +37,9 @@ def lock_card(host: str, port: int) -> TextIO:
 
 def note_recording(lock: TextIO, until_s: float) -> None:
     """The server sends samples until then (monotonic time of this computer), whatever becomes of this process."""
-    lock.truncate(0)
-    lock.write(f"{until_s:.3f}")
-    lock.flush()
+    with contextlib.suppress(OSError):  # a full disk must cost no shot; nor may a buffer of Python's fail later
+        os.ftruncate(lock.fileno(), 0)
+        os.write(lock.fileno(), f"{until_s:.3f}".encode())
 
 
 def recording_until(lock: TextIO) -> float:
