@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import queue
 import shlex
 import subprocess
 import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import httpx2
 import structlog
@@ -16,24 +21,42 @@ from platform_daemon.schemas import Alarm, to_json
 log = structlog.get_logger()
 _PATIENCE_S = 30.0
 MOST_WAITING = 100
+AGAIN_AFTER_S = (10.0, 60.0, 300.0, *[900.0] * 95)
+"""What could not be delivered is tried again after each of these, s: for a day."""
+_numbers = itertools.count()
+
+
+@dataclass(order=True)
+class _Call:
+    """One to make: at, s of the monotonic clock; tried: how often it has failed."""
+
+    at_s: float
+    number: int
+    alarm: Alarm = field(compare=False)
+    how: Callable[[bytes], None] = field(compare=False)
+    tried: int = field(compare=False, default=0)
 
 
 class Caller:
     """One after the other, in a thread of its own: who raises an alarm waits for nobody.
 
     command: words as a shell splits them, gets the alarm as JSON on standard input; url: is sent it by POST; None:
-    neither.  Raises ConfigError for a command without words, or a URL that is not HTTP.
+    neither.  again_after_s: a call that failed is made again after each of these.  Raises ConfigError for a command
+    without words, or a URL that is not HTTP.
     """
 
-    def __init__(self, command: str | None = None, url: str | None = None) -> None:
+    def __init__(
+        self, command: str | None = None, url: str | None = None, again_after_s: tuple[float, ...] = AGAIN_AFTER_S
+    ) -> None:
         try:
             self._words = shlex.split(command) if command else []
         except ValueError as error:
             raise ConfigError(f"cannot be split: {error}", where="--alarm-command", remedy="close quotes") from None
         if url is not None and not url.startswith(("http://", "https://")):
             raise ConfigError("is no URL of HTTP", where="--alarm-url", remedy="begin it with http:// or https://")
-        self._url = url
+        self._url, self._again_after_s = url, again_after_s
         self._waiting: queue.Queue[Alarm] = queue.Queue(MOST_WAITING)
+        self._calls: list[_Call] = []  # a heap, of the thread only
         if self._words or self._url:
             threading.Thread(target=self._work, name="alarm-calls", daemon=True).start()
 
@@ -48,21 +71,46 @@ class Caller:
 
     def _work(self) -> None:
         while True:
-            alarm = self._waiting.get()
-            text = to_json(alarm).encode()
-            for call in (self._run, self._post):  # each, whatever became of the other
-                try:
-                    call(text)
-                except (OSError, subprocess.SubprocessError, httpx2.HTTPError, httpx2.InvalidURL) as error:
-                    log.error("alarm_call_failed", alarm=alarm.name, error=str(error) or type(error).__name__)
+            self._take()
+            if self._calls and self._calls[0].at_s <= time.monotonic():
+                self._make(heapq.heappop(self._calls))
+
+    def _take(self) -> None:
+        """An alarm that is new; waits for one until the next call is to be made."""
+        wait_s = max(0.0, self._calls[0].at_s - time.monotonic()) if self._calls else None
+        try:
+            alarm = self._waiting.get(timeout=wait_s)
+        except queue.Empty:
+            return
+        ways = [how for given, how in ((self._words, self._run), (self._url, self._post)) if given]
+        for how in ways:  # each, whatever becomes of the other
+            self._keep(_Call(time.monotonic(), next(_numbers), alarm, how))
+
+    def _make(self, call: _Call) -> None:
+        try:
+            call.how(to_json(call.alarm).encode())
+        except (OSError, subprocess.SubprocessError, httpx2.HTTPError, httpx2.InvalidURL) as error:
+            over = call.tried == len(self._again_after_s)
+            again_s = None if over else self._again_after_s[call.tried]
+            why = str(error) or type(error).__name__
+            log.error("alarm_call_failed", alarm=call.alarm.name, error=why, again_after_s=again_s)
+            if again_s is not None:
+                self._keep(_Call(time.monotonic() + again_s, next(_numbers), call.alarm, call.how, call.tried + 1))
+
+    def _keep(self, call: _Call) -> None:
+        """Of too many that wait, those that have failed most often are given up."""
+        heapq.heappush(self._calls, call)
+        if len(self._calls) > 2 * MOST_WAITING:
+            given_up = max(self._calls, key=lambda each: (each.tried, -each.number))
+            self._calls.remove(given_up)
+            heapq.heapify(self._calls)
+            log.error("alarm_not_called", alarm=given_up.alarm.name, why=f"{2 * MOST_WAITING} calls wait")
 
     def _run(self, text: bytes) -> None:
-        if self._words:
-            subprocess.run(self._words, input=text, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S, check=True)
+        subprocess.run(self._words, input=text, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S, check=True)
 
     def _post(self, text: bytes) -> None:
-        if self._url:
-            headers = {"Content-Type": "application/json"}
-            # What it answers is not read: it may never end.
-            with httpx2.stream("POST", self._url, content=text, headers=headers, timeout=_PATIENCE_S) as answer:
-                answer.raise_for_status()
+        headers = {"Content-Type": "application/json"}
+        # What it answers is not read: it may never end.
+        with httpx2.stream("POST", str(self._url), content=text, headers=headers, timeout=_PATIENCE_S) as answer:
+            answer.raise_for_status()

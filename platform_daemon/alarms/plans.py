@@ -27,6 +27,7 @@ def look_at_schedules(board: AlarmBoard, ask: Ask) -> str:
         return "nobody knows what is due next"
     board.clear("schedules")
     _forget_removed(board, {each.identifier for each in found})
+    _look_at_the_clock(board, found)
     return _next(found)
 
 
@@ -36,6 +37,18 @@ def _forget_removed(board: AlarmBoard, there: set[str]) -> None:
         kind, _, of = name.partition(":")
         if kind in _OF_ONE and of not in there:
             board.clear(name)
+
+
+def _look_at_the_clock(board: AlarmBoard, found: Sequence[Schedule]) -> None:
+    """A clock that was ahead for a minute silences a schedule until then, long after its leap is forgotten."""
+    ahead = [each for each in found if each.active and each.ahead_until is not None]
+    if not ahead:
+        board.clear("ledger-ahead")
+        return
+    names = ", ".join(f"{each.request.name} until {each.ahead_until}" for each in ahead)
+    remedy = "set the clock right; if it is, `platform-daemon schedule resume ID` makes due again what is still to come"
+    what = "the clock of this computer is behind what it has shown, and nothing that was due meanwhile starts again"
+    board.notice("ledger-ahead", f"{what}: {names}. Remedy: {remedy}")
 
 
 def _next(found: Sequence[Schedule]) -> str:

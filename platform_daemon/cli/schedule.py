@@ -136,7 +136,7 @@ def pause(identifier: IdArgument, data: DataOption = DATA) -> None:
 
 @schedule_app.command()
 def resume(identifier: IdArgument, data: DataOption = DATA) -> None:
-    """Start again what is due from now on."""
+    """Start again what is due from now on, also where the clock had been ahead."""
     _show(_daemon(data).resume_schedule(identifier))
 
 
@@ -177,7 +177,10 @@ def _daemon(data: Path) -> RemoteHardware:
 
 def _show(schedule: Schedule) -> None:
     state = f"next {schedule.next_due or 'never'}" if schedule.active else f"off: {schedule.reason}"
-    print(f"{schedule.identifier}  {schedule.request.name}  {state}")
+    ahead = (
+        "" if schedule.ahead_until is None else f"  the clock has been at {schedule.ahead_until} already, see resume"
+    )
+    print(f"{schedule.identifier}  {schedule.request.name}  {state}{ahead}")
 
 
 def _trigger(

@@ -131,6 +131,15 @@ class Ledger:
             self._sql.executemany(insert, rows)
             self._sql.execute("UPDATE schedules SET reached = max(reached, ?) WHERE id = ?", (moment, schedule))
 
+    def go_back(self, schedule: str, moment: float) -> int:
+        """Forget the instants after `moment` that have not begun: they are still to come; how many they were."""
+        with self._change():
+            never = "DELETE FROM rows WHERE schedule = ? AND due > ? AND job IS NULL AND asked = 0"
+            count = self._sql.execute(never, (schedule, moment)).rowcount
+            earlier = "reached = min(reached, ?), created = min(created, ?)"
+            self._sql.execute(f"UPDATE schedules SET {earlier} WHERE id = ?", (moment, moment, schedule))
+        return count
+
     def ask(self, schedule: str, now: float, deadline: float) -> int:
         """A row for a start by hand, now; its number, of the row that is there already if there is one."""
         with self._change():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -23,6 +24,8 @@ ON_TIME_S = 5.0
 """A start is called late from then on, s after its instant and jitter."""
 AT_ONCE = 5000
 """Instants of a schedule that one step writes down; the others follow with the next steps."""
+AHEAD_S = 60.0
+"""A clock that a time service sets back by less is not told of, s."""
 _CUT_OFF = "the daemon ended before its job was made"
 LEAVE_THE_PLATFORM = frozenset({"fit", "diagnosis"})
 """Kinds of work that wait for each other only."""
@@ -192,9 +195,22 @@ class Scheduler:
         if off is None and kept.failures + 1 >= kept.request.max_failures:
             off = f"{kept.failures + 1} failures in a row, the last: {why}"
         self._ledger.end(row, "failed", now, why, recording, off)
-        self._tell(_event(row, "failed", why))
+        silent = "" if off is None else ". The schedule is switched off until somebody resumes it"
+        self._tell(_event(row, "failed", f"{why}{silent}"))
         if off is not None:
             log.error("schedule_switched_off", schedule=row.schedule, reason=off)
+
+
+def ahead_until(kept: Kept, now: float) -> float | None:
+    """Until when all stands in its ledger already, because the clock has shown that once; None: it is not ahead."""
+    if kept.reached <= now + AHEAD_S:
+        return None
+    if kept.request.start is None:
+        return kept.reached
+    with suppress(InputError):  # a zone that is no more: it starts nothing anyway
+        if kept.reached > Calendar(kept.request, kept.created).start:
+            return kept.reached
+    return None
 
 
 def _beside(kept: Kept) -> bool:

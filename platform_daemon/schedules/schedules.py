@@ -19,7 +19,7 @@ from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleReq
 from .calendar import Calendar
 from .launcher import Launcher
 from .ledger import Kept, Ledger, Row
-from .scheduler import LEAVE_THE_PLATFORM, Scheduler, Tell, quiet
+from .scheduler import LEAVE_THE_PLATFORM, Scheduler, Tell, ahead_until, quiet
 from .turns import works
 
 log = structlog.get_logger()
@@ -110,8 +110,17 @@ class Schedules:
         return self._switched(identifier, "paused")
 
     def resume(self, identifier: str) -> Schedule:
-        """Start again what is due from now on.  Raises InputError."""
+        """Start again what is due from now on.  Raises InputError.
+
+        Where the clock had been ahead, the instants that it showed and that are still to come are due once more; what
+        had begun at one of them is not repeated.
+        """
         self._step_past(identifier)
+        with self._lock:
+            now = self._clock()
+            if ahead_until(self._kept(identifier), now) is not None:
+                count = self._ledger.go_back(identifier, now)
+                log.warning("schedule_set_back", schedule=identifier, instants=count)
         return self._switched(identifier, None)
 
     def pause_all(self, reason: str) -> None:
@@ -178,6 +187,7 @@ class Schedules:
             reason=kept.off,
             failures=kept.failures,
             next_due=_iso_or_none(self._scheduler.next_due(kept)),
+            ahead_until=_iso_or_none(ahead_until(kept, self._clock())),
         )
 
     def _work(self) -> None:

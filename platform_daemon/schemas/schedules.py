@@ -158,6 +158,8 @@ class Schedule(Schema):
     """In a row, until now."""
     next_due: str | None
     """Next instant, ISO 8601, UTC; null: there is none."""
+    ahead_until: str | None
+    """The clock has been here once, ISO 8601, UTC, and is before it again: nothing is due until then; null: no."""
 
 
 class ScheduleListing(Root[tuple[Schedule, ...]]):

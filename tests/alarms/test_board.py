@@ -168,3 +168,22 @@ def test_a_url_is_called_though_the_command_fails_and_its_answer_never_ends(tmp_
         time.sleep(0.02)
     over.set()
     server.shutdown()
+
+
+def test_who_could_not_be_called_is_called_again_until_the_call_gets_through_and_others_do_not_wait(tmp_path):
+    target, counted = tmp_path / "called", tmp_path / "tried"
+    code = (
+        f"import json, sys; alarm = json.load(sys.stdin)['name']; tried = open('{counted}', 'a'); "
+        f"print(alarm, file=tried); tried.close(); many = open('{counted}').read().split().count('disk'); "
+        f"sys.exit(1) if alarm == 'disk' and many < 3 else print(alarm, file=open('{target}', 'a'))"
+    )
+    caller = Caller(f'{sys.executable} -c "{code}"', again_after_s=(0.3, 0.3))
+    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
+    board.notice("disk", "full")
+    board.notice("memory", "little")
+    until = time.monotonic() + 30
+    while not target.exists() or target.read_text().split() != ["memory", "disk"]:
+        assert time.monotonic() < until
+        time.sleep(0.02)
+    time.sleep(0.5)
+    assert counted.read_text().split().count("disk") == 3  # no more once it was delivered

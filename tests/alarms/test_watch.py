@@ -95,12 +95,12 @@ def test_an_owner_that_does_not_answer_and_a_clock_that_leaps_raise_alarms_that_
     wait_for(board)
 
 
-def schedule(name, next_due, active=True):
+def schedule(name, next_due, active=True, ahead_until=None):
     trigger, work = {"cron": "0 22 * * *"}, {"kind": "self_test"}
     request = ScheduleRequest.model_validate({"name": name, "trigger": trigger, "work": work})
     return Schedule(
         identifier=name, request=request, created="2026-11-24T00:00:00+00:00", active=active, reason=None, failures=0,
-        next_due=next_due,
+        next_due=next_due, ahead_until=ahead_until,
     )  # fmt: skip
 
 
@@ -138,6 +138,17 @@ def test_who_is_told_that_nothing_has_begun_is_told_what_is_due_next(watching):
     board, _ = watching(schedules=lambda: there, idle_s=0.05)
     wait_for(board, "idle")
     assert f"nothing is due until {due} (leap)" in board.all()[0].what
+
+
+def test_a_ledger_that_is_ahead_of_the_clock_is_an_alarm_that_stands_until_somebody_resumes(watching):
+    there = [schedule("nightly", None, ahead_until="2031-01-01T00:00:00+00:00"), schedule("hourly", None)]
+    board, _ = watching(schedules=lambda: tuple(there))
+    wait_for(board, "ledger-ahead")
+    said = board.all()[0].what
+    assert "nightly until 2031-01-01" in said
+    assert "hourly" not in said
+    there[0] = schedule("nightly", None)
+    wait_for(board)
 
 
 def test_what_another_version_has_told_does_not_end_the_watch(tmp_path, watching):

@@ -256,6 +256,37 @@ def test_leaping_clocks_leave_every_instant_in_the_ledger_once_and_start_none_tw
     assert len(set(jobs)) == len(jobs) == len(bench.owner.jobs) > 20
 
 
+def test_after_a_clock_that_was_years_ahead_resuming_makes_due_what_is_still_to_come(bench):
+    nightly = bench.all.add(asked({"cron": "0 22 * * *"}, grace_s=600.0))
+    bench.until(T0 + DAY)
+    ran = [row.due for row in bench.rows(nightly.identifier) if row.state == "run"]
+    assert len(ran) == 1
+    bench.now += 3 * 365 * DAY
+    bench.until(bench.now + DAY)  # one runs in that future
+    late = bench.all.add(asked({"every_s": 3600.0}))
+    bench.now = T0 + 1.5 * DAY
+    assert bench.all.get(nightly.identifier).ahead_until > "2028"
+    bench.until(T0 + 3 * DAY)
+    assert len([row for row in bench.rows(nightly.identifier) if row.state == "run"]) == 2  # nothing new
+    for each in (nightly, late):
+        assert bench.all.resume(each.identifier).ahead_until is None
+    bench.until(T0 + 5 * DAY)
+    rows = bench.rows(nightly.identifier)
+    assert len({row.due for row in rows}) == len(rows)
+    assert len([row for row in rows if row.state in ("run", "late")]) == 4
+    assert len([row for row in bench.rows(late.identifier) if row.state in ("run", "late")]) >= 47
+    begun_ahead = [row for row in rows if row.state in ("run", "late") and row.due > "2028"]
+    assert len(begun_ahead) == 1  # it is not forgotten, and not repeated
+    restless = bench.all.resume(nightly.identifier)
+    assert restless.ahead_until is None
+
+
+def test_a_start_in_the_future_is_no_clock_that_was_ahead(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}, start="2030-01-01T00:00:00+00:00"))
+    bench.until(T0 + 7200.0)
+    assert bench.all.get(made.identifier).ahead_until is None
+
+
 def test_a_ledger_cut_anywhere_is_refused_by_name_and_stays_as_it_is(bench):
     made = bench.all.add(asked({"every_s": 60.0}))
     bench.until(T0 + 20_000)
