@@ -10,6 +10,7 @@ thermometer.py      a temperature near the resonator
 reference.py        what calibrates the platform: a reference dipole, a field probe
 power_guard.py      whoever switches outputs off for an owner that died or hangs
 clock.py            monotonic time, time of day and sleep, which a simulation may speed up
+urgency.py          the thread that moves the shot goes before other programs, where the computer lets it
 
 What crosses the contracts:
 

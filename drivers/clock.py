@@ -10,6 +10,10 @@ from typing import Protocol
 class Clock(Protocol):
     """Time as the platform sees it."""
 
+    @property
+    def realtime(self) -> bool:
+        """Does it pass by itself, or only when somebody sleeps or waits?"""
+
     def monotonic_s(self) -> float:
         """Seconds since some fixed instant; never jumps."""
 
@@ -22,6 +26,8 @@ class Clock(Protocol):
 
 class SystemClock:
     """The time of this computer."""
+
+    realtime = True
 
     def monotonic_s(self) -> float:
         """See Clock."""

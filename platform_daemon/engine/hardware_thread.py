@@ -11,6 +11,7 @@ import structlog
 
 from drivers.errors import DeviceStateError, PlatformError
 from drivers.platform import Platform
+from drivers.urgency import be_urgent
 
 from .hardware_queue import Ended, HardwareQueue
 from .interlock import Interlock
@@ -84,6 +85,8 @@ class HardwareThread:
 
     def _work(self) -> None:
         self._warm_up()
+        ordinary = be_urgent(self._platform.clock)
+        log.info("hardware_thread_begun", urgent=ordinary is None, why=ordinary)
         while True:
             try:
                 item = self.queue.take(IDLE_S)

@@ -32,6 +32,7 @@ def examine(file: PlatformFile, data: Path, ports: tuple[int, int], unit: str) -
         *_devices(section, owner),
         *machine.disk(data),
         machine.memory(),
+        machine.priority(),
         *machine.clock(),
         *(machine.port(n, name, ours=owner is not None) for n, name in zip(ports, ("port", "stop-port"), strict=True)),
         machine.service(unit),

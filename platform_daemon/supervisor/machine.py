@@ -7,12 +7,15 @@ import os
 import shutil
 import socket
 import subprocess
+import threading
 import time
 from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 import psutil
 
+from drivers.clock import SystemClock
+from drivers.urgency import be_urgent
 from platform_daemon.schemas import Finding, Verdict
 
 GB = 1e9
@@ -65,6 +68,18 @@ def memory() -> Finding:
     remedy = "end other programs, or add memory: the kernel kills whoever holds most"
     fail, warn = (remedy if free < least else "" for least in (_MEMORY_FAIL_B, _MEMORY_WARN_B))
     return judged("memory", f"{free / GB:.1f} GB available", fail, warn)
+
+
+def priority() -> Finding:
+    """May the thread that moves the shot go before other programs?"""
+    said: list[str | None] = []
+    trying = threading.Thread(target=lambda: said.append(be_urgent(SystemClock())))  # this one stays what it is
+    trying.start()
+    trying.join()
+    remedy = "LimitRTPRIO=1 in the unit, or `rtprio 1` for its user in /etc/security/limits.d"
+    if said[0] is None:
+        return judged("priority", "shots go before what other programs do")
+    return judged("priority", f"a busy computer can make shots late: {said[0]}", "", remedy)
 
 
 def clock() -> list[Finding]:

@@ -17,6 +17,7 @@ series: A series of shots: each is on disk before it counts, fits run beside, an
 series_fits: The on-line fits of a series, from the stored files of its shots.
 series_records: A series and its shots as the store keeps them.
 shots_in_turn: The shots of a series one after the other: what each is to be, and the next drive from the last fit.
+storing: Shots on their way to the disk: in order, and a few at once, so that a slow disk makes no shot late.
 transmit_calibration: Calibration of the transmit side as a job: a field probe in the rotor's place gives the field
     per volt of a coil.
 """

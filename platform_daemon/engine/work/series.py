@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -29,6 +29,7 @@ from .self_test import SelfTest
 from .series_fits import SeriesFits
 from .series_records import Lateness, header_of_shot, series_header, shot_record, shot_report, store_calibration
 from .shots_in_turn import ShotsInTurn
+from .storing import Storing
 
 log = structlog.get_logger()
 AcquisitionJob = Job[AcquisitionRequest, AcquisitionResult]
@@ -72,7 +73,6 @@ class SeriesWork:
         self._fits = SeriesFits(plan, bench.fits, bench.online, bench.live, self._calibration, bench.tell)
         self._refused_in_a_row = self._refused = self._joined = 0
         self._left: Callable[[], None] | None = None
-        self._storing: Future[Path] | None = None
         self._told = plan.excited  # by the header
         self._durations_s = plan.durations_s
 
@@ -94,13 +94,13 @@ class SeriesWork:
         header = series_header(self._plan, self._platform, self._bench.config_text)
         with self._destination.open(header, job.identifier) as series:
             try:
-                with ThreadPoolExecutor(max_workers=1, thread_name_prefix="disk") as disk:
+                with Storing() as disk:
                     self._shoot_all(job, series, disk)
-                    _raise_failure(self._storing)
+                    disk.wait()
             finally:
                 self._finish(job, series)
 
-    def _shoot_all(self, job: AcquisitionJob, series: ShotSink, disk: Executor) -> None:
+    def _shoot_all(self, job: AcquisitionJob, series: ShotSink, disk: Storing) -> None:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
             for done in range(self._take_up(job, series), len(self._plan.shots)):
@@ -160,18 +160,16 @@ class SeriesWork:
         return shot
 
     def _keep(
-        self, job: AcquisitionJob, series: ShotSink, disk: Executor, shot: ShotPlan, raw: RawShot, done: int
+        self, job: AcquisitionJob, series: ShotSink, disk: Storing, shot: ShotPlan, raw: RawShot, done: int
     ) -> None:
-        """Begin to store and to fit a shot.  Raises what kept the shot before from being stored."""
-        _raise_failure(self._storing)
+        """Begin to store and to fit a shot.  Raises what kept one before from being stored."""
         joined = 0 < done == self._joined
         record = shot_record(shot, raw, self._lateness.of(shot, raw), self._turns.label(done), joined=joined)
-        self._storing = disk.submit(self._store, job, series, shot, record)
-        self._storing.add_done_callback(_complain)
+        storing = disk.put(partial(self._store, job, series, shot, record))
         if raw.reason is not None:
             self._fits.refused(raw.reason)
         else:
-            self._fits.take(job, self._storing, raw.temperature_c, blank=shot.blank)
+            self._fits.take(job, storing, raw.temperature_c, blank=shot.blank)
 
     def _prove_wiring(self, job: AcquisitionJob) -> None:
         self_test = self._bench.self_test
@@ -279,15 +277,3 @@ class SeriesWork:
             log.error("fits_lost", exc_info=error)
             job.warnings.append(f"the on-line fits are lost: {error}; fit the recording again")
             return None
-
-
-def _raise_failure(storing: Future[Path] | None) -> None:
-    """Wait until the shot before is on disk.  Raises why it is not."""
-    if storing is not None:
-        storing.result()
-
-
-def _complain(side_work: Future[Path]) -> None:
-    """What the disk refused is logged where it happened; the series hears of it with its next shot."""
-    if not side_work.cancelled() and side_work.exception() is not None:
-        log.error("shot_side_work_failed", exc_info=side_work.exception())

@@ -24,13 +24,13 @@ PATIENCE_S = 600.0
 
 @dataclass(frozen=True)
 class Shots:
-    """Of one series: how many were asked for, came and were refused; seconds from shot to shot, ascending; peaks of the
-    hardware process and of the web process."""
+    """Of one series: how many were asked for, came and were good; why the others were not; seconds from shot to shot,
+    ascending; peaks of the hardware process and of the web process."""
 
     name: str
     asked: int
     good: int
-    refused: int
+    refused: tuple[str, ...]
     apart_s: tuple[float, ...]
     peak_mb: tuple[float, float]
 
@@ -42,7 +42,10 @@ class Shots:
         """The bounds that do not hold."""
         found = []
         if self.refused or self.good != self.asked:
-            found.append(f"series, {self.name}: {self.good} of {self.asked} shots are good, {self.refused} refused")
+            said = f"{self.good} of {self.asked} shots are good, {len(self.refused)} refused"
+            found.append(
+                f"series, {self.name}: {said}" + "".join(f"; {reason}" for reason in sorted(set(self.refused)))
+            )
         if self.apart_s[-1] > self.usual_s() + LATE_S:
             found.append(f"series, {self.name}: a shot came after {self.apart_s[-1]:.2f} s")
         return found
@@ -65,9 +68,9 @@ def series(daemon: Daemon, name: str, load: Load, shots: int) -> Shots:
             crowd.terminate()
     frames = open_recording(daemon.data / "recordings" / job["result"]["file"]).frame_info
     begun = [frame.monotonic_s for frame in frames if frame.monotonic_s is not None]
-    good = sum(frame.verdict == "good" for frame in frames)
+    refused = tuple(frame.reason for frame in frames if frame.verdict != "good")
     apart = tuple(sorted(later - earlier for earlier, later in pairwise(begun)))
-    return Shots(name, shots, good, len(frames) - good, apart, daemon.peak_mb())
+    return Shots(name, shots, len(frames) - len(refused), refused, apart, daemon.peak_mb())
 
 
 def _patiently(client: httpx2.Client, method: str, path: str, **body: Any) -> Any:
@@ -90,5 +93,5 @@ def series_table(measured: Sequence[Shots]) -> str:
     for each in measured:
         peaks = ", ".join(f"{peak:.0f}" for peak in each.peak_mb)
         apart = f"{1e3 * each.usual_s():.0f}, {1e3 * each.apart_s[-1]:.0f}"
-        lines.append(f"| {each.name} | {each.good} of {each.asked}, {each.refused} | {apart} | {peaks} |")
+        lines.append(f"| {each.name} | {each.good} of {each.asked}, {len(each.refused)} | {apart} | {peaks} |")
     return "\n".join(lines)

@@ -1,0 +1,44 @@
+"""Who moves the shot goes first, and nobody else with it."""
+
+import os
+import threading
+import types
+
+from drivers.clock import SystemClock
+from drivers.urgency import be_urgent
+
+
+def in_a_thread(work):
+    """What it returns: the thread of the tests stays what it is."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(work()))
+    thread.start()
+    thread.join()
+    return found[0]
+
+
+def policy():
+    return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
+
+
+def test_the_thread_goes_first_where_it_may_and_those_that_it_starts_are_ordinary():
+    def work():
+        return be_urgent(SystemClock()), policy(), in_a_thread(policy)
+
+    why_not, own, of_another = in_a_thread(work)
+    assert own == (os.SCHED_RR if why_not is None else os.SCHED_OTHER)
+    assert of_another == os.SCHED_OTHER
+    assert policy() == os.SCHED_OTHER
+
+
+def test_a_simulation_as_fast_as_it_goes_stands_in_line():
+    clock = types.SimpleNamespace(realtime=False)
+    assert in_a_thread(lambda: (be_urgent(clock), policy())) == ("its time does not pass by itself", os.SCHED_OTHER)
+
+
+def test_who_may_not_is_told_why(monkeypatch):
+    def refuse(*arguments):
+        raise PermissionError(1, "not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    assert be_urgent(SystemClock()) == "not permitted"
