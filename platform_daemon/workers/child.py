@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from drivers.errors import PlatformError
+from drivers.urgency import stand_in_line
 
 MB = 1_000_000
 
@@ -50,6 +51,7 @@ def serve(pipe: Connection, nice: int) -> None:
     # What ends a daemon from a terminal is its parent's to hear; this one is killed when it is not needed any more.
     for number in (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT):
         signal.signal(number, signal.SIG_IGN)
+    stand_in_line()  # it may come from the thread that moves the shot
     os.nice(nice)
     threading.Thread(target=_end_with_parent, name="parent", daemon=True).start()
     while True:

@@ -5,7 +5,7 @@ import threading
 import types
 
 from drivers.clock import SystemClock
-from drivers.urgency import be_urgent
+from drivers.urgency import be_urgent, stand_in_line
 
 
 def in_a_thread(work):
@@ -18,17 +18,21 @@ def in_a_thread(work):
 
 
 def policy():
-    return os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK
+    return os.sched_getscheduler(0)
 
 
-def test_the_thread_goes_first_where_it_may_and_those_that_it_starts_are_ordinary():
+def test_the_thread_goes_first_where_it_may_with_those_that_it_starts_until_they_stand_in_line():
+    def later():
+        inherited = policy()
+        stand_in_line()
+        return inherited, policy()
+
     def work():
-        return be_urgent(SystemClock()), policy(), in_a_thread(policy)
+        return be_urgent(SystemClock()), policy(), in_a_thread(later)
 
-    why_not, own, of_another = in_a_thread(work)
-    assert own == (os.SCHED_RR if why_not is None else os.SCHED_OTHER)
-    assert of_another == os.SCHED_OTHER
-    assert policy() == os.SCHED_OTHER
+    why_not, own, (inherited, at_last) = in_a_thread(work)
+    assert own == inherited == (os.SCHED_RR if why_not is None else os.SCHED_OTHER)
+    assert at_last == policy() == os.SCHED_OTHER
 
 
 def test_a_simulation_as_fast_as_it_goes_stands_in_line():
