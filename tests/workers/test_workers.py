@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
+from drivers.clock import SystemClock
 from drivers.errors import DeviceFault, InputError, PlatformError
+from drivers.urgency import be_urgent
 from platform_daemon.workers import (
     Call,
     InThisProcess,
@@ -205,3 +207,18 @@ def test_limits_are_changed_one_by_one():
         WorkerLimits().of("diagnosis").memory_mb,
         30,
     )
+
+
+def test_a_worker_that_the_thread_of_the_shots_starts_stands_in_line_with_all_others():
+    found = []
+
+    def start():
+        be_urgent(SystemClock())
+        computer = WorkerProcess("ordinary", WorkerLimits(), 0)
+        found.append((os.sched_getscheduler(0), computed(computer, Call(os.sched_getscheduler, (0,)))))
+        computer.close()
+
+    thread = threading.Thread(target=start)
+    thread.start()
+    thread.join()
+    assert found[0][1] == os.SCHED_OTHER
