@@ -22,12 +22,6 @@ def is_alive(pid):
         return False
 
 
-@pytest.fixture(scope="module")
-def daemon(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("served") / "data") as running:
-        yield running
-
-
 def ended(daemon, location):
     wait_for(lambda: daemon.get(location).json()["state"] in ("done", "failed", "cancelled"), 120)
     return daemon.get(location).json()
@@ -74,7 +68,7 @@ def test_stop_has_its_own_port_and_ends_the_series(daemon):
     assert ended(daemon, location)["state"] == "cancelled"
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
 def test_when_the_parent_ends_all_do_and_the_series_is_put_together(tmp_path, number):
     with served(tmp_path / "data") as daemon:
         children = [daemon.pid("hardware"), daemon.pid("web")]

@@ -18,12 +18,6 @@ LONG = {**SHORT_JEWEL, "shots": 300, "window": None}
 SERIES = {**SHORT_JEWEL, "shots": 30, "window": "n50"}
 
 
-@pytest.fixture
-def daemon(tmp_path):
-    with served(tmp_path / "data") as running:
-        yield running
-
-
 def state(daemon, job):
     return daemon.get(f"/acquisitions/{job}").json()["state"]
 

@@ -13,12 +13,6 @@ WORK = {"kind": "acquisition", "request": SHORT_JEWEL}
 QUICK = {"name": "quick", "trigger": {"every_s": 2}, "work": WORK}
 
 
-@pytest.fixture(scope="module")
-def daemon(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("served") / "data") as running:
-        yield running
-
-
 def rows(daemon, identifier):
     return daemon.get(f"/schedules/{identifier}/ledger").json()["rows"]
 
@@ -164,16 +158,16 @@ def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_pa
     assert ledger.stat().st_size == 3000
 
 
-def specimen_of(daemon):
-    at = daemon.post("/acquisitions", SHORT_JEWEL).headers["location"]
+def measured(daemon, specimen):
+    at = daemon.post("/acquisitions", {**SHORT_JEWEL, "sample": specimen}).headers["location"]
     wait_for(lambda: daemon.get(at).json()["state"] == "done")
-    wait_for(lambda: daemon.get("/specimens").json())
-    return daemon.get("/specimens").json()[0]
+    wait_for(lambda: specimen in daemon.get("/specimens").json())
+    return specimen
 
 
 @pytest.mark.parametrize(("kind", "page"), [("fit", "fits"), ("diagnosis", "diagnoses")])
 def test_what_is_stored_is_analysed_by_the_calendar(daemon, kind, page):
-    work = {"kind": kind, "specimen": specimen_of(daemon)}
+    work = {"kind": kind, "specimen": measured(daemon, f"of a {kind}")}
     at = daemon.post("/schedules", {"name": kind, "trigger": {"at": ["2099-01-01T00:00"]}, "work": work}).json()
     started = daemon.post(f"/schedules/{at['identifier']}/run", {})
     assert started.status_code == 202, started.text
