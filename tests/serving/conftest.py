@@ -3,7 +3,6 @@ seconds of a processor."""
 
 from __future__ import annotations
 
-import httpx2
 import pytest
 
 from tests.kit.command_line import wait_for
@@ -20,7 +19,7 @@ def shared_daemon(tmp_path_factory):
 def daemon(shared_daemon):
     """Idle and without schedules, however the test before ended; what was measured stays."""
     yield shared_daemon
-    wait_for(lambda: httpx2.post(shared_daemon.stop, timeout=30).status_code == 200)
+    wait_for(lambda: shared_daemon.stop_all().status_code == 200)
     for schedule in shared_daemon.get("/schedules").json():
-        httpx2.delete(f"{shared_daemon.address}/schedules/{schedule['identifier']}", timeout=30)
+        shared_daemon.delete(f"/schedules/{schedule['identifier']}")
     wait_for(lambda: shared_daemon.get("/platform").json()["running"] is None)

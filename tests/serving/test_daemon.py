@@ -5,7 +5,6 @@ import signal
 import time
 from pathlib import Path
 
-import httpx2
 import pytest
 
 from tests.kit.acquisitions import SHORT_JEWEL
@@ -64,7 +63,7 @@ def test_while_the_hardware_process_hangs_the_web_answers_and_says_so(daemon):
 def test_stop_has_its_own_port_and_ends_the_series(daemon):
     location = daemon.post("/acquisitions", SERIES).headers["location"]
     wait_for(lambda: daemon.get(location).json()["state"] == "running")
-    assert httpx2.post(daemon.stop, timeout=30).status_code == 200
+    assert daemon.stop_all().status_code == 200
     assert ended(daemon, location)["state"] == "cancelled"
 
 

@@ -2,7 +2,6 @@
 
 import signal
 
-import httpx2
 import pytest
 
 from tests.kit.acquisitions import SHORT_JEWEL
@@ -28,33 +27,33 @@ def test_what_is_due_is_run_and_stands_in_the_ledger_with_its_recording(daemon):
     identifier = made.json()["identifier"]
     assert at == f"/schedules/{identifier}"
     wait_for(lambda: sum(row["state"] in ("run", "late") for row in rows(daemon, identifier)) >= 2, 60)
-    paused = httpx2.post(f"{daemon.address}{at}/pause", json={}, timeout=30).json()
+    paused = daemon.post(f"{at}/pause", {}).json()
     assert (paused["active"], paused["reason"]) == (False, "paused")
     done = [row for row in rows(daemon, identifier) if row["state"] in ("run", "late")]
     assert len({row["due"] for row in done}) == len(done)
     for row in done:
         assert daemon.get(f"/recordings/{row['recording']}").status_code == 200
     assert daemon.get(f"{at}/ledger?limit=1").json()["more"] is True
-    assert httpx2.delete(f"{daemon.address}{at}", timeout=30).status_code == 200
+    assert daemon.delete(at).status_code == 200
     assert daemon.get(at).status_code == 404
     assert rows(daemon, identifier)  # it is what became of it, whoever removed it
 
 
 def test_a_stop_switches_every_schedule_off_until_somebody_resumes_it(daemon):
     at = daemon.post("/schedules", {**QUICK, "trigger": {"cron": "0 0 1 1 *"}}).headers["location"]
-    assert httpx2.post(daemon.stop, timeout=30).status_code == 200
+    assert daemon.stop_all().status_code == 200
     assert daemon.get(at).json()["active"] is False
-    resumed = httpx2.post(f"{daemon.address}{at}/resume", json={}, timeout=30).json()
+    resumed = daemon.post(f"{at}/resume", {}).json()
     assert (resumed["active"], resumed["next_due"][5:]) == (True, "01-01T00:00:00+00:00")
-    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+    daemon.delete(at)
 
 
 def test_one_start_by_hand(daemon):
     at = daemon.post("/schedules", {**QUICK, "trigger": {"cron": "0 0 1 1 *"}}).headers["location"]
     wait_for(lambda: daemon.get("/platform").json()["running"] is None)
-    assert httpx2.post(f"{daemon.address}{at}/run", json={}, timeout=30).status_code == 202
+    assert daemon.post(f"{at}/run", {}).status_code == 202
     wait_for(lambda: [row["state"] for row in daemon.get(f"{at}/ledger").json()["rows"]] == ["run"], 60)
-    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+    daemon.delete(at)
 
 
 @pytest.mark.parametrize(
