@@ -10,20 +10,24 @@ import pytest
 from tests.campaigns.attack_api import attack
 
 SLOW = "dmdt|sliding|harmonics|file|predict|fits|diagnoses|procedures|dry-run"
-"""Operations that read, fit or plan much for every request: their boundaries are left to the long attack."""
+"""Operations that read, fit or plan much for every request: they are left to the longer attacks."""
 DRAWN = ("--phases", "examples,fuzzing", "--max-examples", "1")
 WALKS = ("--phases", "stateful", "--max-examples", "1")
-BOUNDARIES = ("--phases", "coverage", "--exclude-path-regex", SLOW)
+QUICK = ("--exclude-path-regex", SLOW)
+BOUNDARIES = ("--phases", "coverage", *QUICK)
 
 
 @pytest.mark.parametrize(
-    "phases",
-    [DRAWN, pytest.param(WALKS, marks=pytest.mark.long), pytest.param(BOUNDARIES, marks=pytest.mark.campaign)],
-    ids=lambda p: p[1],
+    "runs",
+    [
+        pytest.param([(*DRAWN, *QUICK)], id="drawn"),
+        pytest.param([DRAWN, WALKS], id="drawn-of-all-and-walks", marks=pytest.mark.long),
+        pytest.param([BOUNDARIES], id="boundaries", marks=pytest.mark.campaign),
+    ],
 )
 def test_examples_random_requests_walks_and_boundaries_bring_nothing_that_the_schema_does_not_say(
-    tmp_path: Path, phases: Sequence[str]
+    tmp_path: Path, runs: Sequence[Sequence[str]]
 ) -> None:
-    for done in attack(tmp_path, (*phases, "--seed", "1", "--workers", "2")):
+    for done in attack(tmp_path, *((*run, "--seed", "1", "--workers", "2") for run in runs)):
         assert done.returncode == 0, done.stdout
         assert "No issues found" in done.stdout

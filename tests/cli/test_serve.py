@@ -1,44 +1,51 @@
 """`platform-daemon serve` as a process."""
 
-import signal
-import subprocess
-
-import httpx2
+import pytest
 
 from platform_daemon.settings import locate
-from tests.kit.command_line import COMMAND, assert_one_line_error, run
+from tests.kit.command_line import assert_one_line_error, run
 from tests.kit.daemon_process import daemon
+from tests.kit.rest import client_at
 
 
-def test_the_server_answers_and_leaves_cleanly_on_sigterm(tmp_path):
-    command = [COMMAND, "serve", "--port", "0", "--data", tmp_path / "data"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    address = process.stdout.readline().split()[-1]
-    assert httpx2.get(f"{address}/health").json()["status"] == "ok"
-    second = run("serve", "--port", "0", "--data", tmp_path / "data")
-    assert_one_line_error(second, 2, "another daemon")
-    taken = run("serve", "--port", address.rsplit(":")[-1], "--data", tmp_path / "other")
-    assert_one_line_error(taken, 2, "cannot listen")
-    process.send_signal(signal.SIGTERM)
-    assert process.wait(timeout=30) == 0
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    return tmp_path_factory.mktemp("serve") / "data"
 
 
-def test_a_folder_of_resonators_is_offered_by_name_and_checked_first(tmp_path):
-    lab = tmp_path / "lab"
+@pytest.fixture(scope="module")
+def address(data):
+    """Of a daemon with a folder of resonators."""
+    lab = data.with_name("lab")
     lab.mkdir()
     (lab / "t07.toml").write_text(locate("resonators", "thread").read_text())
-    with daemon(tmp_path / "data", "--resonators", lab) as address:
-        assert set(httpx2.get(f"{address}/resonators").json()) == {
-            "jewel",
-            "jewel_imperfect",
-            "thread",
-            "thread_imperfect",
-            "t07",
-        }
-        asked = {"resonator": "t07", "sequence": {"rx_s": 0.6}}
-        assert httpx2.post(f"{address}/acquisitions/dry-run", json=asked).json()["variant"] == "thread"
-    (lab / "broken.toml").write_text("variant = 1\n")
-    refused = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", lab)
+    with daemon(data, "--resonators", lab) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def client(address):
+    with client_at(address) as asking:
+        yield asking
+
+
+def test_the_server_answers_and_neither_its_folder_nor_its_port_is_anothers(client, address, data, tmp_path):
+    assert client.get("/health").json()["status"] == "ok"
+    assert_one_line_error(run("serve", "--port", "0", "--data", data), 2, "another daemon")
+    taken = run("serve", "--port", address.rsplit(":")[-1], "--data", tmp_path / "other")
+    assert_one_line_error(taken, 2, "cannot listen")
+
+
+def test_a_folder_of_resonators_is_offered_by_name(client):
+    known = {"jewel", "jewel_imperfect", "thread", "thread_imperfect", "t07"}
+    assert set(client.get("/resonators").json()) == known
+    asked = {"resonator": "t07", "sequence": {"rx_s": 0.6}}
+    assert client.post("/acquisitions/dry-run", json=asked).json()["variant"] == "thread"
+
+
+def test_a_folder_of_resonators_is_checked_first(tmp_path):
+    (tmp_path / "broken.toml").write_text("variant = 1\n")
+    refused = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", tmp_path)
     assert_one_line_error(refused, 2, "broken.toml", "variant")
     shipped = locate("resonators", "jewel").parent
     hidden = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", shipped)

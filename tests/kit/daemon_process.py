@@ -13,7 +13,7 @@ from tests.kit.command_line import COMMAND
 
 @contextmanager
 def daemon(data: Path, *options: str) -> Iterator[str]:
-    """Its address.  Its log is beside the folder of its data."""
+    """Its address.  Its log is beside the folder of its data; that it leaves cleanly on SIGTERM is asserted."""
     command = [COMMAND, "serve", "--port", "0", "--data", data, *options]
     with data.with_suffix(".log").open("w") as log:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
@@ -23,4 +23,5 @@ def daemon(data: Path, *options: str) -> Iterator[str]:
         finally:
             process.send_signal(signal.SIGTERM)
             process.stdout.read()
-            process.wait(timeout=60)
+            code = process.wait(timeout=60)
+    assert code == 0

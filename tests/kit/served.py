@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 from contextlib import contextmanager
 from pathlib import Path
 
-import httpx2
-
 from tests.kit.command_line import COMMAND
+from tests.kit.rest import client_at
 
 
 class Served:
@@ -18,6 +18,7 @@ class Served:
 
     def __init__(self, process, address, stop, folder):
         self.process, self.address, self.stop, self.folder = process, address, stop, folder
+        self._http = client_at(address)
 
     def pid(self, name):
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
@@ -32,11 +33,23 @@ class Served:
         os.kill(pid, number)
         return pid
 
-    def get(self, path):
-        return httpx2.get(f"{self.address}{path}", timeout=30)
+    def get(self, path, **keys):
+        return self._http.get(path, **keys)
 
     def post(self, path, body):
-        return httpx2.post(f"{self.address}{path}", json=body, timeout=30)
+        return self._http.post(path, json=body)
+
+    def put(self, path, body):
+        return self._http.put(path, json=body)
+
+    def delete(self, path):
+        return self._http.delete(path)
+
+    def stop_all(self):
+        return self._http.post(self.stop)
+
+    def close(self):
+        self._http.close()
 
 
 @contextmanager
@@ -46,7 +59,9 @@ def served(data, *options):
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
         try:
             address, stop = (process.stdout.readline().split()[-1] for _ in range(2))
-            yield Served(process, address, stop, data)
+            running = Served(process, address, stop, data)
+            with contextlib.closing(running):
+                yield running
         finally:
             process.send_signal(signal.SIGTERM)
             process.stdout.read()

@@ -5,7 +5,6 @@ import signal
 import time
 from pathlib import Path
 
-import httpx2
 import pytest
 
 from tests.kit.acquisitions import SHORT_JEWEL
@@ -20,12 +19,6 @@ def is_alive(pid):
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
         return False
-
-
-@pytest.fixture(scope="module")
-def daemon(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("served") / "data") as running:
-        yield running
 
 
 def ended(daemon, location):
@@ -70,11 +63,11 @@ def test_while_the_hardware_process_hangs_the_web_answers_and_says_so(daemon):
 def test_stop_has_its_own_port_and_ends_the_series(daemon):
     location = daemon.post("/acquisitions", SERIES).headers["location"]
     wait_for(lambda: daemon.get(location).json()["state"] == "running")
-    assert httpx2.post(daemon.stop, timeout=30).status_code == 200
+    assert daemon.stop_all().status_code == 200
     assert ended(daemon, location)["state"] == "cancelled"
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
 def test_when_the_parent_ends_all_do_and_the_series_is_put_together(tmp_path, number):
     with served(tmp_path / "data") as daemon:
         children = [daemon.pid("hardware"), daemon.pid("web")]

@@ -105,7 +105,7 @@ def test_a_listener_that_was_away_gets_what_it_missed_and_nothing_twice(daemon):
     ("query", "headers"), [("", {"Last-Event-ID": "x"}), ("?after=-1", {}), ("?after=x", {}), ("?kind=unknown", {})]
 )
 def test_a_number_or_kind_that_there_is_not_is_refused_before_anything_is_sent(daemon, query, headers):
-    problem(httpx2.get(f"{daemon.address}/events{query}", headers=headers, timeout=10), 422)
+    problem(daemon.get(f"/events{query}", headers=headers), 422)
 
 
 def test_whoever_was_away_for_long_gets_all_that_is_kept(daemon):

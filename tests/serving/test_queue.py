@@ -102,12 +102,12 @@ def test_a_job_that_cannot_be_planned_any_more_says_why(tmp_path):
         assert "mine" in job["error"]["detail"]
 
 
-def test_more_than_the_disk_can_take_is_refused_before_anything_moves(tmp_path):
-    with served(tmp_path / "data") as daemon:
-        huge = {"resonator": "thread", "shots": 1_000_000}
-        for path in ("/acquisitions/dry-run", "/acquisitions"):
-            answer = daemon.post(path, huge)
-            assert answer.status_code == 507, answer.text
-            assert answer.json()["type"] == "/problems/storage-unusable"
-            assert "free the disk" in answer.json()["remedy"]
-        assert daemon.get("/acquisitions").json() == []
+def test_more_than_the_disk_can_take_is_refused_before_anything_moves(daemon):
+    before = daemon.get("/acquisitions").json()
+    huge = {"resonator": "thread", "shots": 1_000_000}
+    for path in ("/acquisitions/dry-run", "/acquisitions"):
+        answer = daemon.post(path, huge)
+        assert answer.status_code == 507, answer.text
+        assert answer.json()["type"] == "/problems/storage-unusable"
+        assert "free the disk" in answer.json()["remedy"]
+    assert daemon.get("/acquisitions").json() == before

@@ -4,7 +4,6 @@ import json
 import os
 import signal
 
-import httpx2
 import numpy as np
 import pytest
 
@@ -16,12 +15,6 @@ from tests.kit.served import served
 
 LONG = {**SHORT_JEWEL, "shots": 300, "window": None}
 SERIES = {**SHORT_JEWEL, "shots": 30, "window": "n50"}
-
-
-@pytest.fixture
-def daemon(tmp_path):
-    with served(tmp_path / "data") as running:
-        yield running
 
 
 def state(daemon, job):
@@ -47,11 +40,11 @@ def test_what_waits_is_put_in_order_paused_and_changed_and_a_restart_keeps_it(tm
         assert "does not wait" in problem(daemon.post("/platform/queue", {"order": [b, long]}), 409)["detail"]
         assert "twice" in problem(daemon.post("/platform/queue", {"order": [b, b]}), 422)["detail"]
         assert queued(daemon) == [c, a, b]
-        edited = httpx2.put(f"{daemon.address}/acquisitions/{a}", json={**SHORT_JEWEL, "shots": 2}, timeout=30)
+        edited = daemon.put(f"/acquisitions/{a}", {**SHORT_JEWEL, "shots": 2})
         assert (edited.status_code, edited.json()["progress"]["total"]) == (200, 2.0)
-        refused = httpx2.put(f"{daemon.address}/acquisitions/{long}", json=SHORT_JEWEL, timeout=30)
+        refused = daemon.put(f"/acquisitions/{long}", SHORT_JEWEL)
         assert "has not begun" in problem(refused, 409)["detail"]
-        bad = httpx2.put(f"{daemon.address}/acquisitions/{a}", json={**SHORT_JEWEL, "resonator": "x"}, timeout=30)
+        bad = daemon.put(f"/acquisitions/{a}", {**SHORT_JEWEL, "resonator": "x"})
         problem(bad, 422)
         daemon.post(f"/acquisitions/{c}/pause", {})
     with served(data) as daemon:
@@ -74,7 +67,7 @@ def test_a_series_rests_between_two_shots_and_others_go_first_if_it_has_not_begu
     at = daemon.get(f"/acquisitions/{running}/shots?limit=1000").json()["shots"]
     assert daemon.post(f"/acquisitions/{running}/resume", {}).status_code == 202
     wait_for(lambda: len(daemon.get(f"/acquisitions/{running}/shots?limit=1000").json()["shots"]) > len(at))
-    httpx2.delete(f"{daemon.address}/acquisitions/{running}", timeout=30)
+    daemon.delete(f"/acquisitions/{running}")
     wait_for(lambda: state(daemon, other) == "done")
     assert state(daemon, waiting) == "queued"
     daemon.post(f"/acquisitions/{waiting}/resume", {})

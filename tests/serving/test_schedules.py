@@ -2,7 +2,6 @@
 
 import signal
 
-import httpx2
 import pytest
 
 from tests.kit.acquisitions import SHORT_JEWEL
@@ -11,12 +10,6 @@ from tests.kit.served import served
 
 WORK = {"kind": "acquisition", "request": SHORT_JEWEL}
 QUICK = {"name": "quick", "trigger": {"every_s": 2}, "work": WORK}
-
-
-@pytest.fixture(scope="module")
-def daemon(tmp_path_factory):
-    with served(tmp_path_factory.mktemp("served") / "data") as running:
-        yield running
 
 
 def rows(daemon, identifier):
@@ -34,33 +27,33 @@ def test_what_is_due_is_run_and_stands_in_the_ledger_with_its_recording(daemon):
     identifier = made.json()["identifier"]
     assert at == f"/schedules/{identifier}"
     wait_for(lambda: sum(row["state"] in ("run", "late") for row in rows(daemon, identifier)) >= 2, 60)
-    paused = httpx2.post(f"{daemon.address}{at}/pause", json={}, timeout=30).json()
+    paused = daemon.post(f"{at}/pause", {}).json()
     assert (paused["active"], paused["reason"]) == (False, "paused")
     done = [row for row in rows(daemon, identifier) if row["state"] in ("run", "late")]
     assert len({row["due"] for row in done}) == len(done)
     for row in done:
         assert daemon.get(f"/recordings/{row['recording']}").status_code == 200
     assert daemon.get(f"{at}/ledger?limit=1").json()["more"] is True
-    assert httpx2.delete(f"{daemon.address}{at}", timeout=30).status_code == 200
+    assert daemon.delete(at).status_code == 200
     assert daemon.get(at).status_code == 404
     assert rows(daemon, identifier)  # it is what became of it, whoever removed it
 
 
 def test_a_stop_switches_every_schedule_off_until_somebody_resumes_it(daemon):
     at = daemon.post("/schedules", {**QUICK, "trigger": {"cron": "0 0 1 1 *"}}).headers["location"]
-    assert httpx2.post(daemon.stop, timeout=30).status_code == 200
+    assert daemon.stop_all().status_code == 200
     assert daemon.get(at).json()["active"] is False
-    resumed = httpx2.post(f"{daemon.address}{at}/resume", json={}, timeout=30).json()
+    resumed = daemon.post(f"{at}/resume", {}).json()
     assert (resumed["active"], resumed["next_due"][5:]) == (True, "01-01T00:00:00+00:00")
-    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+    daemon.delete(at)
 
 
 def test_one_start_by_hand(daemon):
     at = daemon.post("/schedules", {**QUICK, "trigger": {"cron": "0 0 1 1 *"}}).headers["location"]
     wait_for(lambda: daemon.get("/platform").json()["running"] is None)
-    assert httpx2.post(f"{daemon.address}{at}/run", json={}, timeout=30).status_code == 202
+    assert daemon.post(f"{at}/run", {}).status_code == 202
     wait_for(lambda: [row["state"] for row in daemon.get(f"{at}/ledger").json()["rows"]] == ["run"], 60)
-    httpx2.delete(f"{daemon.address}{at}", timeout=30)
+    daemon.delete(at)
 
 
 @pytest.mark.parametrize(
@@ -164,16 +157,16 @@ def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_pa
     assert ledger.stat().st_size == 3000
 
 
-def specimen_of(daemon):
-    at = daemon.post("/acquisitions", SHORT_JEWEL).headers["location"]
+def measured(daemon, specimen):
+    at = daemon.post("/acquisitions", {**SHORT_JEWEL, "sample": specimen}).headers["location"]
     wait_for(lambda: daemon.get(at).json()["state"] == "done")
-    wait_for(lambda: daemon.get("/specimens").json())
-    return daemon.get("/specimens").json()[0]
+    wait_for(lambda: specimen in daemon.get("/specimens").json())
+    return specimen
 
 
 @pytest.mark.parametrize(("kind", "page"), [("fit", "fits"), ("diagnosis", "diagnoses")])
 def test_what_is_stored_is_analysed_by_the_calendar(daemon, kind, page):
-    work = {"kind": kind, "specimen": specimen_of(daemon)}
+    work = {"kind": kind, "specimen": measured(daemon, f"of a {kind}")}
     at = daemon.post("/schedules", {"name": kind, "trigger": {"at": ["2099-01-01T00:00"]}, "work": work}).json()
     started = daemon.post(f"/schedules/{at['identifier']}/run", {})
     assert started.status_code == 202, started.text

@@ -17,6 +17,7 @@ from drivers.tx_rx_switch import SwitchPosition
 from platform_daemon.supervisor.lock_file import Fault
 from tests.kit.emulated_lab import Lab
 from tests.kit.processes import child_of
+from tests.kit.rest import client_at
 
 Moment = Literal["tx", "rx", "between"]
 SERIES = {"resonator": "jewel", "shots": 2000, "sequence": {"rx_s": 0.4, "pause_s": 0.15}}
@@ -39,6 +40,7 @@ class Bench:
         os.environ["XDG_STATE_HOME"] = str(folder / "state")  # of the guards, and of `reset_fault` here
         self.process: subprocess.Popen[str] | None = None
         self.address = ""
+        self._http = client_at("")
         self._job = ""
 
     def end(self) -> None:
@@ -113,7 +115,7 @@ class Bench:
     def answers(self) -> bool:
         """Does the web?"""
         try:
-            return httpx2.get(f"{self.address}/health", timeout=10).status_code == 200
+            return self._http.get(f"{self.address}/health", timeout=10).status_code == 200
         except httpx2.HTTPError:
             return False
 
@@ -123,7 +125,7 @@ class Bench:
 
     def end_series(self) -> None:
         """It is cancelled, or has ended before."""
-        httpx2.delete(f"{self.address}{self._job}", timeout=30)
+        self._http.delete(f"{self.address}{self._job}")
         until = time.monotonic() + _END_S
         while not self.series_ended():
             assert time.monotonic() < until, "the series does not end"
@@ -131,13 +133,13 @@ class Bench:
 
     def get(self, path: str) -> Any:
         """What it answers."""
-        answer = httpx2.get(f"{self.address}{path}", timeout=30)
+        answer = self._http.get(f"{self.address}{path}")
         assert answer.status_code == 200, answer.text
         return answer.json()
 
     def post(self, path: str, body: Any) -> Any:
         """The answer."""
-        return httpx2.post(f"{self.address}{path}", json=body, timeout=30)
+        return self._http.post(f"{self.address}{path}", json=body)
 
     # --- processes
 

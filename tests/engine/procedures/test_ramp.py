@@ -30,7 +30,7 @@ def done(engine, planned):
 
 def test_a_ramp_ends_near_the_threshold_of_the_world_and_keeps_it_with_the_specimen(engine_with, tmp_path):
     engine = engine_with()
-    job = done(engine, work(engine, tmp_path, start_t=140e-6, max_t=400e-6))
+    job = done(engine, work(engine, tmp_path, start_t=200e-6, max_t=400e-6))
     assert job.state is JobState.DONE, job.error
     found = job.result.outcome
     assert found.threshold_t.value == pytest.approx(270e-6, abs=20e-6)

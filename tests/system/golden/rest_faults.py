@@ -25,9 +25,8 @@ def faults(place: Workplace) -> None:
         daemon.job("lost", "/acquisitions", {**SHOT, "shots": 3})
     for path in sorted((place.folder / "data" / "jobs").glob("*.json"), key=lambda p: p.stat().st_mtime_ns):
         place.keep(f"jobs/{path.name}", path.read_text())
-    with Daemon(place, *FIXED) as daemon:
+    with Daemon(place, *FIXED, *tested, "--set", f"{WORLD}.wiring.factors=[1.0, -1.0, 0.0]") as daemon:
         daemon.ask("restarted-acquisitions", "GET", "/acquisitions")
         daemon.ask("restarted-calibrations", "GET", "/calibrations")
         daemon.ask("restarted-recordings", "GET", "/recordings")
-    with Daemon(place, *FIXED, *tested, "--set", f"{WORLD}.wiring.factors=[1.0, -1.0, 0.0]") as daemon:
         daemon.job("wiring", "/acquisitions", SHOT)
