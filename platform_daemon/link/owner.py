@@ -45,12 +45,14 @@ from platform_daemon.schemas import (
     SelfTestRequest,
     ShotHarmonics,
     ShotPage,
+    StopReport,
 )
 from platform_daemon.store import StorageError, check_room
 
 from .jobs import LocalJobs, ShownJob
 from .mounted import Mounted
 from .queue import take_up_queue
+from .stopping import STOPPED
 
 
 @dataclass(frozen=True)
@@ -94,14 +96,15 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         return self._engine.live.latest
 
-    def outputs_off(self) -> None:
+    def outputs_off(self) -> StopReport:
         """See Hardware.  Schedules start nothing more until somebody resumes them."""
         try:
             self._engine.outputs_off()
         finally:
             schedules = self._schedules()
             if schedules is not None:
-                schedules.pause_all("everything was stopped")
+                schedules.pause_all(STOPPED)
+        return StopReport(status="outputs are off, acquisitions are cancelled")
 
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
