@@ -49,6 +49,7 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import StorageError, check_room
 
+from .feasible import check_feasible
 from .jobs import LocalJobs, ShownJob
 from .mounted import Mounted
 from .queue import take_up_queue
@@ -121,7 +122,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware.  identifier: that the job will have, None: a new one."""
         self._only_named(request.resonator)
         plan = self._engine.plan(request)
-        check_room(self._folders.recordings, plan.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
         self._mounted.say(request.resonator, None)
         return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings, identifier=identifier))
 
@@ -133,20 +134,20 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         self._only_named(request.resonator)
         plan = self._engine.plan(request)
-        check_room(self._folders.recordings, plan.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
         return plan.summary()
 
     def conduct(self, request: AnyProcedureRequest, *, identifier: str | None = None) -> ShownJob:
         """See Hardware.  identifier: that the job will have, None: a new one."""
         work = self._planned(request)
-        check_room(self._folders.recordings, work.summary().disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, work.summary().disk_bytes)
         self._mounted.say(request.acquisition.resonator, None)
         return ShownJob.of(self._engine.conduct(work, identifier=identifier))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
         found = self._planned(request).summary()
-        check_room(self._folders.recordings, found.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, found.disk_bytes)
         return found
 
     def pause(self, kind: str, identifier: str) -> ShownJob:
