@@ -16,6 +16,9 @@ class PowerGuard(Protocol):
     def refusal(self) -> InterlockError | None:
         """Why no power may come: a fault that no person has reset, a lease beyond the limit; None: it may."""
 
+    def unfit(self) -> InterlockError | None:
+        """Why no power will ever come as the platform is set, a lease beyond the limit; None: it may."""
+
     def reset(self, by: str, reason: str) -> str | None:
         """Clear a fault in the name of a person; what it was, None: there was none.
 
@@ -45,6 +48,10 @@ class NoGuard:
         """See PowerGuard."""
 
     def refusal(self) -> InterlockError | None:
+        """See PowerGuard."""
+        return None
+
+    def unfit(self) -> InterlockError | None:
         """See PowerGuard."""
         return None
 

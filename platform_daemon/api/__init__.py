@@ -1,9 +1,11 @@
 """REST over the owner of the hardware and the analysis.
 
 AnalysisKeeper: Takes up analyses that wait.
+Certificate: What TLS is made with.
 Context: What every route needs.
 EventTail: Follows the journal of events for all listeners.
 Metrics: Numbers for Prometheus.
+Network: Rules of a server.
 TrendKeeper: Brings the index of the recordings up to date, and raises alarms of changes.
 certificate_of: The files of TLS, both or none.
 rules: The rules for a server on an address.
@@ -13,26 +15,6 @@ create_api: The application over the owner of the hardware and the data folder.
 create_stop_api: An application that can do nothing but stop, by the same rules.
 """
 
-from .analysis_keeper import AnalysisKeeper
-from .context import Context
-from .event_tail import EventTail
-from .metrics import Metrics
-from .network.lanes import too_many_previews
-from .network.listening import certificate_of, rules
-from .network.served import served
-from .server import create_api, create_stop_api
-from .trend_keeper import TrendKeeper
+import lazy_loader
 
-__all__ = [
-    "AnalysisKeeper",
-    "Context",
-    "EventTail",
-    "Metrics",
-    "TrendKeeper",
-    "certificate_of",
-    "create_api",
-    "create_stop_api",
-    "rules",
-    "served",
-    "too_many_previews",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

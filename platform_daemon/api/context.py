@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, TypeVar
 
-import anyio
 from fastapi import Body, Depends, Request
 from fastapi import Path as InPath
 
@@ -89,8 +87,3 @@ ModelLabel = Annotated[str, InPath(description="NAME or NAME@VERSION of an adopt
 
 Confirmed = Annotated[Confirmation, Body(description="no values: `{}`, or nothing")]
 CONFIRMED = Confirmation()
-
-
-async def at_once(work: Callable[[], ResultT]) -> ResultT:
-    """In a thread of its own: downloads and other long requests must not make it wait, nor it them."""
-    return await anyio.to_thread.run_sync(work, limiter=anyio.CapacityLimiter(1))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
-from collections.abc import AsyncIterator
+from collections.abc import AsyncGenerator
 from pathlib import Path
 
 import structlog
@@ -47,7 +47,7 @@ class EventTail:
         """All listeners are let go, within a moment; from any thread.  Idempotent."""
         self._ended = True
 
-    async def follow(self, after: int | None) -> AsyncIterator[KeptEvent]:
+    async def follow(self, after: int | None) -> AsyncGenerator[KeptEvent, None]:
         """Events with larger numbers, then those that come; None: only those that come.  Raises StorageError.
 
         One of kind `dropped` stands for those that will not come.  Nothing at all where as many listen as may.

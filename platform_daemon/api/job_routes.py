@@ -15,7 +15,8 @@ from platform_daemon.engine import UnknownId
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import NoResult, Root, Schema
 
-from .context import JobId, Shared, at_once
+from .at_once import at_once
+from .context import JobId, Shared
 from .pages import NEXT, Paged
 from .problems import problem, problems
 

@@ -95,7 +95,7 @@ def _complete(operation: dict[str, Any]) -> None:
 def _secure(operation: dict[str, Any]) -> None:
     """Say which role it needs, and what the guard answers in its place."""
     access, answers = ACCESS[operation["operationId"]], operation["responses"]
-    statuses = [413, 421, 429] + ([503] if access.takes is not Takes.NOTHING else [])
+    statuses = [413, 421, 422, 429] + ([503] if access.takes is not Takes.NOTHING else [])
     if access.role is not None:
         # Both: whether a token is demanded is for the server to say.
         operation["security"] = [{"token": []}, {}]

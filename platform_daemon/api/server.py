@@ -1,19 +1,16 @@
-"""The FastAPI application, and the one that can do nothing but stop."""
+"""The FastAPI application."""
 
 from __future__ import annotations
 
-from fastapi import APIRouter, FastAPI
-from fastapi.routing import APIRoute
+from fastapi import FastAPI
 from fastapi_offline import FastAPIOffline
 
 from platform_daemon import __version__
 
 from . import problems
 from .context import Context
-from .network.front import Front
-from .network.lanes import Lanes
+from .guarded import guard, include
 from .network.policy import Network
-from .network.routes import refuse_unguarded
 from .openapi import complete_schema, serve_schema
 from .routes import (
     acquisitions,
@@ -33,6 +30,7 @@ from .routes import (
     schedules,
     self_tests,
     specimens,
+    stop,
 )
 
 DESCRIPTION = """Runs the 3D Helmholtz-coil platform that reads magneto-mechanical resonators.
@@ -75,8 +73,10 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
         separate_input_output_schemas=False,
         responses=problems.problems(500),
     )
-    _guard(app, context, network or Network())
+    guard(app, network or Network(), context.hardware.outputs_off)
+    app.state.context = context
     for routes in (
+        stop,
         platform,
         catalogue,
         acquisitions,
@@ -95,32 +95,7 @@ def create_api(context: Context, network: Network | None = None) -> FastAPI:
         characterisations,
         models,
     ):
-        _include(app, routes.router)
+        include(app, routes.router)
     complete_schema(app)
     serve_schema(app)
     return app
-
-
-def create_stop_api(context: Context, network: Network) -> FastAPI:
-    """An application that can do nothing but stop, by the same rules, and say that it is there."""
-    app = FastAPI(title="platform-daemon", openapi_url=None, docs_url=None, redoc_url=None)
-    _guard(app, context, network)
-    only = APIRouter(routes=[r for r in platform.router.routes if getattr(r, "name", "") in ("stop", "get_health")])
-    _include(app, only)
-    return app
-
-
-def _guard(app: FastAPI, context: Context, network: Network) -> None:
-    """Give an application what its routes need, problems as answers, and the layer in front."""
-    app.state.context, app.state.network, app.state.lanes = context, network, Lanes(network.limits)
-    app.state.methods = {}
-    problems.install(app)
-    app.add_middleware(Front, network=network, respond=problems.respond)
-
-
-def _include(app: FastAPI, router: APIRouter) -> None:
-    refuse_unguarded(router.routes)
-    for route in router.routes:
-        if isinstance(route, APIRoute):
-            app.state.methods.setdefault(route.path, set()).update(route.methods)
-    app.include_router(router)

@@ -7,31 +7,15 @@ Folders: Where the owner of the hardware writes.
 OwnedHardware: The contract on an engine in this process.
 LinkServer: Answers others on a local socket.
 RemoteHardware: The contract over the socket.
+Stopper: Everything off, whoever answers on the socket.
+STOPPED: Why schedules are paused by it.
+took_mark: Has somebody asked to stop while nobody owned the hardware?
 HardwareAway: The process that owns the hardware does not answer.
 HardwareLauncher: Starts scheduled works on the owner of the hardware.
 take_up_queue: Queue again what an earlier run has left.
 LocalJobs: The jobs of this process, as shown to others.
 """
 
-from .client import RemoteHardware
-from .errors import HardwareAway
-from .hardware import Hardware, JobHolder
-from .jobs import LocalJobs, ShownJob
-from .launcher import HardwareLauncher
-from .owner import Folders, OwnedHardware
-from .queue import take_up_queue
-from .server import LinkServer
+import lazy_loader
 
-__all__ = [
-    "Folders",
-    "Hardware",
-    "HardwareAway",
-    "HardwareLauncher",
-    "JobHolder",
-    "LinkServer",
-    "LocalJobs",
-    "OwnedHardware",
-    "RemoteHardware",
-    "ShownJob",
-    "take_up_queue",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -31,23 +31,26 @@ from platform_daemon.schemas import (
     SelfTestRequest,
     ShotHarmonics,
     ShotPage,
+    StopReport,
 )
 
 from .address import NAME, connected
-from .errors import HardwareAway, error_from_wire
+from .errors import away, error_from_wire
 from .jobs import ShownJob
+from .line import Line
 from .recent import Ended, Recent
-from .wire import Line, methods
+from .stopping import AWAY_S, PATIENCE_S, Stopper
+from .wire import methods
 
-PATIENCE_S = 60.0  # longer than outputs off of devices that do not answer takes
 MOST_IDLE = 16  # connections
 
 
 class RemoteHardware:
     """See Hardware.  For any number of threads: each call has a connection of its own."""
 
-    def __init__(self, folder: Path, patience_s: float = PATIENCE_S) -> None:
+    def __init__(self, folder: Path, patience_s: float = PATIENCE_S, away_s: float = AWAY_S) -> None:
         self._path, self._patience_s = folder / NAME, patience_s
+        self._stopper = Stopper(folder, away_s=away_s)
         self._idle: list[Line] = []
         self._lock = threading.Lock()
         self._recent, self._ended = Recent(), Ended()
@@ -95,9 +98,12 @@ class RemoteHardware:
         found: ShotHarmonics | None = self._asked("last_harmonics")
         return found
 
-    def outputs_off(self) -> None:
-        """See Hardware."""
-        self._told("outputs_off")
+    def outputs_off(self) -> StopReport:
+        """See Hardware, and Stopper for one that does not answer."""
+        try:
+            return self._stopper.outputs_off()
+        finally:
+            self._recent.forget()
 
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
@@ -253,13 +259,13 @@ class RemoteHardware:
             answer = line.answer()
         except (OSError, ValueError) as error:
             line.close()
-            raise _away(str(error) or type(error).__name__) from None
+            raise away(str(error) or type(error).__name__) from None
         except BaseException:
             line.close()
             raise
         if answer is None:
             line.close()
-            raise _away("it ended before it answered")
+            raise away("it ended before it answered")
         self._give_back(line)
         if answer.error is not None:
             raise error_from_wire(answer.error)
@@ -278,7 +284,7 @@ class RemoteHardware:
         try:
             return Line(connected(self._path, self._patience_s))
         except OSError as error:
-            raise _away(error.strerror or str(error)) from None
+            raise away(error.strerror or str(error)) from None
 
     def _give_back(self, line: Line) -> None:
         with self._lock:
@@ -290,8 +296,3 @@ class RemoteHardware:
 
 def _plain(argument: Any) -> Any:
     return argument.model_dump() if isinstance(argument, Schema | Root) else argument
-
-
-def _away(why: str) -> HardwareAway:
-    remedy = "ask again in some seconds: it is started anew; what was asked for may have begun, so look at the jobs"
-    return HardwareAway("the process that owns the hardware does not answer", why=why, remedy=remedy)

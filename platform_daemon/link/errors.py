@@ -19,6 +19,12 @@ class HardwareAway(PlatformError):
     title = "Hardware process away"
 
 
+def away(why: str) -> HardwareAway:
+    """Nobody answers, or not in time."""
+    remedy = "ask again in some seconds: it is started anew; what was asked for may have begun, so look at the jobs"
+    return HardwareAway("the process that owns the hardware does not answer", why=why, remedy=remedy)
+
+
 def error_on_wire(error: Exception) -> LinkError:
     """An error as it goes over the socket; one that nobody foresaw is named, and the log here has its traceback."""
     if not isinstance(error, PlatformError):

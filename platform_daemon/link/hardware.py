@@ -29,6 +29,7 @@ from platform_daemon.schemas import (
     SelfTestRequest,
     ShotHarmonics,
     ShotPage,
+    StopReport,
 )
 
 from .jobs import ShownJob
@@ -65,7 +66,7 @@ class Hardware(JobHolder, Protocol):
     def last_harmonics(self) -> ShotHarmonics | None:
         """Of the last excited shot; None: there was none."""
 
-    def outputs_off(self) -> None:
+    def outputs_off(self) -> StopReport:
         """Everything off, now; all that moves something or waits to is cancelled.  Raises DeviceError."""
 
     def reset_fault(self) -> FaultReset:

@@ -45,12 +45,15 @@ from platform_daemon.schemas import (
     SelfTestRequest,
     ShotHarmonics,
     ShotPage,
+    StopReport,
 )
 from platform_daemon.store import StorageError, check_room
 
+from .feasible import check_feasible
 from .jobs import LocalJobs, ShownJob
 from .mounted import Mounted
 from .queue import take_up_queue
+from .stopping import STOPPED
 
 
 @dataclass(frozen=True)
@@ -94,14 +97,15 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         return self._engine.live.latest
 
-    def outputs_off(self) -> None:
+    def outputs_off(self) -> StopReport:
         """See Hardware.  Schedules start nothing more until somebody resumes them."""
         try:
             self._engine.outputs_off()
         finally:
             schedules = self._schedules()
             if schedules is not None:
-                schedules.pause_all("everything was stopped")
+                schedules.pause_all(STOPPED)
+        return StopReport(status="outputs are off, acquisitions are cancelled")
 
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
@@ -118,7 +122,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware.  identifier: that the job will have, None: a new one."""
         self._only_named(request.resonator)
         plan = self._engine.plan(request)
-        check_room(self._folders.recordings, plan.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
         self._mounted.say(request.resonator, None)
         return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings, identifier=identifier))
 
@@ -130,20 +134,20 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         self._only_named(request.resonator)
         plan = self._engine.plan(request)
-        check_room(self._folders.recordings, plan.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
         return plan.summary()
 
     def conduct(self, request: AnyProcedureRequest, *, identifier: str | None = None) -> ShownJob:
         """See Hardware.  identifier: that the job will have, None: a new one."""
         work = self._planned(request)
-        check_room(self._folders.recordings, work.summary().disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, work.summary().disk_bytes)
         self._mounted.say(request.acquisition.resonator, None)
         return ShownJob.of(self._engine.conduct(work, identifier=identifier))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
         found = self._planned(request).summary()
-        check_room(self._folders.recordings, found.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, found.disk_bytes)
         return found
 
     def pause(self, kind: str, identifier: str) -> ShownJob:

@@ -16,7 +16,8 @@ from platform_daemon.schemas import LinkAnswer, LinkCall
 from .address import NAME, listening
 from .errors import error_on_wire
 from .hardware import Hardware
-from .wire import Line, methods
+from .line import ALIVE, Line
+from .wire import methods
 
 log = structlog.get_logger()
 
@@ -24,11 +25,14 @@ log = structlog.get_logger()
 class LinkServer:
     """Listens in `folder` until it is closed.  Raises OSError if it cannot.
 
-    hardware: tells who answers now; what it raises is the answer.
+    hardware: tells who answers now; what it raises is the answer; stopped: told first that everything is to stop,
+    whether or not somebody answers.
     """
 
-    def __init__(self, hardware: Callable[[], Hardware], folder: Path) -> None:
-        self._hardware = hardware
+    def __init__(
+        self, hardware: Callable[[], Hardware], folder: Path, stopped: Callable[[], None] = lambda: None
+    ) -> None:
+        self._hardware, self._stopped = hardware, stopped
         self.path = folder / NAME
         self._listener = listening(self.path)
         self._connections: set[socket.socket] = set()
@@ -70,7 +74,11 @@ class LinkServer:
             line.close()
 
     def _answer(self, call: LinkCall) -> LinkAnswer:
+        if call.method == ALIVE:
+            return LinkAnswer(value=None, error=None)
         try:
+            if call.method == "outputs_off":
+                self._stopped()
             method = methods()[call.method]
             value = getattr(self._hardware(), call.method)(*method.read_arguments(call.arguments))
             return LinkAnswer(value=method.written(value), error=None)

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
 import json
-import select
-import socket
 from dataclasses import dataclass
 from functools import cache
 from types import GenericAlias
@@ -14,14 +11,10 @@ from typing import Any, cast, get_type_hints
 
 from pydantic import TypeAdapter
 
-from drivers.errors import DeviceProtocolError
-from platform_daemon.schemas import JobSnapshot, LinkAnswer, LinkCall, to_json
+from platform_daemon.schemas import JobSnapshot
 
 from . import hardware
 from .jobs import ShownJob
-
-LONGEST = 256 * 1024 * 1024
-"""Bytes of a line: a job with the fits of some ten thousand shots; whatever is longer is no message of ours."""
 
 
 @dataclass(frozen=True)
@@ -77,41 +70,3 @@ def _from_snapshot(value: Any) -> Any:
 
 def _text(value: Any) -> str:
     return json.dumps(value)  # NaN as Python writes it, which pydantic reads
-
-
-class Line:
-    """One end of a connection.  Not for several threads at once."""
-
-    def __init__(self, connection: socket.socket) -> None:
-        self._socket = connection
-        self._file = connection.makefile("rb")
-
-    def send(self, message: LinkCall | LinkAnswer) -> None:
-        """Raises OSError."""
-        self._socket.sendall(to_json(message, allow_nan=True).encode() + b"\n")
-
-    def call(self) -> LinkCall | None:
-        """The next call; None: the other end has gone.  Raises OSError, DeviceProtocolError."""
-        line = self._line()
-        return None if line is None else LinkCall.model_validate_json(line)
-
-    def answer(self) -> LinkAnswer | None:
-        """The answer to what was sent; None: the other end has gone.  Raises OSError, DeviceProtocolError."""
-        line = self._line()
-        return None if line is None else LinkAnswer.model_validate_json(line)
-
-    def is_stale(self) -> bool:
-        """Has the other end gone, or said what nobody asked?"""
-        return bool(select.select([self._socket], [], [], 0)[0])
-
-    def close(self) -> None:
-        """Idempotent."""
-        with contextlib.suppress(OSError):
-            self._file.close()
-        self._socket.close()
-
-    def _line(self) -> bytes | None:
-        line = self._file.readline(LONGEST)
-        if line and not line.endswith(b"\n") and len(line) >= LONGEST:
-            raise DeviceProtocolError("a message is too long", where="hardware.sock")
-        return line if line.endswith(b"\n") else None

@@ -130,7 +130,6 @@ from .jobs import ProcedureJobs as ProcedureJobs
 from .jobs import Progress as Progress
 from .jobs import SelfTestJob as SelfTestJob
 from .jobs import SelfTestJobs as SelfTestJobs
-from .link import JobSnapshot as JobSnapshot
 from .link import LinkAnswer as LinkAnswer
 from .link import LinkCall as LinkCall
 from .link import LinkError as LinkError
@@ -164,14 +163,12 @@ from .platform import DeviceReport as DeviceReport
 from .platform import DeviceSurvey as DeviceSurvey
 from .platform import EntryPoints as EntryPoints
 from .platform import FaultReset as FaultReset
-from .platform import Health as Health
 from .platform import PlatformStatus as PlatformStatus
 from .platform import Readiness as Readiness
 from .platform import ResonatorInfo as ResonatorInfo
 from .platform import ResonatorListing as ResonatorListing
 from .platform import SelfTestReport as SelfTestReport
 from .platform import SequenceListing as SequenceListing
-from .platform import StopReport as StopReport
 from .predictions import PredictionReport as PredictionReport
 from .predictions import WindowPrecision as WindowPrecision
 from .problems import ErrorRecord as ErrorRecord
@@ -225,6 +222,9 @@ from .self_tests import SelfTestRequest as SelfTestRequest
 from .sliding import FlatnessReport as FlatnessReport
 from .sliding import SlidingReport as SlidingReport
 from .sliding import WindowFitReport as WindowFitReport
+from .snapshots import JobSnapshot as JobSnapshot
+from .stop import Health as Health
+from .stop import StopReport as StopReport
 from .sweeps import StopRule as StopRule
 from .sweeps import SweepAxis as SweepAxis
 from .sweeps import SweepRequest as SweepRequest

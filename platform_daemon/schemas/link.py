@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from .base import Schema
-from .job_records import StoredJob
-from .jobs import Progress
 
 
 class LinkCall(Schema):
@@ -42,18 +40,3 @@ class LinkAnswer(Schema):
     """What it brought, as JSON; null where there is an error."""
     error: LinkError | None
     """Why it brought nothing; null: it did."""
-
-
-class JobSnapshot(Schema):
-    """A job as it is at one moment."""
-
-    record: StoredJob
-    """What is kept of it on disk."""
-    progress: Progress
-    """How far it is."""
-    error: LinkError | None
-    """Why it failed; null: it did not."""
-    question: str | None
-    """What the operator has to do before it goes on; null: nothing."""
-    paused: bool
-    """It rests, or will do so at the next safe point."""

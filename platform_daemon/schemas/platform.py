@@ -269,17 +269,6 @@ class EntryPoints(Schema):
     """Path by what is there."""
 
 
-class Health(Schema):
-    """The daemon is alive."""
-
-    model_config = ConfigDict(json_schema_extra=example("health"))
-
-    status: Literal["ok"]
-    """ok."""
-    version: str
-    """Version of the daemon."""
-
-
 class Readiness(Schema):
     """Whether every part has warmed up; requests are served all the same."""
 
@@ -289,12 +278,3 @@ class Readiness(Schema):
     """All parts have."""
     warm: dict[str, bool]
     """By part."""
-
-
-class StopReport(Schema):
-    """What was stopped."""
-
-    model_config = ConfigDict(json_schema_extra=example("stop_report"))
-
-    status: str
-    """In words."""

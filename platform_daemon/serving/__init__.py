@@ -1,6 +1,6 @@
-"""The daemon as processes: a parent, one that owns the hardware, one that serves the web.
+"""The daemon as processes: a parent, one that owns the hardware, one that serves the web, one that stops.
 
-Daemon: Starts both, starts anew what dies or hangs, and ends both in order.
+Daemon: Starts them, starts anew what dies or hangs, and ends all in order.
 log_from: Log events of at least a level, one per line, on stderr.
 listen: A socket that listens.
 listen_for_stop: A socket for the port that does nothing but stop.

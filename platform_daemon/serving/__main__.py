@@ -1,4 +1,4 @@
-"""`python -m platform_daemon.serving hardware|web OPTIONS [SOCKETS]`: one process of the daemon."""
+"""`python -m platform_daemon.serving hardware|web|stop OPTIONS [SOCKETS]`: one process of the daemon."""
 
 import sys
 

@@ -23,30 +23,33 @@ _LOOK_S = 0.05  # while one waits to be started again
 
 
 class Daemon:
-    """The processes `hardware` and `web`.
+    """The processes `hardware`, `web` and `stop`.
 
-    sockets: what the web process listens on, main port and stop port; they stay open while it is started anew, so that
-    clients wait and are not refused.
+    sockets: what web and stop listen on; they stay open while a process is started anew, so that clients wait and are
+    not refused.
     """
 
     def __init__(self, options: ServeOptions, sockets: tuple[socket.socket, socket.socket]) -> None:
-        self._options, self._sockets = options, sockets
+        self._options = options
+        self._sockets = dict(zip(("web", "stop"), sockets, strict=False))
         self._children: dict[str, Child] = {}
         self._waits_s: dict[str, float] = {}
         self._again_s: dict[str, float] = {}  # when what has died starts again, monotonic
 
     def start(self) -> None:
-        """Both processes, each while the other does.  Raises StartFailed."""
-        web, hardware = self._begun("web"), self._begun("hardware")
+        """All processes, each while the others do.  Raises StartFailed."""
+        web, hardware, stop = self._begun("web"), self._begun("hardware"), self._begun("stop")
         web.wait_for(CHECKED)  # before any device is opened: its options may be wrong
         hardware.go()
         hardware.wait_for(READY)  # before the web answers: the data folder may be another daemon's
+        stop.go()
         web.go()
+        stop.wait_for(READY)
         web.wait_for(READY)
         keep_log(self._options.data / LOGS, "daemon")
 
     def run(self, heartbeat: Callable[[], None] = lambda: None) -> None:
-        """Until an interrupt; `heartbeat` is called about every second while both processes live."""
+        """Until an interrupt; `heartbeat` is called about every second while all processes live."""
         while True:
             ended = select.select([*self._children.values()], [], [], 1.0 if not self._again_s else _LOOK_S)[0]
             for child in ended:
@@ -62,13 +65,13 @@ class Daemon:
                 heartbeat()
 
     def end(self) -> None:
-        """Outputs off and the series put together first, then the rest.  Idempotent."""
-        for name, patience_s in (("hardware", _END_HARDWARE_S), ("web", _END_WEB_S)):
+        """Outputs off and the series put together first, the port for stop last.  Idempotent."""
+        for name, patience_s in (("hardware", _END_HARDWARE_S), ("web", _END_WEB_S), ("stop", _END_WEB_S)):
             if name in self._children:
                 self._children.pop(name).end(patience_s)
 
     def _begun(self, name: str) -> Child:
-        handed = [each.fileno() for each in self._sockets] if name == "web" else []
+        handed = [self._sockets[name].fileno()] if name in self._sockets else []
         child = self._children[name] = Child(name, self._options, handed)
         return child
 

@@ -12,7 +12,15 @@ from drivers.errors import DeviceError, DeviceLost
 from platform_daemon.analysis import Library
 from platform_daemon.app import hardware_workers, start_engine
 from platform_daemon.engine import Engine, JobRecords, open_catalogue
-from platform_daemon.link import Folders, HardwareLauncher, LinkServer, OwnedHardware, take_up_queue
+from platform_daemon.link import (
+    STOPPED,
+    Folders,
+    HardwareLauncher,
+    LinkServer,
+    OwnedHardware,
+    take_up_queue,
+    took_mark,
+)
 from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
 from platform_daemon.store import DataFolder, EventJournal, StorageError, open_data_folder
@@ -48,11 +56,13 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
     schedules = _schedules(options, launcher, events, opening)
     try:
+        opening.schedules = schedules
+        if took_mark(options.data):
+            opening.stopped()
         opening.open()
         if schedules is not None:
-            opening.schedules = schedules
             schedules.start()
-        server = LinkServer(opening.hardware, options.data)
+        server = LinkServer(opening.hardware, options.data, opening.stopped)
         life.say(READY)
         wait_for_signals()
     except KeyboardInterrupt:
@@ -116,6 +126,13 @@ class Opening:
                     log.error("devices_not_open", error=str(error))
                 self._error = error
             self._tried_s = time.monotonic()
+
+    def stopped(self) -> None:
+        """Everything is to stop, while nobody may be there to be told: what waits does not begin later."""
+        if self._hardware is None:
+            self._forget = True
+            if self.schedules is not None:
+                self.schedules.pause_all(STOPPED)
 
     def hardware(self) -> OwnedHardware:
         """Who answers now.  Raises DeviceError while devices cannot be opened."""

@@ -30,6 +30,10 @@ def main(name: str, options: str, sockets: tuple[int, ...]) -> int:
             from .hardware_process import run_hardware
 
             run_hardware(asked, life)
+        elif name == "stop":
+            from .stop_process import run_stop
+
+            run_stop(asked, life, sockets)
         else:
             from .web_process import run_web
 

@@ -9,18 +9,17 @@ from typing import TextIO
 
 from drivers.errors import InputError
 
-from .audit import AuditLog
+from .access_files import AUDIT, TOKENS
 from .errors import StorageUnusable
 from .leftovers import sweep
 from .recovery import recover
-from .tokens import TokenFile
 
 _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
     *("jobs", "resonators", "sequences", "presets"),
 )
 _LOCK = ".lock"
-TOKENS, AUDIT, EVENTS, ALARMS, MOUNTED = "tokens.json", "audit.jsonl", "events.db", "alarms.json", "mounted.json"
+EVENTS, ALARMS, MOUNTED = "events.db", "alarms.json", "mounted.json"
 
 
 @dataclass(frozen=True)
@@ -45,16 +44,6 @@ class DataFolder:
     alarms: Path
     mounted: Path
     lock: TextIO | None
-
-
-def tokens_in(folder: Path) -> TokenFile:
-    """The tokens of a data folder, which a daemon may have open."""
-    return TokenFile(folder / TOKENS)
-
-
-def audit_log_in(folder: Path) -> AuditLog:
-    """The audit log of a data folder, which a daemon may have open."""
-    return AuditLog(folder / AUDIT)
 
 
 def is_data_folder(folder: Path) -> bool:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from platform_daemon.schemas import RecordingInfo
 
-from .describe import describe
+from .description import describe
 from .errors import UnknownRecording
 from .index import resolve
 from .reader import open_recording

@@ -63,7 +63,7 @@ class GuardProcess:
             if not self._closed:
                 self._watching()
 
-    def refusal(self) -> InterlockError | None:
+    def unfit(self) -> InterlockError | None:
         """See PowerGuard."""
         most_s = self._max_lease_s
         if most_s is not None and self._lease_s > most_s:
@@ -75,6 +75,13 @@ class GuardProcess:
             )
             error.nothing_moved = True
             return error
+        return None
+
+    def refusal(self) -> InterlockError | None:
+        """See PowerGuard."""
+        unfit = self.unfit()
+        if unfit is not None:
+            return unfit
         try:
             refuse(self._place)
         except InterlockError as error:

@@ -71,7 +71,7 @@ def test_only_so_many_listen_and_who_leaves_makes_room(path, monkeypatch):
 
 
 def test_whoever_comes_then_is_told_to_come_again():
-    context = SimpleNamespace(events=SimpleNamespace(full=True))
+    context = SimpleNamespace(events=SimpleNamespace(full=True), hardware=SimpleNamespace(outputs_off=None))
     answer = TestClient(create_api(context), base_url="http://127.0.0.1").get("/events")
     assert "many listen" in problem(answer, 503)["detail"]
     assert answer.headers["retry-after"]

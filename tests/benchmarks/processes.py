@@ -34,9 +34,10 @@ def main() -> None:
             wait_for(lambda: daemon.get("/ready").status_code == 200)
             location = daemon.post("/acquisitions", SERIES).headers["location"]
             wait_for(lambda: daemon.get(location).json()["progress"]["done"] >= 5)
-            for name in ("hardware", "web"):
+            for name in ("hardware", "web", "stop"):
                 _row(f"resident, {name} process", [_resident_mb(daemon, name)], "MB")
             _row("web process back after SIGKILL, in a series", [_back(daemon, "web") for _ in range(times)], "s")
+            _row("stop process back after SIGKILL, in a series", [_stop_back(daemon) for _ in range(times)], "s")
             _row("hardware process back after SIGKILL, in a series", [_back(daemon, "hardware")], "s")
 
 
@@ -49,6 +50,14 @@ def _back(daemon: Served, name: str) -> float:
     daemon.kill(name)
     began = time.monotonic()
     wait_for(lambda: _answers(daemon))
+    return time.monotonic() - began
+
+
+def _stop_back(daemon: Served) -> float:
+    """Without stopping the series."""
+    daemon.kill("stop")
+    began = time.monotonic()
+    assert httpx2.get(daemon.stop.replace("/stop", "/health"), timeout=30).status_code == 200
     return time.monotonic() - began
 
 

@@ -33,7 +33,7 @@ from tests.kit.served import Served, served
 
 SERIES = 100  # shots
 SPECIMEN = "soak"
-PROCESSES = ("hardware", "web")
+PROCESSES = ("hardware", "web", "stop")
 STATUS_S = 0.1
 """p99 of the state of the platform."""
 GROWTH_MB, HANDLES = 40.0, 10

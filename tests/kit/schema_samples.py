@@ -32,16 +32,15 @@ from platform_daemon.schemas.platform import (
     DeviceSurvey,
     EntryPoints,
     FaultReset,
-    Health,
     PlatformStatus,
     Readiness,
     ResonatorListing,
-    StopReport,
 )
 from platform_daemon.schemas.predictions import PredictionReport
 from platform_daemon.schemas.problems import Problem, ProblemKind
 from platform_daemon.schemas.recordings import DmdtSeries, RecordingInfo, RecordingListing
 from platform_daemon.schemas.sliding import SlidingReport
+from platform_daemon.schemas.stop import Health, StopReport
 from tests.kit.data import DATA
 
 FOLDER = DATA / "schemas"

@@ -135,14 +135,14 @@ def test_a_path_longer_than_a_socket_may_have_does_no_harm(tmp_path, linked):
 
 
 def test_nobody_there_is_an_error_with_a_remedy_and_back_again_is_no_error(tmp_path, linked):
-    remote = RemoteHardware(tmp_path)
+    remote = RemoteHardware(tmp_path, away_s=0.1)
     with pytest.raises(HardwareAway, match="ask again"):
         remote.status()
     for _ in range(2):  # the second time with connections of the first
         server = LinkServer(lambda: linked.owned, tmp_path)
         assert remote.status().platform
         server.close()
-        with pytest.raises(HardwareAway):
+        with pytest.raises(HardwareAway, match="has confirmed"):
             remote.outputs_off()
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from platform_daemon.reports.recording_tables import print_recording
-from platform_daemon.store.describe import describe
+from platform_daemon.store.description import describe
 from platform_daemon.store.reader import open_recording
 from tests.kit.data import DATA
 

@@ -127,7 +127,7 @@ def test_a_halted_process_is_killed_and_started_anew(tmp_path, monkeypatch, star
         thread.start()
         halted = started[0]
         halted.send_signal(signal.SIGSTOP)
-        wait_for(lambda: len(started) > 2, 10)
+        wait_for(lambda: len(started) > 3, 10)
         assert halted.returncode == -signal.SIGKILL
         assert started[1].poll() is None
     finally:

@@ -13,7 +13,7 @@ import pytest
 
 from drivers.errors import InputError, RecordingError
 from platform_daemon.schemas.base import to_json
-from platform_daemon.store.describe import describe
+from platform_daemon.store.description import describe
 from platform_daemon.store.reader import open_recording, read_calibration
 from platform_daemon.store.truth import read_truth
 from tests.kit.data import DATA as EXAMPLES

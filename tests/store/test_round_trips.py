@@ -19,7 +19,7 @@ from hypothesis.extra.numpy import arrays
 
 from drivers.errors import RecordingError
 from platform_daemon.schemas.base import to_json
-from platform_daemon.store.describe import describe
+from platform_daemon.store.description import describe
 from platform_daemon.store.header import ShotRecord
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import SequenceInfo

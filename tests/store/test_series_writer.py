@@ -16,7 +16,7 @@ import pytest
 from drivers.errors import InputError, RecordingError
 from platform_daemon.schemas.base import to_json
 from platform_daemon.store import durable as durable_module
-from platform_daemon.store.describe import describe
+from platform_daemon.store.description import describe
 from platform_daemon.store.errors import StorageError, StorageUnusable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import SequenceInfo

@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from drivers.errors import InputError, RecordingError
-from platform_daemon.store.joined_fits import NOT_FITTED, joined_fits
+from platform_daemon.store.fit_joining import NOT_FITTED, joined_fits
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recording import StepLabel
 from platform_daemon.store.recovery import recover

@@ -22,7 +22,7 @@ from platform_daemon.api.server import create_api
 from platform_daemon.app import start_engine
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder
-from platform_daemon.store.describe import describe
+from platform_daemon.store.description import describe
 from platform_daemon.store.header import FitTable
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.series_writer import SeriesWriter

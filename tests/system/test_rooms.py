@@ -93,6 +93,17 @@ def test_what_the_hardware_process_imports_loads_neither_compiler_nor_pictures_n
     assert out.stdout.strip() == "[]"
 
 
+def test_the_process_for_stop_loads_next_to_nothing():
+    heavy = "numba", "matplotlib", "numpy", "scipy", "h5py", "prometheus_client", "platform_daemon.engine"
+    made = "from platform_daemon.api import create_stop_api, served; from platform_daemon.link import Stopper"
+    code = f"import sys, platform_daemon.serving.stop_process; {made}; from platform_daemon.store import tokens_in"
+    found = f"print([m for m in {heavy!r} if m in sys.modules])"
+    out = subprocess.run(
+        [sys.executable, "-c", f"{code}; {found}"], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert out.stdout.strip() == "[]"
+
+
 def test_the_web_process_starts_without_compiler_pictures_and_half_of_scipy():
     heavy = "numba", "matplotlib", "scipy.stats", "scipy.signal", "scipy.optimize"
     code = f"import sys, platform_daemon.serving.web_process; print([m for m in {heavy!r} if m in sys.modules])"

@@ -10,10 +10,13 @@ lanes: How many requests that compute run at once.
 policy: What a server demands of those who ask.
 auditing: Writes what a request has changed into the audit log.
 body: Reading a body no longer and no slower than is allowed.
+query: A key of the query that nobody knows is refused.
 routes: The class of all routes: token, role, origin, content type and body are looked at before anything else.
 front: The outermost layer: names of the host, rate.
 entrance: How many may stand before TLS.
 connections: How many connections there are, and how long one may say nothing.
+room: Which connections there are, whose, and which of them may have to make room.
+strict_http: What could mean two things to two readers is refused.
 certificates: Is a certificate good for the names of this server?
 listening: On which address the server may listen, and by which rules.
 served: An application on its socket, in a thread of its own.

@@ -30,7 +30,7 @@ class Caller:
     @property
     def client(self) -> str:
         """Whose requests are counted together: those of one token, else of one address."""
-        return f"token {self.name}" if self.role is not None and self.name != LOCAL else _counted(self.address)
+        return f"token {self.name}" if self.role is not None and self.name != LOCAL else counted(self.address)
 
     def must_be(self, needed: Role | None) -> None:
         """Raises Unauthenticated, RoleTooLow."""
@@ -94,8 +94,8 @@ def _nobody(address: str, what: str, remedy: str) -> Caller:
     return Caller("", None, address, Unauthenticated(what, where="Authorization", remedy=remedy))
 
 
-def _counted(address: str) -> str:
-    """An address; of IPv6 its network, as one computer has as many addresses there as it likes."""
+def counted(address: str) -> str:
+    """Whose it counts as: an address; of IPv6 its network, as one computer has as many addresses there as it likes."""
     try:
         found = ipaddress.ip_address(address)
     except ValueError:

@@ -3,14 +3,13 @@
 uvicorn's own `limit_concurrency` lets every connection in, counts those that have said nothing as well as those that
 wait for an answer, and answers 503 to whoever comes next: a thousand that say nothing keep everybody out.  Here a new
 connection takes the place of the one that has said nothing for longest, and only where all are being answered it is
-turned away.
+turned away.  One client has a share of them (`room.py`), and what is no plain HTTP ends them (`strict_http.py`).
 """
 
 from __future__ import annotations
 
 import asyncio
 import functools
-import itertools
 import socket
 
 import h11
@@ -18,21 +17,34 @@ import uvicorn
 from fastapi import FastAPI
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from .callers import counted
 from .certificates import Certificate
 from .entrance import Entrance
 from .limits import Limits
+from .room import Room
+from .strict_http import StrictConnection, refusal
 
-UNREADABLE = (
-    b"HTTP/1.1 400 Bad Request\r\ncontent-type: application/problem+json\r\nconnection: close\r\n\r\n"
-    b'{"type": "about:blank", "title": "No HTTP", "status": 400, '
-    b'"detail": "What was sent is no request of HTTP/1.1. Remedy: use a program that speaks it; TLS needs https://.", '
-    b'"remedy": "use a program that speaks it; TLS needs https://"}'
+UNREADABLE = refusal(
+    400, "No HTTP", "What was sent is no request of HTTP/1.1", "use a program that speaks it; TLS needs https://"
 )
-FULL = (
-    b"HTTP/1.1 503 Service Unavailable\r\ncontent-type: application/problem+json\r\nretry-after: 1\r\n"
-    b'connection: close\r\n\r\n{"type": "about:blank", "title": "Too many connections", "status": 503, '
-    b'"detail": "All connections are being answered. Remedy: ask again in a second; POST /stop has its own port.", '
-    b'"remedy": "ask again in a second; POST /stop has its own port"}'
+TWO_LENGTHS = refusal(
+    400,
+    "Two lengths",
+    "The request says with Transfer-Encoding and otherwise how long its body is, and two readers could take it for two "
+    "different requests",
+    "send Content-Length, or Transfer-Encoding: chunked of HTTP/1.1, and not both",
+)
+FULL = refusal(
+    503,
+    "Too many connections",
+    "All connections are being answered",
+    "ask again in a second; POST /stop has its own port",
+)
+YOUR_SHARE = refusal(
+    503,
+    "Too many connections of one client",
+    "All connections that one address may have are being answered",
+    "use connections again, or close some; POST /stop has its own port",
 )
 DRAINED = 16_000_000  # bytes of a body that nobody wants, read so that its sender sees the answer; then it is cut off
 ACCEPTED_AT_ONCE = 50
@@ -48,16 +60,14 @@ class BoundedConfig(uvicorn.Config):
     limits: Limits
     certificate: Certificate | None
     entrance: Entrance | None
-    unheard: dict[BoundedProtocol, None]
-    """Connections that have asked nothing yet, the oldest first."""
-    answered: dict[BoundedProtocol, None]
-    """Those that have had their answers and say nothing more, those first that have done so for longest."""
+    room: Room[BoundedProtocol]
 
 
 class BoundedProtocol(H11Protocol):
     """One connection."""
 
     config: BoundedConfig
+    conn: StrictConnection
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Make room for it, or turn it away."""
@@ -67,12 +77,23 @@ class BoundedProtocol(H11Protocol):
         self._deadline: asyncio.TimerHandle | None = None
         self._unread: asyncio.TimerHandle | None = None
         self._drained = 0
-        if len(self.connections) > self.config.limits.connections and not self._another_leaves():
-            transport.write(FULL)
-            transport.close()
-            return
-        self.config.unheard[self] = None
-        self._expect_head()
+        self.conn = StrictConnection(h11.SERVER, LONGEST_HEAD)
+        peer = transport.get_extra_info("peername")
+        client = counted(peer[0]) if peer else ""
+        room = self.config.room
+        room.enter(self, client)
+        if room.too_many_of(client) and not self._another_leaves(client):
+            self._turn_away(YOUR_SHARE)
+        elif room.too_many and not self._another_leaves(None):
+            self._turn_away(FULL)
+        else:
+            room.unheard[self] = None
+            self._expect_head()
+
+    def _turn_away(self, why: bytes) -> None:
+        self.config.room.leave(self)
+        self.transport.write(why)
+        self.transport.close()
 
     @property
     def quiet(self) -> bool:
@@ -93,18 +114,23 @@ class BoundedProtocol(H11Protocol):
             self._expect_head()
         else:
             self._heard()
-            self.leave_quiet()
+            self.config.room.leave_quiet(self)
+        if not self.quiet and self.conn.their_state is h11.SEND_BODY:
+            self.config.room.unfinished.setdefault(self)
+        else:
+            self.config.room.unfinished.pop(self, None)
 
     def send_400_response(self, msg: str) -> None:
-        """What was sent is no HTTP."""
-        self.transport.write(UNREADABLE)
+        """What was sent is no HTTP, or not the same to everybody who reads it."""
+        self.transport.write(TWO_LENGTHS if self.conn.has_two_lengths else UNREADABLE)
         self.transport.close()
 
     def on_response_complete(self) -> None:
         """From here on it is quiet again, unless the next request is there."""
         super().on_response_complete()
         if self.quiet:
-            self.config.answered[self] = None
+            self.config.room.answered[self] = None
+            self.config.room.unfinished.pop(self, None)
         if self.quiet and self.conn.their_state is h11.SEND_BODY:
             self._expect_head()
 
@@ -122,7 +148,7 @@ class BoundedProtocol(H11Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """No more timers."""
         self._heard()
-        self.leave_quiet()
+        self.config.room.leave(self)
         if self._unread is not None:
             self._unread.cancel()
         super().connection_lost(exc)
@@ -136,20 +162,14 @@ class BoundedProtocol(H11Protocol):
             self._deadline.cancel()
             self._deadline = None
 
-    def _another_leaves(self) -> bool:
-        """Close one that is quiet: rather one that never asked anything, rather one that has been so for long."""
-        longest = next(itertools.chain(self.config.unheard, self.config.answered), None)
+    def _another_leaves(self, client: str | None) -> bool:
+        """Close one, of a client or of anybody, that makes room; False: all are being answered."""
+        longest = self.config.room.who_leaves(self, client)
         if longest is None:
             return False
-        longest.leave_quiet()
-        self.connections.discard(longest)  # now, as `connection_lost` comes a turn of the loop later
+        self.config.room.leave(longest)  # now, as `connection_lost` comes a turn of the loop later
         longest.transport.abort()
         return True
-
-    def leave_quiet(self) -> None:
-        """It is not among those any more that may have to make room."""
-        self.config.unheard.pop(self, None)
-        self.config.answered.pop(self, None)
 
 
 class BoundedServer(uvicorn.Server):
@@ -193,5 +213,5 @@ def bounded_config(app: FastAPI, limits: Limits, certificate: Certificate | None
         ssl_keyfile=None if certificate is None else certificate.key,
     )
     config.limits, config.certificate, config.entrance = limits, certificate, None
-    config.unheard, config.answered = {}, {}
+    config.room = Room(limits)
     return config

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import anyio
 from starlette.datastructures import Headers
 from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
@@ -33,7 +34,10 @@ class Front:
             except PlatformError as error:
                 await self._respond(error, scope["path"])(scope, receive, send)
                 return
-        await self._app(scope, receive, send)
+        try:
+            await self._app(scope, receive, send)
+        except* anyio.BrokenResourceError:
+            pass  # of FastAPI's stream of events: its client has left in the middle of one
 
     def _look_at(self, scope: Scope) -> None:
         """Keep who asks.  Raises ForeignHost, TooManyRequests."""

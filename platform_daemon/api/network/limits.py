@@ -15,6 +15,8 @@ class Limits:
         headers_s: how long the head of a request may take.
         stalled_s: how long a client may leave an answer unread.
         connections, handshakes: that are open at once, and that are not through with TLS yet.
+        connections_per_client: of these, of one address (of IPv6 its /64); fifty pages that listen and fifty that poll
+            are a hundred.
         requests_per_s, burst: of one client, on average and all at once.
         computing, converting, reading: requests at once that compute for seconds, that make dm/dt, that read files;
             half of the cores are left to the shots and to those who only look.
@@ -27,6 +29,7 @@ class Limits:
     headers_s: float = 10.0
     stalled_s: float = 30.0
     connections: int = 200
+    connections_per_client: int = 150
     handshakes: int = 100
     requests_per_s: float = 300.0
     burst: int = 600

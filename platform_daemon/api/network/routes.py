@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Coroutine, Iterable
+from collections.abc import Callable, Collection, Coroutine, Iterable
 from contextlib import AsyncExitStack
 from typing import Any
 
@@ -22,6 +22,7 @@ from .callers import Caller
 from .lanes import Lanes
 from .origins import HARMLESS, check_origin
 from .policy import Network
+from .query import check_query, query_keys
 from .refusals import UnsupportedMediaType
 
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
@@ -34,10 +35,10 @@ class GuardedRoute(APIRoute):
 
     def get_route_handler(self) -> Handler:
         """The handler of FastAPI behind the guard."""
-        handler, name = super().get_route_handler(), self.name
+        handler, name, keys = super().get_route_handler(), self.name, query_keys(self)
 
         async def guarded(request: Request) -> Response:
-            return await _answer(request, name, ACCESS[name], handler)
+            return await _answer(request, name, ACCESS[name], handler, keys)
 
         return guarded
 
@@ -52,12 +53,14 @@ def refuse_unguarded(routes: Iterable[BaseRoute]) -> None:
             raise RuntimeError(f"route {name} is not in the table of access: say there who may use it")
 
 
-async def _answer(request: Request, name: str, access: Access, handler: Handler) -> Response:
+async def _answer(request: Request, name: str, access: Access, handler: Handler, keys: Collection[str]) -> Response:
     """Raises what the guard and the handler do."""
     network: Network = request.app.state.network
     caller: Caller = request.state.caller
     caller.must_be(access.role)
     check_origin(request.method, request.headers)
+    if name != STOP:  # nothing that it might have misspelt is worth waiting for
+        check_query(request.query_params, keys)
     _check_content_type(request, name)
     try:
         body = await read_body(request, network.limits)

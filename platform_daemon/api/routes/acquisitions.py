@@ -58,7 +58,7 @@ def start_acquisition(body: AcquisitionRequest, response: Response, context: Sha
     return ACQUISITIONS.accepted(context.hardware.acquire(body), response)
 
 
-@router.post("/dry-run", summary="Check a series without moving anything", responses=problems(415, 422, 507))
+@router.post("/dry-run", summary="Check a series without moving anything", responses=problems(409, 415, 422, 507))
 def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     """The same checks, nothing moves: realised frequency, currents, voltages, duration, disk, settle check.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
@@ -10,6 +11,7 @@ from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from drivers.errors import InputError
 from platform_daemon.schemas import Event, EventKind
+from platform_daemon.store import KeptEvent
 
 from ..context import Shared
 from ..event_tail import MOST_LISTENERS
@@ -23,11 +25,23 @@ Kinds = Annotated[list[EventKind] | None, Query(max_length=20, description="only
 LastId = Annotated[str | None, Header(alias="Last-Event-ID", description="as `after`; a browser sends it by itself")]
 
 
-async def _begin(context: Shared, after: After = None, last_event_id: LastId = None) -> int | None:
-    """Raises InputError, Busy, before anything is sent."""
+async def _followed(
+    context: Shared, after: After = None, last_event_id: LastId = None
+) -> AsyncIterator[AsyncIterator[KeptEvent]]:
+    """What comes for one listener, who is let go of at the end of the request, however that ends: FastAPI leaves the
+    generators of a stream whose client does not read to the collector of garbage.
+
+    Raises InputError, Busy, before anything is sent.
+    """
     if context.events.full:
         remedy = "close pages that nobody looks at, or ask for the jobs every second"
         raise Busy("as many listen to events as may", why=f"{MOST_LISTENERS} do", remedy=remedy)
+    async with contextlib.aclosing(context.events.follow(_first(after, last_event_id))) as events:
+        yield events
+
+
+def _first(after: int | None, last_event_id: str | None) -> int | None:
+    """Raises InputError."""
     if last_event_id is None:
         return after
     if not last_event_id.isdecimal() or len(last_event_id) > 16:
@@ -36,11 +50,11 @@ async def _begin(context: Shared, after: After = None, last_event_id: LastId = N
     return int(last_event_id)
 
 
-Begin = Annotated[int | None, Depends(_begin)]
+Followed = Annotated[AsyncIterator[KeptEvent], Depends(_followed)]
 
 
 @router.get("", summary="Listen", response_class=EventSourceResponse, responses=problems(422, 503, 507))
-async def listen(context: Shared, begin: Begin, kind: Kinds = None) -> AsyncIterator[Event]:
+async def listen(events: Followed, kind: Kinds = None) -> AsyncIterator[Event]:
     """Server-sent events: jobs, shots, on-line fits, devices, interlock, alarms, schedules.
 
     `event` is the kind, `id` the number, `data` the JSON of an Event.  Without `after` or `Last-Event-ID` only what
@@ -48,7 +62,7 @@ async def listen(context: Shared, begin: Begin, kind: Kinds = None) -> AsyncIter
     behind is set forward and told so by an event of kind `dropped`.
     """
     wanted = frozenset(kind) | {"dropped"} if kind else None
-    async for event in context.events.follow(begin):
+    async for event in events:
         if wanted is None or event.kind in wanted:
             sent: Any = ServerSentEvent(raw_data=event.text, event=event.kind, id=str(event.id))
             yield sent

@@ -1,4 +1,4 @@
-"""What the platform is and does: state, readiness, stop, the kinds of problems."""
+"""What the platform is and does: state, readiness, the kinds of problems."""
 
 from __future__ import annotations
 
@@ -15,19 +15,18 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
-    Health,
     MountedResonator,
     MountRequest,
     PlatformStatus,
     ProblemKind,
     QueueOrder,
     Readiness,
-    StopReport,
 )
 
-from ..context import CONFIRMED, Confirmed, Context, Shared, at_once
+from ..context import CONFIRMED, Confirmed, Context, Shared
+from ..kinds import problem_kinds
 from ..network.routes import GuardedRoute
-from ..problems import problem_kinds, problems
+from ..problems import problems
 
 router = APIRouter(tags=["platform"], route_class=GuardedRoute)
 PATHS = (
@@ -54,12 +53,6 @@ PATHS = (
 def get_entry_points() -> EntryPoints:
     """Entry points of the API."""
     return EntryPoints(name="platform-daemon", version=__version__, links={p: f"/{p}" for p in PATHS})
-
-
-@router.get("/health", summary="Is the daemon alive?")
-def get_health() -> Health:
-    """Answers as long as the process does."""
-    return Health(status="ok", version=__version__)
 
 
 @router.get(
@@ -91,13 +84,6 @@ def get_platform(context: Shared) -> PlatformStatus:
 def list_devices(context: Shared) -> DeviceListing:
     """One entry per device, as last read back; one that does not answer is there with its error."""
     return context.hardware.devices()
-
-
-@router.post("/stop", summary="All outputs off, now", responses=problems(502, 504))
-async def stop(context: Shared) -> StopReport:
-    """Amplifier off, card stopped, receiver disconnected, all acquisitions cancelled.  Shots already on disk stay."""
-    await at_once(context.hardware.outputs_off)
-    return StopReport(status="outputs are off, acquisitions are cancelled")
 
 
 @router.post(

@@ -55,7 +55,7 @@ def start_procedure(body: AnyProcedureRequest, response: Response, context: Shar
     return PROCEDURES.accepted(context.hardware.conduct(body), response)
 
 
-@router.post("/dry-run", summary="Check a procedure without moving anything", responses=problems(415, 422, 507))
+@router.post("/dry-run", summary="Check a procedure without moving anything", responses=problems(409, 415, 422, 507))
 def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSummary:
     """The same checks, nothing moves: every step with its values, shots, duration and disk.
 

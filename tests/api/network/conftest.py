@@ -8,7 +8,8 @@ from starlette.testclient import TestClient
 
 from platform_daemon.api.network.callers import Gate
 from platform_daemon.api.network.policy import Network
-from platform_daemon.api.server import create_api, create_stop_api
+from platform_daemon.api.server import create_api
+from platform_daemon.api.stop_server import create_stop_api
 from platform_daemon.app import start_engine
 from platform_daemon.engine import Engine
 from platform_daemon.engine.catalogue import open_catalogue
@@ -45,7 +46,9 @@ def secured(tmp_path_factory):
     base = "http://127.0.0.1"
     with (
         TestClient(create_api(context, network), raise_server_exceptions=False, base_url=base) as client,
-        TestClient(create_stop_api(context, network), raise_server_exceptions=False, base_url=base) as stopping,
+        TestClient(
+            create_stop_api(context.hardware.outputs_off, network), raise_server_exceptions=False, base_url=base
+        ) as stopping,
     ):
         yield Secured(client, stopping, tokens, audit, folder.tokens.parent, engine, {None: {}, **headers})
     engine.close()

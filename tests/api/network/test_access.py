@@ -76,7 +76,7 @@ def test_the_schema_says_which_role_is_needed_and_how_to_show_a_token(secured):
 def test_a_route_that_the_table_does_not_know_keeps_the_server_from_starting(monkeypatch):
     monkeypatch.delitem(ACCESS, "reset_amplifier")
     with pytest.raises(RuntimeError, match="reset_amplifier is not in the table of access"):
-        create_api(SimpleNamespace())
+        create_api(SimpleNamespace(hardware=SimpleNamespace(outputs_off=None)))
 
 
 @pytest.mark.parametrize(("kind", "why"), [(APIRoute, "not guarded"), (GuardedRoute, "not in the table")])

@@ -20,11 +20,17 @@ ASK = b"GET / HTTP/1.1\r\nHost: x\r\n\r\n"
 
 
 async def answers(scope, receive, send):
-    """Says ok; /big says 20 MB; /late after half a second; /deaf reads no body."""
+    """Says ok, without reading a body; /big says 20 MB; /late after half a second; /body once the body is whole."""
     if scope["type"] != "http":
         return
     if scope["path"] == "/late":
         await asyncio.sleep(0.5)
+    while scope["path"] == "/body":
+        told = await receive()
+        if told["type"] == "http.disconnect":
+            return
+        if not told.get("more_body"):
+            break
     body = b"x" * 20_000_000 if scope["path"] == "/big" else b"ok"
     await send(
         {"type": "http.response.start", "status": 200, "headers": [(b"content-length", str(len(body)).encode())]}
@@ -42,7 +48,7 @@ def serving(certificate=None, **limits):
         time.sleep(0.01)
     address = listener.getsockname()
     try:
-        yield lambda: socket.create_connection(address, 5)
+        yield lambda source="127.0.0.1": socket.create_connection(address, 5, (source, 0))
     finally:
         server.should_exit = True
         thread.join(10)
@@ -150,6 +156,77 @@ def test_one_that_has_asked_before_stays_longer_than_one_that_never_did():
         assert is_answered(known)
         for link in silent:
             link.close()
+
+
+BODY = b"POST /%s HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nab"
+
+
+def test_who_holds_bodies_back_has_a_share_and_the_oldest_of_them_make_room():
+    with serving(connections=4, connections_per_client=3, headers_s=5) as connect:
+        slow = [connect() for _ in range(10)]
+        for link in slow:
+            link.sendall(BODY % b"body")
+            time.sleep(0.02)
+        assert sum(not is_closed(link, 0.02) for link in slow) <= 3
+        assert works(connect)
+        slow[-1].sendall(b"cde")
+        assert is_answered(slow[-1])
+        for link in slow:
+            link.close()
+
+
+def test_who_has_all_of_his_share_answered_is_told_so_and_another_client_is_let_in():
+    with serving(connections=4, connections_per_client=2) as connect:
+        busy = [connect() for _ in range(2)]
+        for link in busy:
+            link.sendall(ASK.replace(b"/ ", b"/late ", 1))
+        time.sleep(0.1)
+        with connect() as third, third.makefile("rb") as stream:
+            head, _, body = stream.read().partition(b"\r\n\r\n")
+            assert head.startswith(b"HTTP/1.1 503")
+            assert "one client" in json.loads(body)["title"]
+        with connect("127.0.0.2") as other:
+            other.sendall(ASK)
+            assert is_answered(other)
+        for link in busy:
+            assert is_answered(link)
+            link.close()
+        assert works(connect)
+
+
+def test_the_own_pages_fit_into_the_share_of_one_address():
+    with serving() as connect:
+        listen = [connect() for _ in range(50)]
+        for link in listen:
+            link.sendall(ASK.replace(b"/ ", b"/late ", 1))
+        poll = [connect() for _ in range(50)]
+        for link in poll:
+            link.sendall(ASK)
+        assert all(is_answered(link) for link in [*listen, *poll])
+        for link in [*listen, *poll]:
+            link.close()
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        b"POST / HTTP/1.1\r\nContent-Length: 5\r\nTransfer-Encoding: chunked",
+        b"POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\nContent-Length: 5",
+        b"POST / HTTP/1.0\r\nTransfer-Encoding: chunked",
+    ],
+)
+def test_a_request_that_says_in_two_ways_how_long_it_is_is_refused_and_what_follows_is_not_read(lines):
+    with serving() as connect, connect() as link:
+        link.sendall(lines + b"\r\nHost: x\r\n\r\n0\r\n\r\n" + ASK)
+        head, _, body = b"".join(iter(lambda: link.recv(1000), b"")).partition(b"\r\n\r\n")
+    assert head.startswith(b"HTTP/1.1 400 ")
+    assert json.loads(body)["title"] == "Two lengths"  # and no other answer after it
+
+
+def test_a_body_in_pieces_is_taken():
+    with serving() as connect, connect() as link:
+        link.sendall(b"POST /body HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n2\r\nab\r\n0\r\n\r\n")
+        assert is_answered(link)
 
 
 def test_where_all_are_being_answered_another_one_is_told_to_come_again():

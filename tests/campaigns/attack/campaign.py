@@ -54,7 +54,7 @@ class Outcome:
     platform: Latencies
     stop: Latencies
     stop_main: Latencies
-    peak_mb: tuple[float, float]
+    peak_mb: tuple[float, float, float]
     told: dict[str, int] = field(default_factory=dict)
 
     def broken(self) -> list[str]:
@@ -89,7 +89,7 @@ def table(outcomes: Sequence[Outcome]) -> str:
     """Markdown; times in ms."""
     lines = [
         "| beside it | /platform p50, p99 | /stop on its own port p50, p99, max | /stop on the main port p50, p99, max "
-        "| peak MB: hardware, web | what the others were answered |",
+        "| peak MB: hardware, web, stop | what the others were answered |",
         "|---|---|---|---|---|---|",
     ]
     for o in outcomes:

@@ -28,13 +28,14 @@ class Daemon:
     stop_port: int
     recording: str = ""
 
-    def peak_mb(self) -> tuple[float, float]:
-        """Most memory that the hardware process and the web process have held, MB."""
-        return _peak_mb(self._pid("hardware")), _peak_mb(self._pid("web"))
+    def peak_mb(self) -> tuple[float, float, float]:
+        """Most memory that the hardware process, the web process and the one for stop have held, MB."""
+        hardware, web, stop = (_peak_mb(self._pid(name)) for name in ("hardware", "web", "stop"))
+        return hardware, web, stop
 
     def forget_peak(self) -> None:
         """Measure the peaks from here on, where that is allowed."""
-        for name in ("hardware", "web"):
+        for name in ("hardware", "web", "stop"):
             reset = Path(f"/proc/{self._pid(name)}/clear_refs")
             if os.access(reset, os.W_OK):
                 reset.write_text("5")

@@ -32,7 +32,7 @@ class Shots:
     good: int
     refused: tuple[str, ...]
     apart_s: tuple[float, ...]
-    peak_mb: tuple[float, float]
+    peak_mb: tuple[float, float, float]
 
     def usual_s(self) -> float:
         """From one shot to the next, the median."""
@@ -87,7 +87,7 @@ def _patiently(client: httpx2.Client, method: str, path: str, **body: Any) -> An
 def series_table(measured: Sequence[Shots]) -> str:
     """Markdown; times in ms."""
     lines = [
-        "| beside it | shots good, refused | from shot to shot p50, max | peak MB: hardware, web |",
+        "| beside it | shots good, refused | from shot to shot p50, max | peak MB: hardware, web, stop |",
         "|---|---|---|---|",
     ]
     for each in measured:

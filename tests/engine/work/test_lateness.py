@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from platform_daemon.schemas.jobs import JobState
-from platform_daemon.store.describe import describe
+from platform_daemon.store.description import describe
 from platform_daemon.store.reader import open_recording
 from tests.kit.acquisitions import acquire
 

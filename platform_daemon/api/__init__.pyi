@@ -1,0 +1,13 @@
+from .analysis_keeper import AnalysisKeeper as AnalysisKeeper
+from .context import Context as Context
+from .event_tail import EventTail as EventTail
+from .metrics import Metrics as Metrics
+from .network.certificates import Certificate as Certificate
+from .network.lanes import too_many_previews as too_many_previews
+from .network.listening import certificate_of as certificate_of
+from .network.listening import rules as rules
+from .network.policy import Network as Network
+from .network.served import served as served
+from .server import create_api as create_api
+from .stop_server import create_stop_api as create_stop_api
+from .trend_keeper import TrendKeeper as TrendKeeper

@@ -1,0 +1,14 @@
+from .client import RemoteHardware as RemoteHardware
+from .errors import HardwareAway as HardwareAway
+from .hardware import Hardware as Hardware
+from .hardware import JobHolder as JobHolder
+from .jobs import LocalJobs as LocalJobs
+from .jobs import ShownJob as ShownJob
+from .launcher import HardwareLauncher as HardwareLauncher
+from .owner import Folders as Folders
+from .owner import OwnedHardware as OwnedHardware
+from .queue import take_up_queue as take_up_queue
+from .server import LinkServer as LinkServer
+from .stopping import STOPPED as STOPPED
+from .stopping import Stopper as Stopper
+from .stopping import took_mark as took_mark

@@ -1,0 +1,49 @@
+"""Listeners to events that never read."""
+
+import socket
+import threading
+
+from platform_daemon.api import event_tail
+from platform_daemon.api.network.connections import BoundedServer, bounded_config
+from platform_daemon.api.network.limits import Limits
+from platform_daemon.schemas import DeviceEvent
+from platform_daemon.schemas.access import Role
+from platform_daemon.store import EventJournal
+from tests.kit.command_line import wait_for
+
+MANY = 20
+
+
+def test_those_that_never_read_hold_little_memory_and_are_dropped(secured, monkeypatch):
+    monkeypatch.setattr(event_tail, "MOST_LISTENERS", MANY)
+    app, events = secured.client.app, secured.client.app.state.context.events
+    journal = EventJournal(secured.folder / "events.db")
+    for k in range(5000):
+        journal.tell(DeviceEvent(device="nobody", error=f"{k} {'x' * 2000}"))
+    journal.close()
+    listener = socket.create_server(("127.0.0.1", 0))
+    server = BoundedServer(bounded_config(app, Limits(stalled_s=2.0)))
+    thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
+    thread.start()
+    wait_for(lambda: server.started)
+    token = secured.headers[Role.VIEWER]["Authorization"].encode()
+    links = [socket.socket() for _ in range(MANY)]
+    for link in links:
+        link.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)  # what the kernel holds is not ours
+        link.connect(listener.getsockname())
+        link.sendall(b"GET /events?after=0 HTTP/1.1\r\nHost: localhost\r\nAuthorization: " + token + b"\r\n\r\n")
+    wait_for(lambda: events.full)
+    held = [0]
+
+    def waits():
+        held.extend(each.transport.get_write_buffer_size() for each in list(server.server_state.connections))
+        return len(held) > 20 * MANY
+
+    wait_for(lambda: waits() and max(held) > 0)
+    assert max(held) < 200_000  # of ten million bytes that there are for each
+    wait_for(lambda: not server.server_state.connections, 20)
+    wait_for(lambda: not events.full, 20)
+    for link in links:
+        link.close()
+    server.should_exit = True
+    thread.join(10)
