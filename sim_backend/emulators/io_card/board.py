@@ -123,12 +123,13 @@ class Board:
         """The trigger comes; `offset` in samples of the common shot."""
         self.triggered, self.offset, self._fault_at = True, offset, math.inf
         self.sequence.started()
-        self.emergency.begun(self.counter_clocks / self.decimation)
+        self.emergency.begun(0.0)
         self.registers = replace(self.registers, program=self.sequence.program, muted=False)
         quiet = [(0, Registers(muted=True, pins=self.registers.pins))] if offset else []
         self.history = [*quiet, (offset, self.registers)]
         if self.emergency_level():
             self.pins_changed()
+        self.emergency.begun(self.counter_clocks / self.decimation)
 
     def joined(self, shot: Shot) -> None:
         """The shot that the trigger began or joined."""
