@@ -24,6 +24,7 @@ WRITTEN_STEPS = 7372  # of the memory; what the server writes, beyond the shot's
 COUNTER_CLOCKS = 2**31  # what its register takes
 LATE_S = 0.5  # how late this computer may be for the end of a shot: before that the input is pressed by nobody else
 LEAST_LATE_S = 0.05
+MISSING = "the watchdog's wire from DIO4_N to DIO3_P is missing"
 REMEDY = "connect DIO4_N to DIO3_P on this card, by a wire of its own, or set io_card.replay_watchdog = false"
 
 Ask = Callable[..., list[Value]]
@@ -94,13 +95,9 @@ def check_armed(answers: Sequence[Value], step_samples: int, counter: int, where
         raise wire_missing(where, f"DIO3_P stays low while {WIRE_PIN} is high: no wire, or one to another pin")
 
 
-class WireMissing(DeviceFault):
+def wire_missing(where: str, why: str) -> DeviceFault:
     """Without the wire nothing ends a shot that plays again and again when this computer is gone."""
-
-
-def wire_missing(where: str, why: str) -> WireMissing:
-    """The error for a card without its wire."""
-    return WireMissing("the watchdog's wire from DIO4_N to DIO3_P is missing", where=where, why=why, remedy=REMEDY)
+    return DeviceFault(MISSING, where=where, why=why, remedy=REMEDY)
 
 
 def followers(ask: Ask) -> list[str]:

@@ -11,9 +11,9 @@ from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.emergency import EMERGENCY
 from drivers.red_pitaya.watchdog import (
+    MISSING,
     REMEDY,
     STEPS,
-    WireMissing,
     armed,
     check_armed,
     followers,
@@ -53,8 +53,8 @@ def prove(boards: Sequence[Board]) -> None:
 def _by_level(board: Board) -> None:
     try:
         check_armed(board.ask(*armed(0)), 0, COUNT, board.where)
-    except WireMissing:
-        if pins := followers(board.ask):
+    except DeviceFault as fault:
+        if fault.what == MISSING and (pins := followers(board.ask)):
             raise wire_missing(board.where, f"a wire goes from DIO4_N to {', '.join(pins)}") from None
         raise
 
