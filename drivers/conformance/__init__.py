@@ -19,6 +19,7 @@ A class that offers the fixture `platform` (a `drivers.platform.Platform`) inste
     TestCard, TestSwitch, TestAmplifier, TestLna, TestPlatform = WHOLE_PLATFORM
 
 io_card.py          what every I/O card must do
+again.py            part of it: the same shot again, and a card whose host is gone
 incidents.py        part of it: stops, calibrated outputs, emergency input, strangers, slow answers
 tx_rx_switch.py     what every Tx/Rx switch must do
 power_amplifier.py  what every power amplifier must do

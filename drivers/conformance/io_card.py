@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from drivers.conformance.again import AgainContract
 from drivers.conformance.incidents import IncidentContract
 from drivers.conformance.timelines import collect, short_shot
 from drivers.errors import DeviceStateError, InputError, SequenceRejected
@@ -19,8 +20,8 @@ from drivers.timeline import Burst, SampleClock, Timeline
 WAKE_UP_S = 5.0
 
 
-class CardContract(IncidentContract):
-    """Offer the fixture `card` or `platform`, and `emergency` and `stranger` if there is a way."""
+class CardContract(AgainContract, IncidentContract):
+    """Offer the fixture `card` or `platform`, and `abandon`, `emergency` and `stranger` if there is a way."""
 
     @pytest.fixture(scope="class")
     @classmethod

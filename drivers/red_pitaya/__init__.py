@@ -1,8 +1,13 @@
 """Red Pitaya STEMlab 125-14 running RedPitayaDAQServer, one card or several with a common trigger.
 
 card.py         the I/O card contract over all boards: life cycle, reading, stopping
+abilities.py    what it can do
 trigger.py      common start and stop of the boards
 boards.py       what is done to all boards
+replay.py       a board whose memory keeps a shot, to be played again without an upload
+watchdog.py     its watchdog: the wire, the counter, and the questions before each shot
+watchdog_proof.py   each card's watchdog acts, seen at the start
+emergency.py    the input that switches the outputs off
 board.py        one board: who it is, its registers, its sequence
 sequence.py     timeline -> step sequence, enable bits and sines of each board
 layout.py       which terminal of which board is which input, output and line of the platform

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 import structlog
 from numpy.typing import NDArray
 
-from drivers.errors import ConfigError, DeviceError, DeviceFault, DeviceProtocolError, DeviceTimeout
+from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout, PlatformError
 from drivers.io_card import ChunkFlags
 from drivers.red_pitaya.connection import Connection
+from drivers.red_pitaya.emergency import EMERGENCY, emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
@@ -33,15 +34,18 @@ READ_BACK = [
     *(f"RP:DAC:CHANNEL{o}:COMPONENT{c}:AMPLITUDE?" for o, c in SINES),
     *(f"RP:DAC:CHANNEL{o}:OFFSET?" for o in (0, 1)),
 ]
-EMERGENCY = "RP:INSTANTRESET:TRIGGERED?"
 OFF_S = 1.0  # a card that has not confirmed by then is connected anew
 QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 
 
 @dataclass
 class Board:
-    """One board and its connection; the last one passes the trigger on to nobody."""
+    """One board and its connection; the last one passes the trigger on to nobody.
 
+    after_shot: what it is told when the trigger has gone.
+    """
+
+    after_shot: ClassVar[tuple[str, ...]] = ("RP:MODE CONFIGURATION",)
     address: BoardTable
     table: CardTable
     output_pins: list[str]
@@ -198,11 +202,19 @@ class Board:
             return
         answers = self._connection.posted()
         if answers is not None and any(answers):
-            raise emergency_stop(self.where)
+            raise self.stopped()
         if answers != []:  # the question before has its answer, or there was none
             self._connection.post(EMERGENCY)
 
+    def stopped(self) -> PlatformError:
+        """What it means that the emergency input has switched the outputs off in a shot."""
+        return emergency_stop(self.where)
+
     # --- samples
+
+    def account(self, program: BoardProgram, start_samples: int) -> Continuity:
+        """Our own account of a shot's recording; the server may say so late that it plays."""
+        return Continuity(self.where, program.samples, start_samples)
 
     def start_stream(self, start: int, count: int, chunk: int) -> None:
         """Ask for `count` samples from `start` on, in chunks."""
@@ -226,11 +238,7 @@ class Board:
     # --- start
 
     def _is_loaded(self, program: BoardProgram) -> bool:
-        old = self._loaded
-        if old is None or old is program:
-            return old is program
-        same_steps = old.step_samples == program.step_samples and np.array_equal(old.levels_v, program.levels_v)
-        return same_steps and np.array_equal(old.enable, program.enable)
+        return self._loaded is not None and self._loaded.same_steps(program)
 
     def _identify(self) -> None:
         try:
@@ -276,21 +284,6 @@ class Board:
                 where=self.where,
                 remedy="make sure that nobody else uses the card",
             )
-
-
-def arm_all(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:
-    """All boards at once, each takes some 50 ms; raises the first error when all have ended."""
-    with ThreadPoolExecutor(len(boards)) as pool:
-        armed = [pool.submit(board.arm, program) for board, program in zip(boards, programs, strict=True)]
-    for each in armed:
-        each.result()
-
-
-def emergency_stop(
-    where: str, what: str = "the emergency input switched the outputs off during the shot"
-) -> DeviceFault:
-    """The error for a card that was stopped by its input DIO3_P."""
-    return DeviceFault(what, where=where, remedy="find out why DIO3_P of the card is high")
 
 
 def _all_off(found: Sequence[str | int | float], at_most_v: float) -> bool:

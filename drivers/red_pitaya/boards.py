@@ -4,12 +4,43 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from operator import methodcaller
 from typing import TextIO
 
 from drivers.errors import DeviceError, DeviceLost
+from drivers.red_pitaya import trigger, watchdog_proof
 from drivers.red_pitaya.board import Board
+from drivers.red_pitaya.layout import Layout
 from drivers.red_pitaya.lock import recording_until
+from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.pairing import keep_clear
+from drivers.red_pitaya.replay import ReplayBoard
+from drivers.red_pitaya.sequence import BoardProgram
+
+Step = Callable[[Board], None]
+# Each board does it in its own way: `Board.quiet` would be that of a plain one.
+QUIET: Step = methodcaller("quiet")
+REPLACE: Step = methodcaller("replace")
+SETTLE: Step = methodcaller("settle")
+
+
+def make_boards(table: CardTable, layout: Layout) -> list[Board]:
+    """The boards of a table, in its order, not connected."""
+    kind, last = ReplayBoard if table.replay_watchdog else Board, len(table.boards) - 1
+    lines = [(p.board, p.pin) for p in layout.lines.values() if p.sequence_channel is None]
+    return [
+        kind(address, table, [pin for board, pin in lines if board == k], is_last=k == last)
+        for k, address in enumerate(table.boards)
+    ]
+
+
+def prove_boards(boards: Sequence[Board], table: CardTable) -> None:
+    """What the table wants to be proved before the first shot.  Raises DeviceTimeout, DeviceFault."""
+    if table.replay_watchdog:
+        watchdog_proof.prove(boards)
+    elif table.prove_wiring:
+        trigger.prove(boards)
 
 
 def connect_all(boards: Sequence[Board], locks: Sequence[TextIO]) -> None:
@@ -25,12 +56,20 @@ def connect_all(boards: Sequence[Board], locks: Sequence[TextIO]) -> None:
         for board in boards:
             board.settle()
     except DeviceLost:
-        for step in (Board.replace, Board.settle):
+        for step in (REPLACE, SETTLE):
             for board in boards:
                 step(board)
 
 
-def failures_of(boards: Sequence[Board], step: Callable[[Board], None]) -> list[str]:
+def arm_all(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:
+    """All boards at once, each takes some 50 ms; raises the first error when all have ended."""
+    with ThreadPoolExecutor(len(boards)) as pool:
+        armed = [pool.submit(board.arm, program) for board, program in zip(boards, programs, strict=True)]
+    for each in armed:
+        each.result()
+
+
+def failures_of(boards: Sequence[Board], step: Step) -> list[str]:
     """Do it on all boards at once, whatever fails; what failed."""
     failures: list[str] = []
 

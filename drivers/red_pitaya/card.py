@@ -2,8 +2,9 @@
 
 A shot: `program` uploads the sequences (once per timeline), `arm` sets them and the amplitudes, `trigger` starts the
 master and asks every board for the whole recording, `read` takes chunk after chunk from all of them.  A shot that runs
-to its end leaves the boards ready for the next.  One that does not is ended by a new connection, which zeroes all
-outputs at once and is the only safe way out of an unfinished sequence.
+to its end leaves the boards ready for the next, with `replay_watchdog` with the shot in their memories (replay.py).
+One that does not is ended by a new connection, which zeroes all outputs at once and is the only safe way out of an
+unfinished sequence.
 """
 
 from __future__ import annotations
@@ -18,26 +19,33 @@ from drivers.errors import DeviceError, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
-from drivers.red_pitaya.board import Board, arm_all, emergency_stop
-from drivers.red_pitaya.boards import connect_all, failures_of
+from drivers.red_pitaya.abilities import abilities, output_full_scale_v
+from drivers.red_pitaya.boards import (
+    QUIET,
+    REPLACE,
+    SETTLE,
+    arm_all,
+    connect_all,
+    failures_of,
+    make_boards,
+    prove_boards,
+)
+from drivers.red_pitaya.emergency import emergency_stop
 from drivers.red_pitaya.layout import pin_header
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.lock import lock_card, note_recording
 from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.pins import level, set_pin
 from drivers.red_pitaya.reader import Reader
-from drivers.red_pitaya.scale import Scale
-from drivers.red_pitaya.sequence import MAX_SAMPLES, OUTPUT_FULL_SCALE_V, BoardProgram, compile_timeline
-from drivers.red_pitaya.sines import AMPLITUDE_STEP_V
+from drivers.red_pitaya.replay import room_is_needed, stale
+from drivers.red_pitaya.sequence import BoardProgram, compile_timeline
 from drivers.red_pitaya.stream import filter_delay_samples
 from drivers.timeline import Timeline
 
 WHERE = "I/O card"
-FREQUENCY_STEP_HZ = 125e6 / 2**48
 PIN_CHUNK = 320  # samples per chunk where lines are set by command, which waits for the end of a chunk
 PATIENCE_S = 0.2  # how long a stop waits for commands that are on their way
 START_S = 0.1  # how long the server may take to see that a sequence plays
-GRANULE = 32  # the recording grows in steps of so many samples
 
 
 class RedPitayaCard:
@@ -52,12 +60,7 @@ class RedPitayaCard:
         self._table, self.layout = table, table.layout()
         self._delay = round(filter_delay_samples(table.decimation))
         self._start_samples = round(START_S * self.layout.clock.rate_hz)
-        last = len(table.boards) - 1
-        lines = [(p.board, p.pin) for p in self.layout.lines.values() if p.sequence_channel is None]
-        self.boards = [
-            Board(address, table, [pin for board, pin in lines if board == k], is_last=k == last)
-            for k, address in enumerate(table.boards)
-        ]
+        self.boards = make_boards(table, self.layout)
         self._locks: list[TextIO] = []
         self._guard = threading.RLock()  # whoever gives commands; never held while waiting for samples
         self._stopping = threading.Lock()
@@ -72,8 +75,7 @@ class RedPitayaCard:
             for board in self.boards:
                 self._locks.append(lock_card(board.address.host, board.address.command_port))
             connect_all(self.boards, self._locks)
-            if table.prove_wiring:
-                trigger.prove(self.boards)
+            prove_boards(self.boards, table)
         except Exception:
             self._let_go()
             raise
@@ -88,22 +90,7 @@ class RedPitayaCard:
 
     def capabilities(self) -> CardCapabilities:
         """See IoCard."""
-        boards = list(zip(self.boards, self.layout.boards, strict=True))
-        return CardCapabilities(
-            inputs=self.layout.inputs,
-            outputs=self.layout.outputs,
-            input_full_scale_v=min(b.scale.full_scale_v(k) for b, where in boards for k in where.inputs),
-            output_full_scale_v=self._output_full_scale_v(),
-            clock=self.layout.clock,
-            max_samples=MAX_SAMPLES - self._delay - GRANULE,
-            step_samples=self.layout.step_samples,
-            line_delay_s=self.layout.line_delay_s(),
-            output_step_v=AMPLITUDE_STEP_V / min(self._output_scales()),
-            frequency_step_hz=FREQUENCY_STEP_HZ,
-            holds_levels=True,
-            unproved_lines=self.layout.unproved_lines() if self._table.prove_wiring else (),
-            input_ends_v=tuple(b.scale.ends_v(k) for b, where in boards for k in where.inputs),
-        )
+        return abilities(self.boards, self._table, self.layout, self._delay)
 
     def state(self) -> CardState:
         """See IoCard."""
@@ -140,9 +127,12 @@ class RedPitayaCard:
         """See IoCard."""
         with self._commanding():
             require(self._state, CardState.IDLE, CardState.PROGRAMMED, where=WHERE)
-            self._state, asked = CardState.IDLE, (timeline, self._output_full_scale_v())
+            self._state, asked = CardState.IDLE, (timeline, output_full_scale_v(self.boards, self.layout))
             same = asked == self._asked
             programs = self._programs if same else compile_timeline(timeline, self.layout, asked[1])
+            recorded, rate_hz = self._delay + timeline.total_samples, self.layout.clock.rate_hz
+            if room_is_needed(self.boards, programs, recorded, rate_hz):
+                self._empty()
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
             self._timeline, self._programs, self._asked = timeline, programs, asked
@@ -192,14 +182,12 @@ class RedPitayaCard:
         with self._stopping:
             if self._state is CardState.CLOSED:
                 return
-            unfinished = self._state in (CardState.ARMED, CardState.RUNNING)
+            unfinished = self._state in (CardState.ARMED, CardState.RUNNING) or stale(self.boards)
             failed: list[str] = []
             if unfinished or not self._guard.acquire(timeout=PATIENCE_S):
                 unfinished = True
                 self._stops += 1
-                failed = failures_of(
-                    self.boards, Board.replace
-                )  # whoever waits for the card wakes up and lets go of it
+                failed = failures_of(self.boards, REPLACE)  # whoever waits for the card wakes up and lets go of it
                 self._guard.acquire()
             try:
                 self._state, self._timeline = CardState.IDLE, None
@@ -207,14 +195,23 @@ class RedPitayaCard:
             finally:
                 self._guard.release()
 
+    def _empty(self) -> None:
+        """Empty the boards' memories, as a stop does.  Raises DeviceError; DeviceStateError if a stop came first."""
+        if not self._stopping.acquire(blocking=False):
+            raise was_stopped(WHERE)
+        try:
+            self._all_off(failures_of(self.boards, REPLACE), unfinished=True)
+        finally:
+            self._stopping.release()
+
     def _all_off(self, failed: list[str], *, unfinished: bool) -> None:
         """Read back that outputs are off, over new connections if need be.  Raises DeviceError if they may be on."""
         if not unfinished:
-            if not failures_of(self.boards, Board.quiet):
+            if not failures_of(self.boards, QUIET):
                 return
-            failed = failures_of(self.boards, Board.replace)
+            failed = failures_of(self.boards, REPLACE)
         for board in self.boards:
-            failed += [] if failed else failures_of([board], Board.settle)
+            failed += [] if failed else failures_of([board], SETTLE)
         failed += [] if failed else failures_of(self.boards, trigger.gone)
         if failed:
             raise DeviceError(
@@ -233,17 +230,6 @@ class RedPitayaCard:
         finally:
             self._state = CardState.CLOSED
             self._let_go()
-
-    def _output_full_scale_v(self) -> float:
-        """What every output can give: the server refuses more than full scale after its calibration."""
-        limits_v = [scale.output_limit_v[k] for scale, k in self._used_outputs()]
-        return min(OUTPUT_FULL_SCALE_V, OUTPUT_FULL_SCALE_V / max(self._output_scales()), *limits_v)
-
-    def _output_scales(self) -> list[float]:
-        return [scale.output[k] for scale, k in self._used_outputs()] or [1.0]
-
-    def _used_outputs(self) -> list[tuple[Scale, int]]:
-        return [(b.scale, k) for b, where in zip(self.boards, self.layout.boards, strict=True) for k in where.outputs]
 
     def _finish(self) -> None:
         """The last sample is here: let the sequences end, then make the boards ready for the next shot."""

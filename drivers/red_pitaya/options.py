@@ -15,6 +15,13 @@ from drivers.validation import validated
 BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
 
+REPLAY_PINS = ("AO0", "AO1", "AO2")
+REPLAY_NEEDS = (
+    ("instant_reset", True, "its watchdog is the card's own emergency input"),
+    ("prove_wiring", True, "a watchdog that was not seen to act is none"),
+    ("trigger", "internal", "whoever has the other end of an external trigger could play the memory at any time"),
+)
+
 Port = Annotated[int, Field(ge=1, le=65535)]
 Channel = Annotated[int, Field(ge=0, le=1)]
 Channels = Annotated[tuple[Channel, ...], Field(strict=False, max_length=2)]
@@ -65,7 +72,8 @@ class CardTable(Section):
     must answer; reply_timeout_s and sample_timeout_s: how long to wait; require_calibration: refuse a card whose
     inputs were never calibrated; pin_delay_s: how late a DIO line may be set; instant_reset: let the card's input
     DIO3_P switch the outputs off; prove_wiring: at the start let the master trigger all boards, with nothing to play,
-    and a line on AO1 to AO3 move the switch.
+    and a line on AO1 to AO3 move the switch; replay_watchdog: each card has a wire from DIO4_N to DIO3_P, with which a
+    shot may stay in its memory and be played again (watchdog.py).
     """
 
     boards: Annotated[tuple[BoardTable, ...], Field(strict=False, min_length=1)]
@@ -82,6 +90,7 @@ class CardTable(Section):
     instant_reset: bool = True
     trigger: Literal["internal", "external"] = "internal"
     prove_wiring: bool = True
+    replay_watchdog: bool = False
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
@@ -119,6 +128,21 @@ class CardTable(Section):
                 "lines.pa_gate: nothing reads the gate back, and images of server 0.11.1 drive AO0 only; put it on "
                 "AO0, or set prove_wiring = false if you have seen it move"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _can_replay(self) -> Self:
+        if not self.replay_watchdog:
+            return self
+        for key, right, why in REPLAY_NEEDS:
+            if getattr(self, key) != right:
+                raise ValueError(f"replay_watchdog needs {key} = {str(right).lower()}: {why}")
+        for pin in (self.lines.pa_gate.pin, self.lines.rx_connect.pin):
+            if pin not in REPLAY_PINS:
+                raise ValueError(
+                    f"replay_watchdog needs both lines on {', '.join(REPLAY_PINS)}, not on {pin}: its watchdog ends "
+                    "what the cards' sequences play, no DIO pin, and a server that loses its client forgets AO3"
+                )
         return self
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from drivers.io_card import Chunk, ChunkFlags
 from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.sequence import BoardProgram
-from drivers.red_pitaya.stream import Continuity
 
 
 class Reader:
@@ -27,7 +26,7 @@ class Reader:
         start_samples: int = 0,
     ) -> None:
         self._boards, self._start, self._total, self._chunk = boards, start, total, chunk
-        self._accounts = [Continuity(b.where, p.samples, start_samples) for b, p in zip(boards, programs, strict=False)]
+        self._accounts = [b.account(p, start_samples) for b, p in zip(boards, programs, strict=False)]
         self._silent = [program.silent for program in programs]
         self._received = self._given = 0
         self._rest: tuple[NDArray[np.float32], ChunkFlags] | None = None

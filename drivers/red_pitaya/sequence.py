@@ -60,6 +60,13 @@ class BoardProgram:
         """Samples after the trigger during which the sequence runs."""
         return 0 if self.silent else self.step_samples * len(self.levels_v)
 
+    def same_steps(self, other: BoardProgram) -> bool:
+        """Whether the tables of both are the same; their sines may differ."""
+        if self is other:
+            return True
+        same = self.step_samples == other.step_samples and np.array_equal(self.levels_v, other.levels_v)
+        return same and np.array_equal(self.enable, other.enable)
+
 
 def compile_timeline(
     timeline: Timeline, layout: Layout, full_scale_v: float = OUTPUT_FULL_SCALE_V

@@ -98,10 +98,13 @@ class Continuity:
                 where=self._where,
                 why=f"its write pointer went from {self._written} back to {record.written}",
             )
+        self._check_playing(record)
+        self._written = record.written
+
+    def _check_playing(self, record: Record) -> None:
         self._played |= record.playing
         if not record.playing:
             self._check_stopped(record)
-        self._written = record.written
 
     def _check_stopped(self, record: Record) -> None:
         """The sequence does not play: not yet, never, no longer, or too soon."""

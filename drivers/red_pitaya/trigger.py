@@ -84,7 +84,7 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
 
 
 def end(boards: Sequence[Board]) -> None:
-    """Trigger off and mode CONFIGURATION.
+    """Trigger off, then what each board is told after a shot.
 
     The slaves' recordings are kept alive until the master's trigger is off, or theirs would be cut off in the middle.
     A sequence that is set while a board still has its trigger would begin and end at once, so that is waited for.
@@ -96,4 +96,4 @@ def end(boards: Sequence[Board]) -> None:
     master.ask(*(["RP:TRIGGER:ALIVE ON"] if slaves else []), "RP:TRIGGER OFF")
     for board in boards:
         gone(board)
-        board.ask(*(["RP:TRIGGER:ALIVE OFF"] if slaves else []), "RP:MODE CONFIGURATION")
+        board.ask(*(["RP:TRIGGER:ALIVE OFF"] if slaves else []), *board.after_shot)

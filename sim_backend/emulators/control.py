@@ -8,6 +8,7 @@ clear_faults, repair                          forget faults to come; replace wha
 mount {specimen}, hold_still                  another resonator (its TOML tables); stop it with a finger
 turn_dipole {axis}                            the reference dipole along an axis in the resonator's place; null: out
 instant_reset {board, level}                  the card's emergency input
+wire {board, pins}                            a wire from one pin of a card to another; null: it is taken off
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from drivers.specimen import Specimen
 from drivers.validation import validated
 from sim_backend.devices.reference import SimulatedReferenceDipole
 
-from .io_card.options import OUTPUTS
+from .io_card.options import OUTPUTS, short_name
 from .io_card.playback import high_spans, output_bursts
 from .io_card.session import Cards
 from .wire_faults import WireFault, WireFaults
@@ -55,6 +56,7 @@ class Control:
             "turn_dipole": self._turn_dipole,
             "hold_still": lambda _: self._hold_still(),
             "instant_reset": self._instant_reset,
+            "wire": self._rewire,
         }
 
     def serve(self, link: socket.socket) -> None:
@@ -109,6 +111,7 @@ class Control:
         board = self._cards.boards[line.board]
         if self._cards.shot is None or not board.history:
             return line.pin() in board.registers.pins
+        board.settle()
         now = int(self._cards.shot.now())
         return bool(high_spans(board.history, line.pin(), line.pdm(), now, now + 1))
 
@@ -155,6 +158,12 @@ class Control:
     def _instant_reset(self, request: Mapping[str, Any]) -> None:
         with self._world.lock:
             self._cards.boards[request.get("board", 0)].instant_reset(bool(request["level"]))
+
+    def _rewire(self, request: Mapping[str, Any]) -> None:
+        pins = request["pins"]
+        wire = None if pins is None else (short_name(pins[0]), short_name(pins[1]))
+        with self._world.lock:
+            self._cards.boards[request.get("board", 0)].rewire(wire)
 
 
 def arm(faults: Mapping[str, WireFaults], fault: WireFault) -> None:

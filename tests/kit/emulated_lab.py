@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import socket
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,19 @@ from platform_daemon.supervisor import reset_fault
 from platform_daemon.supervisor.lock_file import Fault
 from sequences.compiler import ShotPlan
 from sim_backend.emulators.emulator import LabEmulator
+
+REPLAY = ("io_card.replay_watchdog=true", "io_card.prove_wiring=true")
+WIRE = ("DIO4_N", "DIO3_P")
+
+
+def wired(*wires: tuple[str, str] | None, more: str = "") -> str:
+    """The emulated cards, x and y on the first, z on the second, with such a wire each; more: options of both."""
+    inputs = ('inputs=["x","y"], outputs=["x","y"]', 'inputs=["z",""], outputs=["z",""]')
+    boards = [
+        f"{{{terminals}{more}" + (f', wire=["{wire[0]}", "{wire[1]}"]}}' if wire else "}")
+        for terminals, wire in zip(inputs, wires or (WIRE, WIRE), strict=True)
+    ]
+    return f"io_cards.boards=[{', '.join(boards)}]"
 
 
 class Lab:
@@ -48,6 +62,18 @@ class Lab:
             answer = json.loads(stream.readline())
         assert answer["ok"], answer
         return answer["result"]
+
+    def cut_links(self) -> Callable[[], bool]:
+        """No byte passes to or from the cards any more, until `clear_faults`; whether outputs or gate are on."""
+        for board in range(len(self.emulator.endpoints()["io_cards"])):
+            for kind, stream in (("deaf_link", "command"), ("one_way_link", "command"), ("one_way_link", "data")):
+                self.control("wire_fault", kind=kind, device=f"io_card_{board}", stream=stream)
+
+        def on() -> bool:
+            now = self.control("outputs")
+            return bool(now["playing"]) or bool(now["pa_gate"])
+
+        return on
 
     def kill_server(self, board: int) -> None:
         """The process of a card's server is killed; its card goes on."""

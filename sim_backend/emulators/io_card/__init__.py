@@ -18,9 +18,11 @@ The cards:
 options.py    the table `[io_cards]`
 registers.py  what the outputs are told
 memory.py     how often the server touches its sequence memory
+emergency.py  the emergency input, the counter on three pins, and a wire between them
 sequence.py   uploads, SEQ:SET with its traps, and the program that runs from the trigger on
 waveforms.py  periodic waveforms as sums of sines
 playback.py   what the registers make the outputs and lines do
+converters.py what filters and converters make of the volts at the inputs
 tape.py       what the converters recorded
 shot.py       the shot that all cards play and record together
 board.py      one card: modes, trigger, write pointer, samples

@@ -15,15 +15,16 @@ from numpy.typing import NDArray
 
 from sim_backend.world.faults import DROPPED
 
+from .converters import adc_codes, adc_gain, filter_delay
+from .emergency import INPUT, Emergency
 from .memory import CLEAR_ACCESSES
-from .options import AXES, BoardOptions
+from .options import BoardOptions, short_name
 from .registers import BASE_HZ, PINS, Registers
 from .sequence import Sequence, State
 from .shot import Lab, Shot
 from .tape import RING
 
 BURST = 32  # the RAM writer's granularity, sample pairs
-HALF = 32768
 FLAG_BITS = {"overwritten": 1, "corrupted": 2}
 
 
@@ -51,9 +52,11 @@ class Board:
         self.pin_on: dict[str, bool] = {}
         self.pin_bridge: dict[str, bool] = {}
         self.words = {"watchdog": "OFF", "instant_reset": "OFF", "source_type": "DIO", "source": "DIO7_P"}
-        self.numbers = {"counter": 0, "presamples": 0, "reference": 0}
+        self.numbers = {"presamples": 0, "reference": 0}
+        self.counter_clocks = 0
         self.counter_trigger = {"enabled": False, "armed": False, "reset": False}
-        self.reset_pin = self.reset_latched = False
+        wire = options.wire
+        self.emergency = Emergency(None if wire is None else (short_name(wire[0]), short_name(wire[1])))
         scales = {"ADC": options.adc_scale_v, "DAC": options.dac_scale}
         self.scales = {(kind, k): float(np.float32(scale[k])) for kind, scale in scales.items() for k in (0, 1)}
         self.offsets = {("ADC", k): options.adc_offset_v[k] for k in (0, 1)} | {("DAC", k): 0.0 for k in (0, 1)}
@@ -86,14 +89,7 @@ class Board:
 
     def filter_delay(self) -> float:
         """How many samples a signal appears late in the recording."""
-        d = self.decimation
-        cic = ((d / 2 if self.fir else d) - 1) / 2 * 6 / d
-        return cic + (92 - 1) / 2 / 2 if self.fir else cic
-
-    def adc_gain(self) -> float:
-        """Gain of the first decimation filter, which nothing takes off; 1 for powers of two."""
-        rate = self.decimation / 2 if self.fir else self.decimation
-        return float(rate**6 / 2 ** math.ceil(6 * math.log2(rate)))
+        return filter_delay(self.decimation, fir=self.fir)
 
     def elapsed(self) -> float:
         """Samples since the trigger; 0 without one."""
@@ -127,9 +123,13 @@ class Board:
         """The trigger comes; `offset` in samples of the common shot."""
         self.triggered, self.offset, self._fault_at = True, offset, math.inf
         self.sequence.started()
+        self.emergency.begun(0.0)
         self.registers = replace(self.registers, program=self.sequence.program, muted=False)
         quiet = [(0, Registers(muted=True, pins=self.registers.pins))] if offset else []
         self.history = [*quiet, (offset, self.registers)]
+        if self.emergency_level():
+            self.pins_changed()
+        self.emergency.begun(self.counter_clocks / self.decimation)
 
     def joined(self, shot: Shot) -> None:
         """The shot that the trigger began or joined."""
@@ -142,30 +142,27 @@ class Board:
         self._frozen = self.write_pointer()
         if self.sequence.state is State.RUNNING:
             self.sequence.aborted()
-            self._clear(self.cards.world.clock.monotonic_s())
+            self._cleared_s = self.cards.world.clock.monotonic_s() + self.clear_s()
             self.registers = self.registers.silenced()
-        self.triggered, self.reset_latched = False, False
+        self.triggered, self.emergency.latched = False, False
         self._record(replace(self.registers, muted=True, program=None))
 
     def settle(self) -> None:
         """If the sequence has ended by now: the server has stopped everything (stopTx)."""
+        self._settle_emergency()
         program = self.registers.program
-        held = self.reset_latched  # the emergency input holds the stepper: the sequence seems to run for ever
+        held = self.emergency.latched  # the emergency input holds the stepper: the sequence seems to run for ever
         if self.triggered and not held and program is not None and self.write_pointer() >= program.stop:
-            self._clear(self.reached_s(int(program.stop)))
+            self._cleared_s = self.reached_s(int(program.stop)) + self.clear_s()
             self.sequence.finished()
             self.registers = self.registers.silenced()
             self._record(self.registers, at=int(program.stop) + self.offset)
-
         if self.sequence.state is State.CLEARING and self.cards.world.clock.monotonic_s() >= self._cleared_s:
             self.sequence.cleared()
 
     def clear_s(self) -> float:
         """How long the server takes to empty its memory."""
         return CLEAR_ACCESSES * self.options.memory_access_s
-
-    def _clear(self, from_s: float) -> None:
-        self._cleared_s = from_s + self.clear_s()
 
     def sequence_stop(self) -> float:
         """Sample after the trigger at which the running sequence ends; 0: there is none, inf: it never does."""
@@ -182,6 +179,7 @@ class Board:
     def stop_tx(self, *, offsets: bool = False) -> None:
         """All waveforms, tables and the sequence to zero; offsets only on request."""
         self.settle()
+        self.sequence.emptied()
         registers = self.registers.silenced()
         if offsets:
             registers = replace(registers, outputs=tuple(replace(o, offset_v=0.0) for o in registers.outputs))
@@ -198,14 +196,57 @@ class Board:
         """The pins' levels from directions and values; a pin that carries a waveform's pulses has none of its own."""
         own = {p for p in PINS if self.pin_out.get(p, True) and not self.pin_bridge.get(p, False)}
         on = frozenset(p for p, value in self.pin_on.items() if value and p in own)
+        self._settle_emergency()
         self.write(replace(self.registers, pins=on))
+        self.pins_changed()
+
+    # --- the emergency input
+
+    def pad(self, pin: str) -> bool:
+        """Level at a pin."""
+        if self.pin_out.get(pin, True) and pin != INPUT:
+            return pin in self.registers.pins or (self.triggered and self.emergency.counts(pin, self.elapsed()))
+        source = self.emergency.source(pin)
+        return source is not None and source != pin and self.pad(source)
+
+    def emergency_level(self) -> bool:
+        """Level of DIO3_P now."""
+        return self.emergency.pressed or self.pad(INPUT)
 
     def instant_reset(self, level: bool) -> None:
         """What the pin DIO3_P gets from outside."""
-        self.reset_pin = level
-        if level and self.words["instant_reset"] == "ON" and self.triggered:
-            self.reset_latched = True
+        self._settle_emergency()
+        self.emergency.pressed = level
+        self.pins_changed()
+
+    def rewire(self, wire: tuple[str, str] | None) -> None:
+        """A wire from one pin to another; None: it is taken off."""
+        self._settle_emergency()
+        self.emergency.wire = wire
+        self.pins_changed()
+        self.cards.changed()
+
+    def pins_changed(self) -> None:
+        """Something that may press the emergency input has changed, now."""
+        self.emergency.since = self.elapsed()
+        if self.triggered and self.words["instant_reset"] == "ON" and self.emergency_level():
+            self.emergency.latched = True
             self.write(replace(self.registers, muted=True))
+
+    def muted_from(self) -> float:
+        """Sample of the common shot from which on the counter holds the outputs at zero by a wire; inf: it will not."""
+        source = self.emergency.source(INPUT)
+        if not self.triggered or self.words["instant_reset"] != "ON" or not self.pin_out.get(source or "", True):
+            return math.inf
+        return self.emergency.due() + self.offset
+
+    def _settle_emergency(self) -> None:
+        """If the counter has pressed the emergency input by now."""
+        at = self.muted_from()
+        if self._shot is not None and self._shot.now() >= at:
+            self.emergency.latched = True
+            self.registers = replace(self.registers, muted=True)
+            self._record(self.registers, at=math.ceil(at))
 
     def _record(self, registers: Registers, at: int | None = None) -> None:
         if not self.history or self._shot is None or self._shot.over:
@@ -252,14 +293,8 @@ class Board:
 
     def _codes(self, shot: Shot | None, offset: int, first: int, stop: int) -> NDArray[np.float64]:
         """(n, 2) ADC codes."""
-        codes = np.zeros((stop - first, 2))
         if shot is None or first >= stop:
-            return codes
+            return np.zeros((stop - first, 2))
         skipped = DROPPED if "dropped_samples" in self.faults() and first >= self._fault_at else 0
         volts = shot.volts(first + offset + skipped, stop + offset + skipped)
-        for column, axis in enumerate(self.options.inputs):
-            if axis:
-                u = volts[AXES.index(axis)].astype(np.float64)
-                u = (u - self.options.adc_offset_v[column]) / self.options.adc_scale_v[column]
-                codes[:, column] = np.rint(np.clip(u, -HALF, HALF - 1) * self.adc_gain())
-        return codes
+        return adc_codes(volts, self.options, adc_gain(self.decimation, fir=self.fir))

@@ -76,7 +76,7 @@ def _pin_commands(side: str) -> dict[str, Handler]:
         f"{head}:HBridge": _set_bridge(side),
         f"{head}:HBridge?": lambda c, n, a: on_off(c.board.pin_bridge.get(_pin(side, n), False)),
         head: _set_level(side),
-        f"{head}?": lambda c, n, a: on_off(_pin(side, n) in c.board.registers.pins),
+        f"{head}?": lambda c, n, a: on_off(c.board.pad(_pin(side, n))),
     }
 
 
@@ -90,13 +90,26 @@ def _set_word(name: str, *words: str, configuration: bool = False) -> Handler:
     return handle
 
 
-def _set_number(name: str, *, sequence: bool = False) -> Handler:
+def set_counter(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    """`RP:COUnter:SAMPlesperstep`, kept in clocks; the counter takes it with the next trigger."""
+    configurable(c.board)
+    c.board.counter_clocks = whole(a) * c.board.decimation
+    return "1"
+
+
+def _set_number(name: str) -> Handler:
     def handle(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
-        configurable(c.board) if sequence else need(c.board, Mode.CONFIGURATION)
+        need(c.board, Mode.CONFIGURATION)
         c.board.numbers[name] = whole(a)
         return "1"
 
     return handle
+
+
+def _set_instant_reset(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
+    c.board.words["instant_reset"] = word(a, "ON", "OFF")
+    c.board.pins_changed()
+    return "1"
 
 
 def _set_counter_trigger(name: str) -> Handler:
@@ -152,12 +165,12 @@ SERVER: dict[str, Handler] = (
         "RP:STATus:LOSTSteps?": lambda c, n, a: str(c.board.status() >> 2 & 1),
         "RP:WatchDogMode": _set_word("watchdog", "ON", "OFF"),
         "RP:WatchDogMode?": lambda c, n, a: quoted(c.board.words["watchdog"]),
-        "RP:InstantReset:MODe": _set_word("instant_reset", "ON", "OFF"),
+        "RP:InstantReset:MODe": _set_instant_reset,
         "RP:InstantReset:MODe?": lambda c, n, a: quoted(c.board.words["instant_reset"]),
-        "RP:InstantReset:STATus?": lambda c, n, a: str(int(c.board.reset_pin)),
-        "RP:InstantReset:TRIGgered?": lambda c, n, a: str(int(c.board.reset_latched)),
-        "RP:COUnter:SAMPlesperstep": _set_number("counter", sequence=True),
-        "RP:COUnter:SAMPlesperstep?": lambda c, n, a: str(c.board.numbers["counter"]),
+        "RP:InstantReset:STATus?": lambda c, n, a: str(int(c.board.emergency_level())),
+        "RP:InstantReset:TRIGgered?": lambda c, n, a: str(int(c.board.emergency.latched)),
+        "RP:COUnter:SAMPlesperstep": set_counter,
+        "RP:COUnter:SAMPlesperstep?": lambda c, n, a: str(c.board.counter_clocks // c.board.decimation),
         "RP:CounterTrigger:ENable": _set_counter_trigger("enabled"),
         "RP:CounterTrigger:ENable?": lambda c, n, a: on_off(c.board.counter_trigger["enabled"]),
         "RP:CounterTrigger:ARM": _set_counter_trigger("armed"),

@@ -16,6 +16,7 @@ def set_step(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     """Samples per step, whatever number; kept in clocks of 125 MHz, in a register of 32 bits."""
     configurable(c.board)
     c.board.sequence.clocks_per_step = whole(a) * c.board.decimation % CLOCKS
+    c.board.sequence.let_go()
     return "1"
 
 
@@ -30,6 +31,7 @@ def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     configurable(c.board)
     c.board.sequence.configured()
     c.board.sequence.channels = whole(a)
+    c.board.sequence.let_go()
     return "1"
 
 

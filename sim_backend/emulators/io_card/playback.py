@@ -84,7 +84,8 @@ def _runs(registers: Registers, output: int, start: int, stop: int) -> list[tupl
 
 
 def _in_resync(program: Program, output: int, sample: int) -> bool:
-    return bool(program.samples_per_step and program.resync[sample // program.samples_per_step, output])
+    step = sample // program.samples_per_step % len(program.resync) if program.samples_per_step else 0
+    return bool(program.samples_per_step and program.resync[step, output])
 
 
 def _tones(

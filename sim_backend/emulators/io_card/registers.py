@@ -58,7 +58,7 @@ class Program:
     """A sequence as the card will step through it from the trigger on.
 
     values (steps, 6) V, enable (steps, 6) bool, resync (steps, 2) bool, ramp_down (steps,) bool; samples_per_step 0:
-    it never leaves step 0.
+    it never leaves step 0; ring: after the last step the first one comes again.
     """
 
     values: NDArray[np.float64]
@@ -66,10 +66,13 @@ class Program:
     resync: NDArray[np.bool_]
     ramp_down: NDArray[np.bool_]
     samples_per_step: int
+    ring: bool = False
 
     @property
     def stop(self) -> float:
-        """Sample at which the last step ends."""
+        """Sample at which the last step ends; inf: never."""
+        if self.ring:
+            return np.inf
         return len(self.values) * self.samples_per_step if self.samples_per_step else np.inf
 
     def runs(self, channel: int, first: int, last: float) -> list[tuple[int, float, bool, float, bool]]:
@@ -78,6 +81,19 @@ class Program:
             return []
         if not self.samples_per_step:
             return [(first, last, bool(self.enable[0, channel]), float(self.values[0, channel]), False)]
+        if not self.ring:
+            return self._once(channel, first, last)
+        period = len(self.values) * self.samples_per_step
+        rounds = range(first // period, -int(-last // period))
+        return [
+            (a + k * period, b + k * period, enabled, value, ends)
+            for k in rounds
+            for a, b, enabled, value, ends in self._once(
+                channel, max(first - k * period, 0), min(last - k * period, period)
+            )
+        ]
+
+    def _once(self, channel: int, first: int, last: float) -> list[tuple[int, float, bool, float, bool]]:
         resync = self._resync(channel)
         starts = self._starts[channel]
         stops = np.append(starts[1:], len(self.values))

@@ -13,7 +13,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from .memory import LOOKAHEAD, enable_accesses, set_accesses
+from .memory import LOOKAHEAD, RING, enable_accesses, set_accesses
 from .registers import OUTPUTS, SEQUENCE_CHANNELS, Program
 
 
@@ -130,6 +130,21 @@ class Sequence:
         self._filled = 1 if self._filled >= LOOKAHEAD else LOOKAHEAD
         self.program, self.state, self.lost_steps = program, State.PREPARED, False
 
+    def let_go(self) -> None:
+        """SAMPLESPERSTEP or CHAN, told after SEQ:SET: the server forgets that anything is prepared.
+
+        Source (scpi_commands.c: seqState = CONFIG; control.c looks after a prepared or running sequence only), and seen
+        on the real server: the memory stays as it is, each trigger plays it anew, and nothing is cleaned up.
+        """
+        if self.state is State.PREPARED and self.program is not None:
+            self.program = _as_memory(self.program, self.channels)
+        self.state = State.CONFIG
+
+    def emptied(self) -> None:
+        """stopTx: what the server has no hand on is gone from the memory as well."""
+        if self.program is not None and self.program.ring:
+            self.program = None
+
     def accesses(self) -> int:
         """What a SEQ:SET would come to now: a second one finds the ring filled and writes the enable bits only."""
         if self._next is None and self._set is None:
@@ -194,3 +209,18 @@ class Sequence:
             given = tables.resync.shape[1]
             resync[main, :given] = np.tile(tables.resync, (tables.main.repetitions, 1))
         return Program(values, enable, resync, ramp_down, samples_per_step)
+
+
+def _as_memory(program: Program, channels: int) -> Program:
+    """The card's memory after a SEQ:SET, for a card that steps through it without its server: a ring of 8192 steps.
+
+    Beyond the sequence the server has written zeros, its channels disabled, as far as it fills ahead; the rest is zero
+    and enabled (seen on the real server: a sine without its gate from step 7372 on).
+    """
+    values, enable = np.zeros((RING, SEQUENCE_CHANNELS)), np.ones((RING, SEQUENCE_CHANNELS), dtype=np.bool_)
+    resync, ramp_down = np.zeros((RING, OUTPUTS), dtype=np.bool_), np.zeros(RING, dtype=np.bool_)
+    steps = min(len(program.values), LOOKAHEAD)
+    values[:steps], enable[:steps] = program.values[:steps], program.enable[:steps]
+    resync[:steps], ramp_down[:steps] = program.resync[:steps], program.ramp_down[:steps]
+    enable[steps:LOOKAHEAD, : min(channels, SEQUENCE_CHANNELS)] = False
+    return Program(values, enable, resync, ramp_down, program.samples_per_step, ring=True)

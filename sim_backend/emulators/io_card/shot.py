@@ -39,6 +39,9 @@ class Playing(Protocol):
     def sequence_stop(self) -> float:
         """Sample after the trigger at which the running sequence ends; 0: there is none, inf: it never does."""
 
+    def muted_from(self) -> float:
+        """Sample of the shot from which on its emergency input holds all at zero, unless something changes."""
+
 
 class Lab(Protocol):
     """All cards of a lab, as one of them or their shot sees them."""
@@ -122,13 +125,14 @@ class Shot:
         return int(min(max(length, SHORTEST_LEG_S * rate), LONGEST_LEG_S * rate, LONGEST_LEG))
 
     def _bursts(self, card: Playing, first: int, last: int) -> list[Burst]:
-        if not card.history:
+        end = int(min(last, max(math.ceil(min(card.muted_from(), last)), first)))
+        if not card.history or end <= first:
             return []
         return [
             burst
             for output, axis in enumerate(card.options.outputs)
             if axis
-            for burst in output_bursts(card.history, output, OUTPUTS.index(axis), first, last, self.clock.rate_hz)
+            for burst in output_bursts(card.history, output, OUTPUTS.index(axis), first, end, self.clock.rate_hz)
         ]
 
     def _spans(self, line: LineOptions, first: int, last: int) -> Spans:
@@ -138,7 +142,9 @@ class Shot:
         if not card.history:
             high = line.pin() in card.registers.pins
             return [(first, last)] if high else []
-        return high_spans(card.history, line.pin(), pdm, first, last)
+        if pdm is not None:
+            last = min(last, math.ceil(min(card.muted_from(), last)))
+        return high_spans(card.history, line.pin(), pdm, first, last) if first <= last else []
 
     def _connects(self, first: int, last: int) -> Spans:
         """When the contacts are told to connect the receiver: by the card's line, or by the switch's own controller."""

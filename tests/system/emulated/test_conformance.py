@@ -11,6 +11,7 @@ from drivers.conformance import WHOLE_PLATFORM, AmplifierContract, CardContract
 from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceStateError, ShotRefused
 from drivers.red_pitaya.reader import Reader
+from tests.kit.emulated_lab import REPLAY, wired
 
 MASTER = (
     """{host="${io_cards.0.host}", command_port="${io_cards.0.command_port}", data_port="${io_cards.0.data_port}"}"""
@@ -50,6 +51,11 @@ class TestCard(ShortCardContract):
     """Two cards; somebody presses the slave's emergency input, and scans the master's port."""
 
     @pytest.fixture
+    def abandon(self, lab):
+        yield lab.cut_links
+        lab.control("clear_faults")
+
+    @pytest.fixture
     def emergency(self, lab):
         return lambda level: lab.control("instant_reset", board=1, level=level)
 
@@ -57,6 +63,32 @@ class TestCard(ShortCardContract):
     def stranger(self, lab, request):
         at = lab.emulator.endpoints()["io_cards"][0]
         return lambda: socket.create_connection((at["host"], at[request.param]), timeout=2).close()
+
+
+class TestCardThatReplays(ShortCardContract):
+    """With the wires of the watchdog; the links to both cards can be cut."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def wired_lab(cls, lab_of_its_own):
+        return lab_of_its_own(wired())
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def card(cls, wired_lab):
+        built = wired_lab.platform(*REPLAY, "io_card.sample_timeout_s=1.0")
+        yield built.card
+        built.close()
+        assert wired_lab.violations() == ()
+
+    @pytest.fixture
+    def emergency(self, wired_lab):
+        return lambda level: wired_lab.control("instant_reset", board=1, level=level)
+
+    @pytest.fixture
+    def abandon(self, wired_lab):
+        yield wired_lab.cut_links
+        wired_lab.control("clear_faults")
 
 
 class TestAmplifier(AmplifierContract):

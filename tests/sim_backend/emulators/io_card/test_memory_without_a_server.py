@@ -1,0 +1,144 @@
+"""SAMPLESPERSTEP after SEQ:SET: the card's memory is played without the server, as a ring; and what ends that.
+
+Seen on the real server with a stand-in for the FPGA: the second play of 200, the ring, the sines from step 7372 on.
+"""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from drivers.timeline import DigitalLine
+from sim_backend.emulators.emulator import LabEmulator
+from tests.kit.emulator_client import LAB, RATE, configure, connect, control, program, start, tables, tone, until
+
+STEP = 16
+RING = 8192 * STEP
+PULSE = [[0, 0, 1.8]] * 20 + [[0, 0, 0]] * 4
+GATES = [[1, 0, 1]] * 20 + [[0, 0, 1]] * 4
+
+
+@pytest.fixture
+def emulator():
+    """Real time; the first card has the wire of a watchdog."""
+    table = tables() | {"speed": 1.0}
+    table["io_cards"]["boards"][0]["wire"] = ["DIO4_N", "DIO3_P"]
+    made = LabEmulator(table, LAB.parent)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def client(emulator):
+    one = connect(emulator)
+    configure(one)
+    one.do("RP:INSTANTRESET:MODE ON")
+    yield one
+    one.close()
+
+
+def loaded(client, counter=0):
+    """Twenty steps of gate and sine in the memory, and the server's hand off it."""
+    program(client, STEP, PULSE, GATES)
+    client.do(f"RP:DAC:SEQ:SAMPLESPERSTEP {STEP}", f"RP:COUNTER:SAMPLESPERSTEP {counter}")
+    tone(client, 500.0, 0.2)
+    start(client)
+
+
+def to_be_played(emulator):
+    """From and to when gate and sine will be on if nobody does anything any more: three rounds of the ring."""
+    timeline = emulator.cards.shot.timeline(0, 3 * RING)
+    sines = [(b.start_sample, b.stop_sample) for b in timeline.bursts]
+    return [(e.start_sample, e.stop_sample) for e in timeline.lines if e.line is DigitalLine.PA_GATE], joined(sines)
+
+
+def joined(spans):
+    """Those that follow each other without a gap as one."""
+    out = []
+    for a, b in sorted(spans):
+        out = [*out[:-1], (out[-1][0], b)] if out and out[-1][1] == a else [*out, (a, b)]
+    return out
+
+
+def outputs(emulator):
+    found = control(emulator, "outputs")
+    return found["pa_gate"], found["playing"]
+
+
+def at(emulator, elapsed_s):
+    """Wait until so long after the trigger."""
+    shot = emulator.cards.shot
+    time.sleep(max(0.0, shot.start_s + elapsed_s - emulator.world.clock.monotonic_s()))
+
+
+def test_each_trigger_plays_the_same_again_and_the_server_says_that_nothing_runs(emulator, client):
+    loaded(client)
+    for _ in range(3):
+        assert int(client.ask("RP:STATUS?")) & 16 == 0
+        until(lambda: len(emulator.cards.boards[0].history) > 0)
+        assert emulator.cards.boards[0].registers.program.ring
+        client.do("RP:TRIGGER OFF")
+        assert outputs(emulator) == (False, [])
+        assert float(client.ask("RP:DAC:CH0:COMP0:AMP?")) == pytest.approx(0.2, abs=1e-4)
+        client.do("RP:TRIGGER ON")
+
+
+def test_left_alone_it_is_a_ring_whose_last_steps_have_no_gate(emulator, client):
+    loaded(client)
+    gates, sines = to_be_played(emulator)
+    assert gates == [(0, 320), (RING, RING + 320), (2 * RING, 2 * RING + 320)]
+    free = 7372 * STEP
+    assert sines == [(0, 320), (free, RING + 320), (RING + free, 2 * RING + 320), (2 * RING + free, 3 * RING)]
+
+
+def test_the_counter_presses_the_emergency_input_by_the_wire_until_the_trigger_falls(emulator, client):
+    loaded(client, counter=1000)
+    assert to_be_played(emulator) == ([(0, 320)], [(0, 320)])
+    assert client.ask("RP:COUNTER:SAMPLESPERSTEP?") == "1000"
+    at(emulator, 4100 / RATE)
+    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "1"
+    assert client.ask("RP:INSTANTRESET:STATUS?") == "0"  # the latch holds the counter in reset
+    assert to_be_played(emulator) == ([(0, 320)], [(0, 320)])
+    client.do("RP:TRIGGER OFF")
+    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "0"
+
+
+@pytest.mark.parametrize(("pins", "mode"), [(None, "ON"), (["DIO4_N", "DIO3_P"], "OFF"), (["DIO7_P", "DIO3_P"], "ON")])
+def test_without_wire_or_mode_the_counter_presses_nothing(emulator, client, pins, mode):
+    control(emulator, "wire", board=0, pins=pins)
+    client.do(f"RP:INSTANTRESET:MODE {mode}")
+    loaded(client, counter=100)
+    at(emulator, 0.05)
+    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "0"
+
+
+def test_the_counter_is_on_three_pins_if_they_are_outputs(emulator, client):
+    control(emulator, "wire", board=0, pins=None)
+    client.do("RP:COUNTER:SAMPLESPERSTEP 6000")
+    start(client)
+    at(emulator, 1.5 * 6000 / RATE)
+    assert [client.ask(f"RP:DIO:PIN{k}:SIDEN?") for k in (2, 3, 4)] == ['"ON"', '"OFF"', '"OFF"']
+    client.do("RP:DIO:PIN2:SIDEN:DIR IN")
+    assert client.ask("RP:DIO:PIN2:SIDEN?") == '"OFF"'
+    at(emulator, 4.5 * 6000 / RATE)
+    assert [client.ask(f"RP:DIO:PIN{k}:SIDEN?") for k in (3, 4)] == ['"OFF"', '"ON"']
+
+
+def test_a_command_on_the_wires_pin_presses_the_input_and_latches_only_with_the_trigger(emulator, client):
+    client.do("RP:DIO:PIN4:SIDEN ON")
+    assert (client.ask("RP:INSTANTRESET:STATUS?"), client.ask("RP:INSTANTRESET:TRIGGERED?")) == ("1", "0")
+    client.do("RP:DIO:PIN4:SIDEN OFF")
+    assert client.ask("RP:INSTANTRESET:STATUS?") == "0"
+    start(client)
+    client.do("RP:DIO:PIN4:SIDEN ON")
+    assert client.ask("RP:INSTANTRESET:TRIGGERED?") == "1"
+
+
+def test_a_new_client_empties_the_memory(emulator, client):
+    loaded(client)
+    second = connect(emulator)
+    second.do("RP:TRIGGER OFF", "RP:TRIGGER ON")
+    assert outputs(emulator) == (False, [])
+    assert emulator.cards.boards[0].registers.program is None
+    second.close()
