@@ -85,7 +85,7 @@ def done_before(journal: Path, seed: int) -> dict[int, dict[str, Any]]:
 def main() -> None:
     """Command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--blows", type=int, default=500 * len(WIRINGS))
+    parser.add_argument("--blows", type=int, default=400 * len(WIRINGS))
     parser.add_argument("--first", type=int, default=0, help="number of the first one")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--processes", type=int, default=2)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from tests.kit.emulated_lab import REPLAY, wired
+
 
 @dataclass(frozen=True)
 class Wiring:
@@ -34,6 +36,12 @@ def _by_sequence(name: str, gate: str, receiver: str) -> Wiring:
     return Wiring(name, *_lines(gate, receiver), chunk=608, over_s=1e-3, follows_host=False)
 
 
+def _from_memory(name: str, gate: str, receiver: str) -> Wiring:
+    """The same, of a shot that stays in the cards' memories, with the wires that end it."""
+    emulator, platform = _lines(gate, receiver)
+    return Wiring(name, (wired(), *emulator), (*platform, *REPLAY), chunk=608, over_s=1e-3, follows_host=False)
+
+
 def _by_host(name: str, gate: str, receiver: str) -> Wiring:
     """A gate stays high until somebody is told otherwise: the card by the host, which notices within `pin_delay_s` +
     0.25 s that nothing comes, or the amplifier, which it then switches off on its own wire."""
@@ -45,4 +53,6 @@ WIRINGS = (
     _by_sequence("sequence, two cards", "0 AO0", "1 AO0"),
     _by_host("host, one card", "0 DIO7_P", "0 DIO6_P"),
     _by_host("host, two cards", "0 DIO7_P", "1 DIO6_P"),
+    _from_memory("memory, one card", "0 AO0", "0 AO1"),
+    _from_memory("memory, two cards", "0 AO0", "1 AO0"),
 )
