@@ -150,6 +150,7 @@ def test_a_stop_with_a_shot_in_the_memory_fails_if_the_trigger_is_on(answers, mo
 
 
 BOARD = {"host": "127.0.0.1"}
+BOARDS = [BOARD, {"host": "127.0.0.2"}]
 
 
 @pytest.mark.parametrize(
@@ -160,10 +161,11 @@ BOARD = {"host": "127.0.0.1"}
         ({"trigger": "external"}, "needs trigger = internal"),
         ({"lines": {"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "DIO7_N"}}}, "AO0, AO1, AO2, not on DIO7_P"),
         ({"lines": {"rx_connect": {"pin": "AO3"}}}, "not on AO3"),
+        ({"lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "pa_gate on the master, board 0.*loose"),
         ({"lines": {"rx_connect": {"pin": "DIO4_N"}}}, "not on DIO4_N"),
     ],
 )
 def test_what_the_option_does_not_go_with_is_refused_by_name(table, complaint):
     with pytest.raises(ConfigError, match=complaint):
-        card_table({"boards": [BOARD], "replay_watchdog": True, **table}).layout()
+        card_table({"boards": BOARDS, "replay_watchdog": True, **table}).layout()
     assert card_table({"boards": [BOARD], "replay_watchdog": True})
