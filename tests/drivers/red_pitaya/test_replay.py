@@ -142,6 +142,13 @@ def test_what_may_be_played_again_has_the_same_steps_and_the_same_watchdog():
     assert not board(held=False).holds(program())
 
 
+def test_a_memory_that_is_not_empty_is_never_written_over():
+    full = board()
+    with pytest.raises(DeviceError, match="holds another shot"):
+        full.arm(program(186))
+    assert vars(full)["_connection"].told == []
+
+
 @pytest.mark.parametrize("answers", [{"TRIGGER?": ON, "STATUS?": 0}, {"TRIGGER?": OFF, "STATUS?": 8}])
 def test_a_stop_with_a_shot_in_the_memory_fails_if_the_trigger_is_on(answers, monkeypatch):
     monkeypatch.setattr(ReplayBoard, "switch_off", lambda self: None)
