@@ -137,6 +137,11 @@ class CardTable(Section):
         for key, right, why in REPLAY_NEEDS:
             if getattr(self, key) != right:
                 raise ValueError(f"replay_watchdog needs {key} = {str(right).lower()}: {why}")
+        if self.lines.pa_gate.board != 0:
+            raise ValueError(
+                "replay_watchdog needs lines.pa_gate on the master, board 0: a slave's trigger comes over a cable, and "
+                "one that is loose plays the slave's memory again"
+            )
         for pin in (self.lines.pa_gate.pin, self.lines.rx_connect.pin):
             if pin not in REPLAY_PINS:
                 raise ValueError(

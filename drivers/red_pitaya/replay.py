@@ -113,7 +113,12 @@ class ReplayBoard(Board):
             )  # fmt: skip
 
     def _fill(self, program: BoardProgram) -> None:
-        """The sequence into the memory, and the server's hand off it.  The memory must be empty."""
+        """The sequence into the memory, and the server's hand off it.
+
+        Raises DeviceError if the memory is not empty: a second SEQ:SET would leave the old one there, all gates open.
+        """
+        if self.occupied:
+            raise DeviceError("the memory holds another shot", where=self.where, remedy="stop the card, then repeat it")
         self._held = program  # at least in part, from here on
         self._held_step = 0
         step = f"RP:DAC:SEQ:SAMPLESPERSTEP {program.step_samples}"

@@ -142,6 +142,13 @@ def test_what_may_be_played_again_has_the_same_steps_and_the_same_watchdog():
     assert not board(held=False).holds(program())
 
 
+def test_a_memory_that_is_not_empty_is_never_written_over():
+    full = board()
+    with pytest.raises(DeviceError, match="holds another shot"):
+        full.arm(program(186))
+    assert vars(full)["_connection"].told == []
+
+
 @pytest.mark.parametrize("answers", [{"TRIGGER?": ON, "STATUS?": 0}, {"TRIGGER?": OFF, "STATUS?": 8}])
 def test_a_stop_with_a_shot_in_the_memory_fails_if_the_trigger_is_on(answers, monkeypatch):
     monkeypatch.setattr(ReplayBoard, "switch_off", lambda self: None)
@@ -150,6 +157,7 @@ def test_a_stop_with_a_shot_in_the_memory_fails_if_the_trigger_is_on(answers, mo
 
 
 BOARD = {"host": "127.0.0.1"}
+BOARDS = [BOARD, {"host": "127.0.0.2"}]
 
 
 @pytest.mark.parametrize(
@@ -160,10 +168,11 @@ BOARD = {"host": "127.0.0.1"}
         ({"trigger": "external"}, "needs trigger = internal"),
         ({"lines": {"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "DIO7_N"}}}, "AO0, AO1, AO2, not on DIO7_P"),
         ({"lines": {"rx_connect": {"pin": "AO3"}}}, "not on AO3"),
+        ({"lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "pa_gate on the master, board 0.*loose"),
         ({"lines": {"rx_connect": {"pin": "DIO4_N"}}}, "not on DIO4_N"),
     ],
 )
 def test_what_the_option_does_not_go_with_is_refused_by_name(table, complaint):
     with pytest.raises(ConfigError, match=complaint):
-        card_table({"boards": [BOARD], "replay_watchdog": True, **table}).layout()
+        card_table({"boards": BOARDS, "replay_watchdog": True, **table}).layout()
     assert card_table({"boards": [BOARD], "replay_watchdog": True})
