@@ -20,9 +20,9 @@ opened (`tests/system/emulated/test_wiring.py`).
 
 After each it is checked, by the world's own record and not by that of the drivers, that power never met a connected
 receiver or one that was moving there; that power reached the coils for no longer than TX and what the wiring allows
-(a gate on the sequence, also that of a shot which stays in the cards' memories: 1 ms; by the host: 1 s, and while the
-host stands still as long as it does); that the shot ended; and, when the wires are mended, that outputs can be proved off and the next shot is good without a hand, or that
-the error says what a hand must do.
+(a gate on the sequence, in the cards' memories too: 1 ms; by the host: 1 s, and while the host stands still as long as
+it does); that the shot ended; and, when the wires are mended, that outputs can be proved off and the next shot is good
+without a hand, or that the error says what a hand must do.
 
 **{blows} faults, {good} as it must be, {bad} not; power met the receiver {met} times.** A shot after a mended wire
 was good at the first try in {first} of {mended}, else at a later one: this computer was busy, and late itself. {hand}
