@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import fcntl
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from drivers.errors import InputError
-
 from .access_files import AUDIT, TOKENS
 from .errors import StorageUnusable
+from .folder_lock import LOCK, lock_folder
 from .leftovers import sweep
 from .recovery import recover
 
@@ -18,7 +16,6 @@ _NAMES = (
     *("recordings", "fits", "diagnoses", "characterisations", "procedures", "models", "calibrations"),
     *("jobs", "resonators", "sequences", "presets"),
 )
-_LOCK = ".lock"
 EVENTS, ALARMS, MOUNTED = "events.db", "alarms.json", "mounted.json"
 
 
@@ -48,28 +45,23 @@ class DataFolder:
 
 def is_data_folder(folder: Path) -> bool:
     """Has a daemon worked there?"""
-    return (folder / _LOCK).exists()
+    return (folder / LOCK).exists()
 
 
 def open_data_folder(folder: Path) -> DataFolder:
     """The folders, made if missing; series that a crash left behind are put together first.
 
-    Raises InputError if another daemon works in this folder, StorageUnusable if it cannot be made or written to.
+    A daemon there that has lost its parent is waited for.  Raises InputError if another one works in this folder,
+    StorageUnusable if it cannot be made or written to.
     """
     try:
         for name in _NAMES:
             (folder / name).mkdir(parents=True, exist_ok=True)
-        lock = (folder / _LOCK).open("w")
+        lock = lock_folder(folder)
     except OSError as error:
         why = error.strerror or str(error)
         remedy = "free or repair the disk, or give another --data folder, which this account may write to"
         raise StorageUnusable("the data folder cannot be used", where=str(folder), why=why, remedy=remedy) from None
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        lock.close()
-        remedy = "stop it, or give this one another --data folder"
-        raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
     made = data_paths(folder, lock)
     sweep([folder, *(folder / name for name in _NAMES)])
     recover(made.recordings)
