@@ -3,9 +3,12 @@
 import pytest
 
 from drivers.errors import InterlockError
+from platform_daemon.schemas import AcquisitionRequest
 from platform_daemon.settings import load_platform
 from platform_daemon.supervisor import guard_for
-from tests.link.test_link import REQUEST
+from tests.kit.acquisitions import SHORT_JEWEL
+
+REQUEST = AcquisitionRequest.model_validate(SHORT_JEWEL)
 
 
 def test_a_lease_beyond_the_limit_is_told_by_a_dry_run_and_by_the_request(linked, tmp_path, monkeypatch):

@@ -12,13 +12,15 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
 
 from tests.kit.processes import NoSuchChild
 
 from . import page
-from .bench import Bench, NotThere
+from .bench import NotThere
+from .pair import ROUNDS, Pair
 from .strike import Came, strike
 from .strikes import STRIKES, Strike
 
@@ -37,7 +39,10 @@ def main() -> int:
         asked.page.write_text(page.text(done, len(os.sched_getaffinity(0))), encoding="utf-8")
     bad = [*(f"{d.name}, in {d.moment}: {d.missed}, met {d.met}" for d in done if d.missed or d.met)]
     bad += page.too_slow(done)
+    took = [d.wall_s for d in done if d.wall_s is not None]
     print(*bad, f"{len(done)} strikes, {len(bad)} complaints", sep="\n")
+    if took:
+        print(f"{sum(took) / len(took):.2f} s a strike, of {len(took)}")
     return int(bool(bad))
 
 
@@ -46,11 +51,11 @@ def campaign(strikes: list[Strike], each: int, journal: Path, seconds: float) ->
     done = [Came(**json.loads(line)) for line in journal.read_text().splitlines()] if journal.exists() else []
     counts, until = Counter(d.name for d in done), time.monotonic() + seconds
     while time.monotonic() < until and any(counts[s.name] < each for s in strikes):
-        with tempfile.TemporaryDirectory() as folder:  # a new lab every round
-            bench = Bench(Path(folder), seed=len(done) + 1)
+        with tempfile.TemporaryDirectory() as folder:
+            pair = Pair(Path(folder), seed=len(done) + 1)
             try:
-                for what in [s for s in strikes if counts[s.name] < each and time.monotonic() < until]:
-                    came = _one(bench, what, counts[what.name])
+                for what in _turns(strikes, each, counts):
+                    came = None if time.monotonic() > until else _one(pair, what, counts[what.name])
                     if came is None:
                         break
                     counts[what.name] += 1
@@ -58,22 +63,40 @@ def campaign(strikes: list[Strike], each: int, journal: Path, seconds: float) ->
                     with journal.open("a") as file:
                         file.write(json.dumps(asdict(came)) + "\n")
             finally:
-                bench.end()
+                pair.end()
     return done
 
 
-def _one(bench: Bench, what: Strike, number: int) -> Came | None:
+def _turns(strikes: list[Strike], each: int, counts: Counter[str]) -> Iterator[Strike]:
+    """Those that are missing, as many rounds as one pair of labs serves."""
+    for _ in range(ROUNDS):
+        yield from _spread([s for s in strikes if counts[s.name] < each])
+
+
+def _spread(strikes: list[Strike]) -> list[Strike]:
+    """A hardware process that dies soon after its start waits before the next one: others come in between."""
+    found = [s for s in strikes if s.ends == "nothing"]
+    dying = [s for s in strikes if s.ends == "hardware"]
+    between = len(found) // max(1, len(dying)) + 1
+    for k, each in enumerate(dying):
+        found.insert((k + 1) * between - 1, each)
+    return [*found, *(s for s in strikes if s.ends == "daemon")]
+
+
+def _one(pair: Pair, what: Strike, number: int) -> Came | None:
     """None: the moment did not come; nothing was struck then."""
-    moment = what.moments[number % len(what.moments)]
+    moment, bench = what.moments[number % len(what.moments)], pair.bench
     try:
-        came = strike(bench, what, moment)
+        came = strike(bench, what, moment, pair.next_starts)
+        if what.ends == "daemon":
+            pair.change()
     except (NotThere, NoSuchChild) as error:
         print(f"{what.name}: {error}", file=sys.stderr, flush=True)
         return None
     except Exception as error:  # a broken trial counts against us
         came = Came(what.name, moment, missed=[f"the trial broke: {type(error).__name__}: {error}"])
         bench.stop_daemon()
-    times = [came.power_s, came.amplifier_s, came.all_s, came.late_s]
+    times = [came.power_s, came.amplifier_s, came.all_s, came.late_s, came.wall_s]
     print(what.name, moment, *("-" if t is None else f"{t:.3f}" for t in times), came.missed, came.met, flush=True)
     return came
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any, Literal
@@ -20,9 +22,9 @@ from tests.kit.processes import child_of
 from tests.kit.rest import client_at
 
 Moment = Literal["tx", "rx", "between"]
-SERIES = {"resonator": "jewel", "shots": 2000, "sequence": {"rx_s": 0.4, "pause_s": 0.15}}
+SERIES = {"resonator": "jewel", "shots": 2000, "sequence": {"rx_s": 0.25, "pause_s": 0.15}}
 _ASK_S = 2e-3  # the emulator runs in this process, too
-_MOMENT_S = 90.0
+_MOMENT_S = 30.0
 _END_S = 60.0
 
 
@@ -31,17 +33,31 @@ class NotThere(AssertionError):
 
 
 class Bench:
-    """The daemon is started when it is needed, with a state folder of its own.  options: further ones of `serve`."""
+    """The daemon is started when it is needed, with a state folder of its own.  options: further ones of `serve`.
+
+    starts: when shots have begun, as far as somebody looked, s; usual_s: between two of them when nothing is struck;
+    halted: a process that was halted and is to go on; told: what POST /stop was answered, asks: while it was not.
+    """
 
     def __init__(self, folder: Path, seed: int, options: tuple[str, ...] = ()) -> None:
         self.lab = Lab(folder, 'specimen="../resonators/jewel.toml"', f"world.seed={seed}", f"seed={seed}")
         self.world = self.lab.emulator.world
         self._folder, self._options = folder, options
-        os.environ["XDG_STATE_HOME"] = str(folder / "state")  # of the guards, and of `reset_fault` here
+        self._use_state()
         self.process: subprocess.Popen[str] | None = None
-        self.address = ""
+        self.address = self.stop_address = ""
         self._http = client_at("")
         self._job = ""
+        self.starts: list[float] = []
+        self.usual_s: float | None = None
+        self.halted: int | None = None
+        self.told: str | None = None
+        self.asks: threading.Thread | None = None
+        self._seen = 0
+
+    def _use_state(self) -> None:
+        """The folder of the guards, and of `reset_fault` in this process, which may have several benches."""
+        os.environ["XDG_STATE_HOME"] = str(self._folder / "state")
 
     def end(self) -> None:
         """Daemon and lab end."""
@@ -66,9 +82,8 @@ class Bench:
         """A daemon that measures."""
         self.lab.control("repair")
         if self.process is None or self.process.poll() is not None:
-            self.stop_daemon()
-            self.reset_fault()
-            self.start()
+            self.start_soon()
+        self.wait_started()
         if self._job and self.get(self._job)["state"] in ("queued", "running"):
             return
         answer = self.post("/acquisitions", SERIES)
@@ -77,10 +92,20 @@ class Bench:
             answer = self.post("/acquisitions", SERIES)
         assert answer.status_code == 202, answer.text
         self._job = answer.headers["location"]
+        self.usual_s = None
+
+    def start_soon(self) -> None:
+        """A daemon begins to start, unless there is one; a fault that the last one has left is reset."""
+        if self.process is not None and self.process.poll() is None:
+            return
+        self.stop_daemon()
+        self.reset_fault()
+        self._spawn()
 
     def reset_fault(self) -> Fault | None:
         """As a person does who has looked at the platform, once the guard has let go of it; the fault that stood."""
         until = time.monotonic() + _END_S
+        self._use_state()
         while True:
             try:
                 return self.lab.reset_fault()
@@ -91,6 +116,12 @@ class Bench:
 
     def start(self) -> None:
         """A daemon on the lab."""
+        self._spawn()
+        self.wait_started()
+
+    def _spawn(self) -> None:
+        self._use_state()
+        self.address = ""
         command = [
             sys.executable,
             "-m",
@@ -106,8 +137,14 @@ class Bench:
             self.process = subprocess.Popen(
                 [*command, *where, *self._options], stdout=subprocess.PIPE, stderr=log, text=True
             )
+
+    def wait_started(self) -> None:
+        """Until it answers."""
+        if self.address:
+            return
+        assert self.process is not None
         assert self.process.stdout is not None
-        self.address = self.process.stdout.readline().split()[-1]
+        self.address, self.stop_address = (self.process.stdout.readline().split()[-1] for _ in "12")
         self._job = ""
 
     # --- what the daemon says
@@ -118,6 +155,34 @@ class Bench:
             return self._http.get(f"{self.address}/health", timeout=10).status_code == 200
         except httpx2.HTTPError:
             return False
+
+    def stop_port_answers(self) -> bool:
+        """Does the process for stop?  Whoever connects while it is started anew waits, and is not refused."""
+        try:
+            url = self.stop_address.replace("/stop", "/health")
+            return httpx2.get(url, timeout=20).status_code == 200
+        except httpx2.HTTPError:
+            return False
+
+    def ask_to_stop(self) -> None:
+        """POST /stop on its own port, in a thread: `told` has the answer once it is there."""
+
+        def ask() -> None:
+            try:
+                self.told = httpx2.post(self.stop_address, timeout=60).text
+            except httpx2.HTTPError as error:
+                self.told = repr(error)
+
+        self.told = None
+        self.asks = threading.Thread(target=ask, name="stop", daemon=True)
+        self.asks.start()
+
+    def wait_for_hardware(self) -> None:
+        """Until the hardware process has been started anew."""
+        until = time.monotonic() + _END_S
+        while httpx2.get(f"{self.address}/platform", timeout=30).status_code != 200:
+            assert time.monotonic() < until, "the hardware process does not come back"
+            time.sleep(0.05)
 
     def series_ended(self) -> bool:
         """Has the series ended?"""
@@ -156,6 +221,17 @@ class Bench:
         """Its id."""
         return child_of(self.parent(), "platform_daemon.serving", "web")
 
+    def stop(self) -> int:
+        """Its id."""
+        return child_of(self.parent(), "platform_daemon.serving", "stop")
+
+    def go_on(self) -> None:
+        """What was halted goes on, if it is still there."""
+        pid, self.halted = self.halted, None
+        if pid is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGCONT)
+
     def guard(self) -> int:
         """Its id."""
         return child_of(self.hardware(), "platform_daemon.supervisor")
@@ -165,6 +241,16 @@ class Bench:
         return child_of(self.hardware(), "spawn_main")
 
     # --- what the world says
+
+    def look_anew(self) -> None:
+        """What has begun while nobody looked is not noted."""
+        self._seen = self.world.shots
+
+    def look(self) -> None:
+        """Note that a shot has begun."""
+        if self.world.shots > self._seen:
+            self._seen = self.world.shots
+            self.starts.append(time.monotonic())
 
     def power_until_s(self, since_s: float) -> float:
         """How long after that world time power could reach the coils, s."""
@@ -189,11 +275,14 @@ class Bench:
     def wait_for(self, moment: Moment) -> None:
         """Until power is on, the receiver is connected, or a shot has ended and none has begun.  Raises NotThere."""
         until, first = time.monotonic() + _MOMENT_S, self.world.shots
+        self.look_anew()
         while time.monotonic() < until:
+            self.look()
             receives = self._position() is SwitchPosition.RECEIVE
             here = {"tx": self.world.power.enabled and self.world.is_running() and not receives, "rx": receives,
                     "between": self.world.shots > first and not self.world.is_running() and not receives}  # fmt: skip
             if self.world.shots > first and here[moment]:  # not before one shot was whole
+                self.look()
                 return
             time.sleep(_ASK_S)
         raise NotThere(f"no {moment} within {_MOMENT_S:g} s")

@@ -10,14 +10,15 @@ import numpy as np
 from platform_daemon.supervisor.watch import LEASE_S
 
 from .strike import Came
-from .strikes import HANG_S, KILL_S, LATE_S, STRIKES, Strike
+from .strikes import HANG_S, KILL_S, LATE_S, STOP_HANG_S, STRIKES, Strike
 
 HEAD = Path(__file__).with_name("page.txt")
 
 
 def text(done: Sequence[Came], cores: int) -> str:
     """The page."""
-    head = HEAD.read_text().format(late=LATE_S, kill=KILL_S, hang=HANG_S, lease=LEASE_S, cores=cores)
+    promised = {"late": LATE_S, "kill": KILL_S, "hang": HANG_S, "stop_hang": STOP_HANG_S, "lease": LEASE_S}
+    head = HEAD.read_text().format(**promised, cores=cores)
     rows = [_row(each, [d for d in done if d.name == each.name]) for each in STRIKES]
     said = sorted({f"* {d.name}, in {d.moment}: {why}" for d in done for why in d.missed})
     bad = [*said, *(f"* {over}" for over in too_slow(done))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,8 +14,10 @@ from .bench import Bench, Moment
 from .strikes import LATE_S, Strike
 
 _WITHIN_S = LEASE_S + 15.0
-_BEFORE, _AFTER = 2, 3
-"""Shots before and after a strike that a series must survive."""
+_BEFORE, _AFTER = 2, 2
+"""Intervals between shots that tell what is usual, once for a series; shots after a strike that it must survive."""
+_WAITS_S = 1.0
+"""Where outputs are still on then, nothing is disturbed by the next daemon's start."""
 _LONGEST_S = 10.0
 
 
@@ -23,7 +26,7 @@ class Came:
     """What came of a strike, s after it: power_s until power could no longer reach the coils, amplifier_s until the
     amplifier was disabled, all_s until all outputs were off, late_s the most that a shot was late; None: not asked.
 
-    missed: what must not be; met: how often power met a connected receiver.
+    missed: what must not be; met: how often power met a connected receiver; wall_s: that the strike has taken in all.
     """
 
     name: str
@@ -34,52 +37,68 @@ class Came:
     late_s: float | None = None
     missed: list[str] = field(default_factory=list)
     met: int = 0
+    wall_s: float | None = None
 
 
-def strike(bench: Bench, what: Strike, moment: Moment) -> Came:
-    """Do it.  Raises NotThere if its moment does not come, AssertionError if what it needs cannot be had."""
+def strike(bench: Bench, what: Strike, moment: Moment, meanwhile: Callable[[], None]) -> Came:
+    """Do it.  meanwhile: called once nothing more is measured that it could disturb; it starts the next daemon.
+
+    Raises NotThere if its moment does not come, AssertionError if what it needs cannot be had.
+    """
+    began = time.monotonic()
     bench.begin()
     met, came = len(bench.lab.violations()), Came(what.name, moment)
-    usual_s = _period_s(bench) if what.must == "go on" else 0.0
+    if what.must == "go on" and bench.usual_s is None:
+        bench.usual_s = _period_s(bench)
     bench.wait_for(moment)
     since_s, since = bench.world.clock.monotonic_s(), time.monotonic()
     what.do(bench)
     if what.must == "go on":
-        _goes_on(bench, came, usual_s)
+        _goes_on(bench, came)
     elif what.must == "wiring":
         _wiring_alone(bench, came, since)
     else:
-        _goes_off(bench, came, since, or_on=what.must == "off or on")
+        _goes_off(
+            bench, came, since, meanwhile if what.ends == "daemon" else lambda: None, or_on=what.must == "off or on"
+        )
     if what.must != "go on" and (came.all_s is not None or came.missed):
         came.power_s = bench.power_until_s(since_s)
+    if what.ends == "daemon":
+        meanwhile()
     _afterwards(bench, what, came)
     came.met = len(bench.lab.violations()) - met
+    came.wall_s = time.monotonic() - began
     return came
 
 
 def _period_s(bench: Bench) -> float:
+    bench.look_anew()
     return float(np.median(np.diff(_starts(bench, _BEFORE + 1))))
 
 
 def _starts(bench: Bench, count: int) -> list[float]:
     """When the next shots begin, s."""
-    found, known, until = list[float](), bench.world.shots, time.monotonic() + _LONGEST_S * count
-    while len(found) < count and time.monotonic() < until:
-        if bench.world.shots > known:
-            known = bench.world.shots
-            found.append(time.monotonic())
+    known, until = len(bench.starts), time.monotonic() + _LONGEST_S * count
+    while len(bench.starts) < known + count and time.monotonic() < until:
+        bench.look()
         time.sleep(1e-3)
-    return found
+    return bench.starts[known:]
 
 
-def _goes_on(bench: Bench, came: Came, usual_s: float) -> None:
-    starts = _starts(bench, _AFTER)
-    if len(starts) < _AFTER:
+def _goes_on(bench: Bench, came: Came) -> None:
+    before = bench.starts[-1:]  # the shot that was struck, or the one before
+    starts = [*before, *_starts(bench, _AFTER)]
+    if len(starts) < _AFTER + 1:
+        bench.go_on()
         came.missed.append("the series has ended, or a shot did not come in time")
         return
-    came.late_s = float(max(np.diff(starts)) - usual_s)
+    assert bench.usual_s is not None
+    came.late_s = float(max(np.diff(starts)) - bench.usual_s)
     if came.late_s > LATE_S:
         came.missed.append(f"a shot was {came.late_s:.2f} s late")
+    if not bench.stop_port_answers():
+        came.missed.append("the port for stop does not answer")
+    bench.go_on()
     until = time.monotonic() + _WITHIN_S
     while not bench.answers():
         if time.monotonic() > until:
@@ -87,9 +106,11 @@ def _goes_on(bench: Bench, came: Came, usual_s: float) -> None:
             return
 
 
-def _goes_off(bench: Bench, came: Came, since: float, *, or_on: bool) -> None:
+def _goes_off(bench: Bench, came: Came, since: float, meanwhile: Callable[[], None], *, or_on: bool) -> None:
     shots = bench.world.shots
     while time.monotonic() - since < _WITHIN_S:
+        if time.monotonic() - since > _WAITS_S:
+            meanwhile()
         if or_on and bench.world.shots > shots + 2:
             came.amplifier_s = came.all_s = None
             return
@@ -98,6 +119,7 @@ def _goes_off(bench: Bench, came: Came, since: float, *, or_on: bool) -> None:
         if not bench.outputs_on:
             came.all_s = time.monotonic() - since
             came.amplifier_s = came.all_s if came.amplifier_s is None else came.amplifier_s
+            meanwhile()
             if _stays_off(bench):
                 return
             came.amplifier_s = came.all_s = None  # between two shots: it has not noticed yet
@@ -115,6 +137,16 @@ def _stays_off(bench: Bench) -> bool:
     return True
 
 
+def _what_stop_said(bench: Bench, came: Came) -> None:
+    """Where somebody has asked."""
+    asks, bench.asks = bench.asks, None
+    if asks is None:
+        return
+    asks.join(_WITHIN_S)
+    if '"hung":true' not in (bench.told or ""):
+        came.missed.append(f"POST /stop was answered {bench.told}")
+
+
 def _wiring_alone(bench: Bench, came: Came, since: float) -> None:
     while bench.card_on:
         assert time.monotonic() - since < _WITHIN_S, "the shot does not end"
@@ -124,9 +156,13 @@ def _wiring_alone(bench: Bench, came: Came, since: float) -> None:
 
 def _afterwards(bench: Bench, what: Strike, came: Came) -> None:
     """The outputs are off, whoever is left; and what lives can measure again, which the next strike begins with."""
-    if what.dies:
+    if what.must == "go on":
+        return  # with the next strike, in the same series
+    if what.ends == "daemon":
         bench.stop_daemon()
     else:
+        bench.wait_for_hardware()
+        _what_stop_said(bench, came)
         bench.lab.control("clear_faults")
         bench.end_series()
     if what.must == "wiring":

@@ -9,12 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
+from platform_daemon.link.stopping import SILENT_S
 from platform_daemon.supervisor.watch import LEASE_S
 
 from .bench import Bench, Moment
 
 KILL_S = 0.1
 """The amplifier is disabled within this time of a kill, in the median."""
+STOP_HANG_S = SILENT_S + 0.3
+"""... and of a hang, where somebody asks to stop."""
 HANG_S = LEASE_S + 0.2
 """... and of a hang or a dead link."""
 LATE_S = 0.5
@@ -27,14 +30,17 @@ POWERED: tuple[Moment, ...] = ("tx", "rx")
 class Strike:
     """`must`: the outputs go off, with the amplifier disabled within `median_s` in the median; off or on: the same, or
     the next shot is made as if nothing had been; the series goes on, no shot late; or power ends by the wiring alone,
-    and the amplifier stays enabled.  `dies`: the daemon is gone then."""
+    and the amplifier stays enabled.
+
+    `ends`: the daemon is gone then; its hardware process is, and is started anew; or nothing of it.  Where it lives the
+    next strike meets the same one, and the same series where that goes on."""
 
     name: str
     moments: tuple[Moment, ...]
     do: Callable[[Bench], None]
     must: Literal["off", "off or on", "go on", "wiring"] = "off"
     median_s: float = KILL_S
-    dies: bool = True
+    ends: Literal["daemon", "hardware", "nothing"] = "daemon"
 
 
 def _send(number: signal.Signals, *to: Callable[[Bench], int]) -> Callable[[Bench], None]:
@@ -43,6 +49,21 @@ def _send(number: signal.Signals, *to: Callable[[Bench], int]) -> Callable[[Benc
             os.kill(pid, number)
 
     return do
+
+
+def _halt(which: Callable[[Bench], int]) -> Callable[[Bench], None]:
+    """Until the series was seen to go on."""
+
+    def do(bench: Bench) -> None:
+        bench.halted = which(bench)
+        os.kill(bench.halted, signal.SIGSTOP)
+
+    return do
+
+
+def _halt_and_stop(bench: Bench) -> None:
+    os.kill(bench.hardware(), signal.SIGSTOP)
+    bench.ask_to_stop()
 
 
 def _twice(bench: Bench) -> None:
@@ -71,11 +92,16 @@ def _power_cut(bench: Bench) -> None:
 
 _parent, _hardware, _web, _worker, _guard = Bench.parent, Bench.hardware, Bench.web, Bench.worker, Bench.guard
 STRIKES = (
-    Strike("hardware process, SIGKILL", ALL, _send(signal.SIGKILL, _hardware)),
-    Strike("hardware process, SIGSEGV", ALL, _send(signal.SIGSEGV, _hardware)),
-    Strike("hardware process, SIGSTOP", POWERED, _send(signal.SIGSTOP, _hardware), median_s=HANG_S),
-    Strike("web process, SIGKILL", ALL, _send(signal.SIGKILL, _web), must="go on"),
-    Strike("worker, SIGKILL", ALL, _send(signal.SIGKILL, _worker), must="go on", dies=False),
+    Strike("hardware process, SIGKILL", ALL, _send(signal.SIGKILL, _hardware), ends="hardware"),
+    Strike("hardware process, SIGSEGV", ALL, _send(signal.SIGSEGV, _hardware), ends="hardware"),
+    Strike("hardware process, SIGSTOP", POWERED, _send(signal.SIGSTOP, _hardware), median_s=HANG_S, ends="hardware"),
+    Strike("hardware process, SIGSTOP, and POST /stop", POWERED, _halt_and_stop, median_s=STOP_HANG_S,
+           ends="hardware"),
+    Strike("web process, SIGKILL", ALL, _send(signal.SIGKILL, _web), must="go on", ends="nothing"),
+    Strike("web process, SIGSTOP", ALL, _halt(_web), must="go on", ends="nothing"),
+    Strike("worker, SIGKILL", ALL, _send(signal.SIGKILL, _worker), must="go on", ends="nothing"),
+    Strike("worker, SIGSTOP", ALL, _halt(_worker), must="go on", ends="nothing"),
+    Strike("stop process, SIGKILL", ALL, _send(signal.SIGKILL, Bench.stop), must="go on", ends="nothing"),
     Strike("parent, SIGKILL", ALL, _send(signal.SIGKILL, _parent)),
     Strike("parent and hardware process, SIGKILL", ALL, _send(signal.SIGKILL, _parent, _hardware)),
     Strike("parent, hardware process and guard, SIGKILL", ALL, _send(signal.SIGKILL, _parent, _guard, _hardware),
@@ -83,14 +109,15 @@ STRIKES = (
     *(Strike(f"parent, {number.name}", ALL, _send(number, _parent))
       for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)),
     Strike("parent, SIGINT twice", ALL, _twice),
-    Strike("card, link cut", ALL, _wire("io_card_0", "disconnect"), must="off or on", median_s=HANG_S, dies=False),
-    Strike("card, says nothing", ALL, _wire("io_card_0", "one_way_link"), median_s=HANG_S, dies=False),
-    Strike("card, hears nothing", ALL, _wire("io_card_0", "deaf_link"), median_s=HANG_S, dies=False),
+    Strike("card, link cut", ALL, _wire("io_card_0", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing"),
+    Strike("card, says nothing", ALL, _wire("io_card_0", "one_way_link"), median_s=HANG_S, ends="nothing"),
+    Strike("card, hears nothing", ALL, _wire("io_card_0", "deaf_link"), median_s=HANG_S, ends="nothing"),
     Strike("card, answers 0.3 s late, 40 times", ALL, _wire("io_card_0", "slow_link", 40), must="off or on",
-           median_s=HANG_S, dies=False),
-    Strike("switch, link cut", ALL, _wire("switch", "disconnect"), must="off or on", median_s=HANG_S, dies=False),
-    Strike("switch, says nothing", ALL, _wire("switch", "one_way_link"), median_s=HANG_S, dies=False),
-    Strike("amplifier, link cut", ALL, _wire("amplifier", "disconnect"), must="off or on", median_s=HANG_S, dies=False),
-    Strike("amplifier, says nothing", ALL, _wire("amplifier", "one_way_link"), median_s=HANG_S, dies=False),
-    Strike("card, power cut", ALL, _power_cut, median_s=HANG_S, dies=False),
+           median_s=HANG_S, ends="nothing"),
+    Strike("switch, link cut", ALL, _wire("switch", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing"),
+    Strike("switch, says nothing", ALL, _wire("switch", "one_way_link"), median_s=HANG_S, ends="nothing"),
+    Strike("amplifier, link cut", ALL, _wire("amplifier", "disconnect"), must="off or on", median_s=HANG_S,
+           ends="nothing"),
+    Strike("amplifier, says nothing", ALL, _wire("amplifier", "one_way_link"), median_s=HANG_S, ends="nothing"),
+    Strike("card, power cut", ALL, _power_cut, median_s=HANG_S, ends="nothing"),
 )  # fmt: skip
