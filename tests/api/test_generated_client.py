@@ -117,6 +117,7 @@ def test_a_recording_is_fitted_and_quantities_are_derived(api: Any, recording: s
     assert asked(api, "get_envelopes", job.id, 1).amplitude_rad[0] > 0.1
 
 
+@pytest.mark.long
 def test_a_diagnosis_has_a_page_and_what_it_names_is_adopted_and_used(api: Any, recording: str) -> None:
     m = api.models
     job = ended(api, "get_diagnosis", asked(api, "start_diagnosis", body=m.DiagnosisRequest(recordings=[recording])).id)
