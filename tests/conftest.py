@@ -16,6 +16,7 @@ from platform_daemon.analysis.model_registry.library import Library
 from platform_daemon.app import start_engine
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.job_records import JobRecords
+from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
 from platform_daemon.settings import load_platform
 
 pytest.register_assert_rewrite("tests.kit")  # what is compared there is shown as in a test
@@ -33,6 +34,11 @@ os.environ["XDG_STATE_HOME"] = _STATE.name
 # each worker of xdist, would compile all sources anew, at 0.3 s a time.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+# Every core has a worker of xdist.  Threads of BLAS that wait for one take it from the others meanwhile: the threshold
+# of a ramp takes 45 s of a processor with two threads, 10 s with one.
+one_thread_for_products()
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # of what the tests start
 
 # A shell that starts the tests in the background has them ignore Ctrl-C, and every process that they start.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

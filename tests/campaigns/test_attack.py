@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from tests.campaigns.attack.campaign import POLLED, Outcome, measured, table
 from tests.campaigns.attack.daemon import attacked
 from tests.campaigns.attack.load import Load
@@ -13,6 +15,7 @@ from tests.campaigns.attack.series import Shots
 CROWD = Load(pollers=10, poll_hz=5, predictions=2, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
 
 
+@pytest.mark.long
 def test_stop_is_answered_and_memory_stays_bounded_beside_a_crowd(tmp_path: Path) -> None:
     with attacked(tmp_path, rx_s=2.0) as daemon:
         outcome = measured(daemon, "a small crowd", CROWD, 2.0)

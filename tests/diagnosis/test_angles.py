@@ -17,7 +17,7 @@ def diagnosed(angle, noise, seed=1):
     return diagnosis_report(found)
 
 
-@pytest.mark.parametrize("mode_hz", [3.1, 9.2])
+@pytest.mark.parametrize("mode_hz", [pytest.param(3.1, marks=pytest.mark.long), 9.2])
 def test_a_second_mode_is_named_though_it_is_most_of_the_residual(mode_hz):
     angle = swing(0.8, 12.0)
     time = np.arange(angle.size) / RATE
@@ -38,7 +38,7 @@ def test_dry_friction_is_named_in_few_samples():
     assert [e.id for e in report.effects] == ["coulomb_friction"]
 
 
-@pytest.mark.parametrize("dry", [0.0, 0.002])
+@pytest.mark.parametrize("dry", [0.0, pytest.param(0.002, marks=pytest.mark.long)])
 def test_a_kick_is_named_with_its_instant_and_its_size(dry):
     report = diagnosed(kicked(0.8, 25.0, at_period=8.3, change=2e-3, dry=dry), 3e-4)
     names = {e.id: e for e in report.effects}

@@ -52,7 +52,7 @@ def long(*case):
         long("jewel", {"id": "quadratic_drag", "strength": 3e-5}),
         long("jewel", {"id": "bias_torque", "strength": 2500.0}),
         long("jewel", {"id": "crosstalk", "strength": 1e-3, "from": "x", "to": "y"}),
-        ("jewel", {"id": "receiver_compression", "strength": 3e-3, "axis": "x"}),
+        pytest.param(*("jewel", {"id": "receiver_compression", "strength": 3e-3, "axis": "x"}), marks=pytest.mark.long),
         long("jewel", {"id": "receive_lowpass", "strength": 1.5e-5}),
         ("jewel", {"id": "side_mode", "strength": 0.02, "frequency_hz": 171.3, "tau_s": 0.2, "axis": "z"}),
         long("jewel", {"id": "switch_transient", "strength": 0.05, "tau_s": 0.01, "axis": "x"}),

@@ -24,6 +24,7 @@ def twisted():
     return diagnosis_report(diagnose_shots(shots, THREAD)).model_dump(mode="json"), truths
 
 
+@pytest.mark.long
 def test_a_large_effect_is_followed_to_its_full_size(twisted):
     report, _ = twisted
     (effect,) = report["effects"]

@@ -9,7 +9,7 @@ from tests.kit.command_line import wait_for
 from tests.kit.served import served
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")  # not of the session: an idle daemon takes 2 % of a processor
 def shared_daemon(tmp_path_factory):
     with served(tmp_path_factory.mktemp("served") / "data") as running:
         yield running

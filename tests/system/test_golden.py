@@ -14,11 +14,12 @@ from tests.system.golden.volatile import Placeholders
 from tests.system.golden.workplace import DATA, Workplace
 
 GOLDEN = DATA / "golden"
-QUICK = ("rest-faults", "cli-design")  # of the others each takes a minute; every route and command has its own tests
+QUICK = {"rest-faults": (), "cli-design": (pytest.mark.long,)}
+"""Of the others each takes a minute; every route and command has its own tests."""
 
 
 @pytest.mark.parametrize(
-    "scenario", [pytest.param(n, marks=() if n in QUICK else pytest.mark.campaign) for n in SCENARIOS]
+    "scenario", [pytest.param(name, marks=QUICK.get(name, pytest.mark.campaign)) for name in SCENARIOS]
 )
 def test_the_program_tells_what_it_told(scenario, tmp_path):
     make(tmp_path, [scenario])

@@ -59,6 +59,7 @@ def test_the_shots_become_one_recording_tables_and_a_page(engine_with, tmp_path)
     assert max(before) < 1.0  # the fits are part of what is left
 
 
+@pytest.mark.long
 def test_after_tune_and_a_ramp_shots_are_made_with_what_these_found(engine_with, tmp_path):
     ramp = {"start_t": 2.4e-4, "max_t": 2.5e-4}
     job = begun(engine_with(), tmp_path, tune=True, shots=2, blank_shots=0, ramp=ramp)

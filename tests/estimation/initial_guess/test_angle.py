@@ -84,7 +84,7 @@ def test_what_does_not_swing_is_refused(samples):
     assert fit_ring_down(RingDownRecord(samples[None], 1000.0, "angle"), "thread", 1e9).verdict == "refused"
 
 
-@pytest.mark.parametrize("periods", [8, 14, 30])
+@pytest.mark.parametrize("periods", [8, 14, pytest.param(30, marks=pytest.mark.long)])
 def test_errors_of_a_short_angle_record_are_honest_though_its_noise_was_not_told(periods):
     s = 0.7 + 2 * math.pi * np.arange(periods * 120) / 120
     angle = half_cycles(lambda p, v, sigma, _: -math.sin(p) - 0.01 * v, 1.0, s, 1e-11)[0]

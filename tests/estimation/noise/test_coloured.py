@@ -88,6 +88,7 @@ def test_a_band_of_noise_on_z_only_is_weighted_down_without_bias():
     assert np.sqrt(np.mean(found**2)) == pytest.approx(1.0, abs=0.12)
 
 
+@pytest.mark.long
 def test_weighting_by_harmonic_scatters_less_than_one_weight_per_channel_where_only_2f_is_noisy():
     clean = dmdt(JEWEL, 0.5)
     make, density = band(380.0, 480.0, height=400.0)

@@ -109,9 +109,13 @@ def draw(variant, disturb, draws, make=None):
     return np.array(pulls), results
 
 
-@pytest.mark.parametrize("variant", ["thread", pytest.param("jewel", marks=pytest.mark.campaign)])
 @pytest.mark.parametrize(
-    "name", ["both", *(pytest.param(d, marks=pytest.mark.campaign) for d in DISTURBANCES if d != "both")]
+    ("name", "variant"),
+    [
+        pytest.param(d, v, marks=pytest.mark.long if (d, v) == ("both", "thread") else pytest.mark.campaign)
+        for d in DISTURBANCES
+        for v in CASES
+    ],
 )
 def test_hum_and_drift_neither_bias_the_estimates_nor_their_errors(variant, name):
     draws = 60
