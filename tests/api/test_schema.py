@@ -13,7 +13,7 @@ from platform_daemon.api import create_api
 @pytest.fixture
 def app(monkeypatch):
     """One whose schema may not be made where all requests are answered."""
-    app = create_api(SimpleNamespace())
+    app = create_api(SimpleNamespace(hardware=SimpleNamespace(outputs_off=None)))
     app.state.made_by = []
 
     def made():

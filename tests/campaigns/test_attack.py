@@ -37,6 +37,6 @@ def test_a_bound_that_does_not_hold_is_told() -> None:
     assert len(Outcome(POLLED[1], slow, slow, slow, (100, 5000)).broken()) == 3
     assert len(Outcome("x", slow, fast, slow, (100, 500)).broken()) == 0
     assert len(Outcome("x", fast, Latencies((0.01,), 1), fast, (100, 500)).broken()) == 1
-    assert Shots("x", 3, 3, 0, (0.4, 0.4), (100, 500)).broken() == []
-    assert len(Shots("x", 3, 2, 1, (0.4, 0.4, 1.0), (100, 500)).broken()) == 2
+    assert Shots("x", 3, 3, (), (0.4, 0.4), (100, 500)).broken() == []
+    assert len(Shots("x", 3, 2, ("late",), (0.4, 0.4, 1.0), (100, 500)).broken()) == 2
     assert len(Outcome("x", fast, Latencies((), 0), fast, (100, 500)).broken()) == 1

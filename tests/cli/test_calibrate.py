@@ -11,8 +11,8 @@ import pytest
 
 from platform_daemon.cli.main import main
 from platform_daemon.engine.engine import Engine
+from platform_daemon.store import audit_log_in
 from platform_daemon.store.calibrations import read_transmit_calibration
-from platform_daemon.store.data_folder import audit_log_in
 from platform_daemon.store.reader import read_calibration
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from platform_daemon.store.data_folder import open_data_folder, tokens_in
+from platform_daemon.store.access_files import tokens_in
+from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.errors import NotAssembled, StorageError, StorageUnusable
 from platform_daemon.store.index import list_recordings, resolve
 from platform_daemon.store.leftovers import kept_series, sweep
