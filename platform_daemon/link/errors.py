@@ -33,7 +33,7 @@ def error_on_wire(error: Exception) -> LinkError:
             f"unexpected {type(error).__name__}", why=str(error), remedy="report it; the log of the daemon has it"
         )
     return LinkError(
-        kind=type(error).__name__,
+        kinds=tuple(each.__name__ for each in type(error).__mro__ if issubclass(each, PlatformError)),
         title=error.title,
         what=error.what,
         where=error.where,
@@ -43,8 +43,9 @@ def error_on_wire(error: Exception) -> LinkError:
 
 
 def error_from_wire(told: LinkError) -> PlatformError:
-    """The error again, of the class it had; of the base class, with its title, where this process knows no such."""
-    kind = _kinds().get(told.kind, PlatformError)
+    """The error again, of the class it had; of the nearest that this process knows, with its title."""
+    known = _kinds()
+    kind = next((known[name] for name in told.kinds if name in known), PlatformError)
     error = kind.__new__(kind)
     PlatformError.__init__(error, told.what, where=told.where, why=told.why, remedy=told.remedy)
     error.title = told.title

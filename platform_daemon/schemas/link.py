@@ -19,8 +19,8 @@ class LinkCall(Schema):
 class LinkError(Schema):
     """An error on its way to the process that has asked."""
 
-    kind: str
-    """Name of its class."""
+    kinds: tuple[str, ...]
+    """Name of its class, then of those that it comes from."""
     title: str
     """Kind of error in words."""
     what: str
