@@ -36,14 +36,17 @@ def quiet(event: ScheduleEvent) -> None:
 
 
 class Scheduler:
-    """Steps over a ledger.  tell: takes an event for every row that has changed.
+    """Steps over a ledger.  tell: takes an event for every row that has changed; ends: the daemon is ending, and what
+    becomes of its jobs from then on is for the next one to judge.
 
     A row is claimed together with the id of its job, before that job is made: after a death in between the job is
     unknown, and made then if it still may begin.
     """
 
-    def __init__(self, ledger: Ledger, launcher: Launcher, tell: Tell = quiet) -> None:
-        self._ledger, self._launcher, self._tell = ledger, launcher, tell
+    def __init__(
+        self, ledger: Ledger, launcher: Launcher, tell: Tell = quiet, ends: Callable[[], bool] = lambda: False
+    ) -> None:
+        self._ledger, self._launcher, self._tell, self._ends = ledger, launcher, tell, ends
         self._coming: dict[str, tuple[float, Iterator[float], float | None]] = {}
 
     def step(self, now: float) -> bool:
@@ -164,6 +167,8 @@ class Scheduler:
         try:
             self._launcher.launch(self._work(row, kept), row.job)
         except PlatformError as error:
+            if self._ends():  # nothing begins any more; it is claimed, and made by the next daemon
+                return False
             log.error("scheduled_start_failed", schedule=kept.identifier, error=str(error))
             off = str(error) if isinstance(error, InputError) else None  # it would fail for ever
             self._failed(row, kept, now, str(error), off)
@@ -173,6 +178,8 @@ class Scheduler:
 
     def _follow(self, row: Row, kept: Kept, now: float) -> None:
         found = JobOutcome("unknown") if row.job is None else self._launcher.outcome(row.job)
+        if self._ends():
+            return
         if found.state == "unknown":
             if row.job is not None and (row.asked or kept.off is None) and now <= row.deadline:
                 self._launched(row, kept, now)

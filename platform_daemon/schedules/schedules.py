@@ -42,9 +42,9 @@ class Schedules:
     ) -> None:
         self._launcher, self._clock = launcher, clock
         self._ledger = Ledger(path)
-        self._scheduler = Scheduler(self._ledger, launcher, tell)
         self._lock = threading.Lock()
         self._ended = threading.Event()
+        self._scheduler = Scheduler(self._ledger, launcher, tell, self._ended.is_set)
         self._thread: threading.Thread | None = None
         self._error = ""
 

@@ -9,7 +9,7 @@ from itertools import islice, pairwise
 
 import pytest
 
-from drivers.errors import DeviceLost, InputError
+from drivers.errors import DeviceLost, InputError, PlatformError
 from platform_daemon.schedules import JobOutcome, Schedules
 from platform_daemon.schedules.calendar import Calendar
 from platform_daemon.schemas import ScheduleRequest
@@ -254,6 +254,40 @@ def test_leaping_clocks_leave_every_instant_in_the_ledger_once_and_start_none_tw
     assert [datetime.fromisoformat(row.due).timestamp() for row in rows] == expected
     jobs = [row.job for row in rows if row.job]
     assert len(set(jobs)) == len(jobs) == len(bench.owner.jobs) > 20
+
+
+def test_a_daemon_that_ends_in_the_middle_of_a_step_judges_no_job_by_its_own_end(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}))
+    bench.all.step()
+    outcome = bench.owner.outcome
+
+    def ends_meanwhile(job):
+        bench.all.stop_starting()
+        return JobOutcome("cancelled")  # as all that waits is, in a process that ends
+
+    bench.owner.outcome = ends_meanwhile
+    bench.all.step()
+    bench.owner.outcome = outcome
+    bench.restart()
+    assert bench.all.get(made.identifier).active
+    bench.until(T0 + 100.0)
+    assert [row.state for row in bench.rows(made.identifier)] == ["run"]
+
+
+def test_a_start_that_a_daemon_refuses_because_it_ends_is_made_by_the_next_one(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}))
+    launch = bench.owner.launch
+
+    def ends_meanwhile(work, job):
+        bench.all.stop_starting()
+        raise PlatformError("the daemon is shutting down")
+
+    bench.owner.launch = ends_meanwhile
+    bench.all.step()
+    bench.owner.launch = launch
+    bench.restart()
+    bench.until(T0 + 100.0)
+    assert [row.state for row in bench.rows(made.identifier)] == ["run"]
 
 
 def test_after_a_clock_that_was_years_ahead_resuming_makes_due_what_is_still_to_come(bench):
