@@ -17,6 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from platform_daemon.supervisor.machine import priority
 from tests.campaigns.attack.daemon import Daemon, attacked
 from tests.campaigns.attack.load import Load, arguments
 from tests.campaigns.attack.probe import Latencies, asked
@@ -110,7 +111,7 @@ def page(outcomes: Sequence[Outcome], shots: Sequence[Shots], given: argparse.Na
     words = {
         "every_s": f"{EVERY_S:g}", "seconds": f"{given.seconds:g}", "rx_s": f"{given.rx_s:g}", "cores": os.cpu_count(),
         "stop_s": f"{STOP_S:g}", "platform_s": f"{PLATFORM_S:g}", "memory_mb": f"{MEMORY_MB:g}",
-        "late_s": f"{LATE_S:g}", "load": load, "nice": os.nice(0),
+        "late_s": f"{LATE_S:g}", "priority": priority().found, "load": load, "nice": os.nice(0),
         "broken": "\n".join(broken(outcomes, shots)), "arguments": " ".join(sys.argv[1:]),
     }  # fmt: skip
     return PAGE.read_text().format(table=table(outcomes), series=series_table(shots), **words)
