@@ -118,9 +118,9 @@ class Connection:
                     remedy="stop the card and repeat the shot; if it happens again, check trigger, clock and network",
                 ) from None
             except OSError as error:
-                raise self._lost(str(error)) from None
+                raise self.lost(str(error)) from None
             if count == 0:
-                raise self._lost("it closed the data socket")
+                raise self.lost("it closed the data socket")
             filled += count
 
     def close(self) -> None:
@@ -183,7 +183,7 @@ class Connection:
             self._broken = "sending did not end"
             raise DeviceTimeout("the card takes no data", where=self.where, remedy="check the network") from None
         except OSError as error:
-            raise self._lost(str(error)) from None
+            raise self.lost(str(error)) from None
 
     def _line(self, command: str, deadline: float | None) -> str:
         """The next reply line; it may arrive in several pieces.  deadline None: BlockingIOError if it is not here."""
@@ -200,9 +200,9 @@ class Connection:
                     f"no answer to {command!r}", where=self.where, remedy="check network, card and server version"
                 ) from None
             except OSError as error:
-                raise self._lost(str(error)) from None
+                raise self.lost(str(error)) from None
             if not piece:
-                raise self._lost("it closed the command socket")
+                raise self.lost("it closed the command socket")
             self._pending += piece
             if len(self._pending) > LONGEST_LINE and b"\n" not in self._pending:
                 self._broken = "what it says has no end"
@@ -228,7 +228,8 @@ class Connection:
             remedy="correct the address",
         )
 
-    def _lost(self, why: str) -> DeviceLost:
+    def lost(self, why: str) -> DeviceLost:
+        """The error that says so; nothing more is asked of this connection then."""
         self._broken = self._broken or why
         return DeviceLost(
             "the card is gone",

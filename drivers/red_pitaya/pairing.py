@@ -165,7 +165,9 @@ def _prove(
                 connection.synchronise(asked=True)
             connection.ask_all(off)
             said = said_within(data, 0.0)
-            if said or (said == b"" and connection.answers(LAST_WORD_S)):  # else both were closed: DeviceLost
+            if said == b"" and not connection.answers(LAST_WORD_S):
+                raise connection.lost("it closed both sockets")
+            if said is not None:
                 raise _foreign(where, f"it says {said!r} unasked")
             if _samples_arrive(connection):
                 held.remove(command)
