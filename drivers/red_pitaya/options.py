@@ -9,13 +9,18 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers.errors import ConfigError
 from drivers.red_pitaya.layout import ANALOG_PINS, DIGITAL_PINS, BoardLayout, Layout, LinePin
+from drivers.red_pitaya.watchdog import COUNTER_PINS, WIRE_PIN
 from drivers.timeline import DigitalLine, SampleClock
 from drivers.validation import validated
 
 BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
 
-REPLAY_PINS = ("AO0", "AO1", "AO2")
+REPLAY_REFUSES = {
+    "AO3": "a server that loses its client forgets it",
+    WIRE_PIN: "the watchdog's wire begins there",
+    **dict.fromkeys(COUNTER_PINS, "the watchdog's counter pulses there"),
+}
 REPLAY_NEEDS = (
     ("instant_reset", True, "its watchdog is the card's own emergency input"),
     ("prove_wiring", True, "a watchdog that was not seen to act is none"),
@@ -137,17 +142,14 @@ class CardTable(Section):
         for key, right, why in REPLAY_NEEDS:
             if getattr(self, key) != right:
                 raise ValueError(f"replay_watchdog needs {key} = {str(right).lower()}: {why}")
-        if self.lines.pa_gate.board != 0:
+        if self.lines.pa_gate.board != 0 and self.lines.pa_gate.pin in ANALOG_PINS:
             raise ValueError(
                 "replay_watchdog needs lines.pa_gate on the master, board 0: a slave's trigger comes over a cable, and "
                 "one that is loose plays the slave's memory again"
             )
         for pin in (self.lines.pa_gate.pin, self.lines.rx_connect.pin):
-            if pin not in REPLAY_PINS:
-                raise ValueError(
-                    f"replay_watchdog needs both lines on {', '.join(REPLAY_PINS)}, not on {pin}: its watchdog ends "
-                    "what the cards' sequences play, no DIO pin, and a server that loses its client forgets AO3"
-                )
+            if pin in REPLAY_REFUSES:
+                raise ValueError(f"replay_watchdog cannot have a line on {pin}: {REPLAY_REFUSES[pin]}")
         return self
 
 

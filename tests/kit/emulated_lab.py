@@ -33,6 +33,16 @@ def wired(*wires: tuple[str, str] | None, more: str = "") -> str:
     return f"io_cards.boards=[{', '.join(boards)}]"
 
 
+def lines_at(gate: str, receiver: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Board and pin of both lines, `0 AO0`: overrides of the emulator and of the platform."""
+    emulator, platform = [], []
+    for line, at in (("pa_gate", gate), ("rx_connect", receiver)):
+        board, pin = at.split()
+        emulator.append(f'io_cards.{line}={{board={board}, output="{pin}"}}')
+        platform.append(f'io_card.lines.{line}={{board={board}, pin="{pin}"}}')
+    return tuple(emulator), tuple(platform)
+
+
 class Lab:
     """An emulator and the file of its endpoints."""
 

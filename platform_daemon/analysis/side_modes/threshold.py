@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from platform_daemon.estimation import Array
+from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
 
 from .z_residual import VISIBLE_AM2_PER_S
 
@@ -45,6 +46,7 @@ class ThresholdPosterior:
         """
         if len(fields_t) == 0:
             raise ValueError("a threshold needs a field that was tried")
+        one_thread_for_products()
         x = np.log(np.asarray(fields_t, dtype=np.float64))
         sizes_, sds_ = np.asarray(sizes, dtype=np.float64), np.asarray(sds, dtype=np.float64)
         floor = np.maximum(3.0 * sds_, 1e-3 * level)

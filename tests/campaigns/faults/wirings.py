@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from tests.kit.emulated_lab import REPLAY, wired
+from tests.kit.emulated_lab import REPLAY, lines_at, wired
 
 
 @dataclass(frozen=True)
@@ -21,31 +21,20 @@ class Wiring:
     follows_host: bool
 
 
-def _lines(gate: str, receiver: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Board and pin of both, `0 AO0`: overrides of the emulator and of the platform."""
-    emulator, platform = [], []
-    for line, at in (("pa_gate", gate), ("rx_connect", receiver)):
-        board, pin = at.split()
-        emulator.append(f'io_cards.{line}={{board={board}, output="{pin}"}}')
-        platform.append(f'io_card.lines.{line}={{board={board}, pin="{pin}"}}')
-    return tuple(emulator), tuple(platform)
-
-
 def _by_sequence(name: str, gate: str, receiver: str) -> Wiring:
     """The gate closes by itself, to the sample."""
-    return Wiring(name, *_lines(gate, receiver), chunk=608, over_s=1e-3, follows_host=False)
-
-
-def _from_memory(name: str, gate: str, receiver: str) -> Wiring:
-    """The same, of a shot that stays in the cards' memories, with the wires that end it."""
-    emulator, platform = _lines(gate, receiver)
-    return Wiring(name, (wired(), *emulator), (*platform, *REPLAY), chunk=608, over_s=1e-3, follows_host=False)
+    return Wiring(name, *lines_at(gate, receiver), chunk=608, over_s=1e-3, follows_host=False)
 
 
 def _by_host(name: str, gate: str, receiver: str) -> Wiring:
     """A gate stays high until somebody is told otherwise: the card by the host, which notices within `pin_delay_s` +
     0.25 s that nothing comes, or the amplifier, which it then switches off on its own wire."""
-    return Wiring(name, *_lines(gate, receiver), chunk=320, over_s=1.0, follows_host=True)
+    return Wiring(name, *lines_at(gate, receiver), chunk=320, over_s=1.0, follows_host=True)
+
+
+def _from_memory(plain: Wiring) -> Wiring:
+    """The same, of a shot that stays in the cards' memories, with the wires that end it."""
+    return replace(plain, emulator=(wired(), *plain.emulator), platform=(*plain.platform, *REPLAY))
 
 
 WIRINGS = (
@@ -53,6 +42,8 @@ WIRINGS = (
     _by_sequence("sequence, two cards", "0 AO0", "1 AO0"),
     _by_host("host, one card", "0 DIO7_P", "0 DIO6_P"),
     _by_host("host, two cards", "0 DIO7_P", "1 DIO6_P"),
-    _from_memory("memory, one card", "0 AO0", "0 AO1"),
-    _from_memory("memory, two cards", "0 AO0", "1 AO0"),
+    _from_memory(_by_sequence("memory, one card", "0 AO0", "0 AO1")),
+    _from_memory(_by_sequence("memory, two cards", "0 AO0", "1 AO0")),
+    _from_memory(_by_host("memory and host, one card", "0 DIO7_P", "0 DIO6_P")),
+    _from_memory(_by_host("memory and host, two cards", "0 DIO7_P", "1 DIO6_P")),
 )

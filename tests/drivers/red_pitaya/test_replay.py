@@ -166,13 +166,26 @@ BOARDS = [BOARD, {"host": "127.0.0.2"}]
         ({"instant_reset": False}, "needs instant_reset = true.*emergency input"),
         ({"prove_wiring": False}, "needs prove_wiring = true"),
         ({"trigger": "external"}, "needs trigger = internal"),
-        ({"lines": {"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "DIO7_N"}}}, "AO0, AO1, AO2, not on DIO7_P"),
-        ({"lines": {"rx_connect": {"pin": "AO3"}}}, "not on AO3"),
+        ({"lines": {"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "AO1"}}}, "timed by different clocks"),
+        ({"lines": {"rx_connect": {"pin": "AO3"}}}, "line on AO3.*forgets it"),
         ({"lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "pa_gate on the master, board 0.*loose"),
-        ({"lines": {"rx_connect": {"pin": "DIO4_N"}}}, "not on DIO4_N"),
+        *(
+            ({"lines": {"pa_gate": {"pin": gate}, "rx_connect": {"pin": receiver}}}, f"line on {bad}.*watchdog's")
+            for gate, receiver, bad in (
+                ("DIO7_P", "DIO4_N", "DIO4_N"),
+                ("DIO2_N", "DIO7_P", "DIO2_N"),
+                ("DIO7_P", "DIO3_N", "DIO3_N"),
+            )
+        ),
     ],
 )
 def test_what_the_option_does_not_go_with_is_refused_by_name(table, complaint):
     with pytest.raises(ConfigError, match=complaint):
         card_table({"boards": BOARDS, "replay_watchdog": True, **table}).layout()
     assert card_table({"boards": [BOARD], "replay_watchdog": True})
+
+
+@pytest.mark.parametrize("gate", [0, 1])
+def test_lines_on_dio_pins_may_go_with_it(gate):
+    lines = {"pa_gate": {"board": gate, "pin": "DIO7_P"}, "rx_connect": {"pin": "DIO7_N"}}
+    assert card_table({"boards": BOARDS, "replay_watchdog": True, "lines": lines}).layout()
