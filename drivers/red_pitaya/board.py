@@ -14,7 +14,7 @@ from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, Device
 from drivers.io_card import ChunkFlags
 from drivers.red_pitaya.connection import Connection
 from drivers.red_pitaya.emergency import EMERGENCY, emergency_stop
-from drivers.red_pitaya.layout import pin_header
+from drivers.red_pitaya.layout import DIGITAL_PINS, pin_header
 from drivers.red_pitaya.options import BoardTable, CardTable
 from drivers.red_pitaya.pairing import open_pair, take_over
 from drivers.red_pitaya.pins import low_levels
@@ -62,8 +62,9 @@ class Board:
     _buffer: bytearray = field(init=False, default_factory=bytearray)
 
     def open(self) -> None:
-        """Connect.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if something else answers."""
-        self._connection = open_pair(*self._address, self.table.reply_timeout_s, self._off())
+        """Connect; all pins go low.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if something else answers."""
+        low = [f"{pin_header(pin)} OFF" for pin in DIGITAL_PINS]  # whatever was on them: it is not known yet
+        self._connection = open_pair(*self._address, self.table.reply_timeout_s, [*OUTPUTS_OFF, *low])
 
     def replace(self) -> None:
         """A new connection in place of the old one: the card zeroes its outputs and ends whatever runs, at once.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from operator import methodcaller
 from typing import TextIO
 
@@ -44,14 +45,14 @@ def prove_boards(boards: Sequence[Board], table: CardTable) -> None:
 
 
 def connect_all(boards: Sequence[Board], locks: Sequence[TextIO]) -> None:
-    """New connections to all boards, outputs off.  Raises what RedPitayaCard does.
+    """New connections to all boards, outputs off, also if some cannot be had.  Raises what RedPitayaCard does.
 
     A client that died in a recording is ended by the server when that is over, and its end may take the connection
     made meanwhile with it, within 0.1 s after that was proved: once, that is connected anew.
     """
-    for board, lock in zip(boards, locks, strict=True):
+    for lock in locks:
         keep_clear(recording_until(lock))
-        board.open()
+    _at_once([board.open for board in boards])
     try:
         for board in boards:
             board.settle()
@@ -63,9 +64,13 @@ def connect_all(boards: Sequence[Board], locks: Sequence[TextIO]) -> None:
 
 def arm_all(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:
     """All boards at once, each takes some 50 ms; raises the first error when all have ended."""
-    with ThreadPoolExecutor(len(boards)) as pool:
-        armed = [pool.submit(board.arm, program) for board, program in zip(boards, programs, strict=True)]
-    for each in armed:
+    _at_once([partial(board.arm, program) for board, program in zip(boards, programs, strict=True)])
+
+
+def _at_once(steps: Sequence[Callable[[], None]]) -> None:
+    with ThreadPoolExecutor(len(steps)) as pool:
+        begun = [pool.submit(step) for step in steps]
+    for each in begun:
         each.result()
 
 

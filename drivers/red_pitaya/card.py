@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from typing import TextIO
 
-from drivers.errors import DeviceError, InputError, PlatformError
+from drivers.errors import DeviceError, DeviceStateError, InputError, PlatformError
 from drivers.identity import Identity
 from drivers.io_card import CardCapabilities, CardState, Chunk, require, was_stopped
 from drivers.red_pitaya import trigger
@@ -66,6 +66,7 @@ class RedPitayaCard:
         self._stopping = threading.Lock()
         self._stops = 0
         self._state = CardState.IDLE
+        self._half_told = False  # a card that refused what it was told, or did not answer
         self._timeline: Timeline | None = None
         self._programs: tuple[BoardProgram, ...] = ()
         self._asked: tuple[Timeline, float] | None = None  # what they were compiled from, for the next shot
@@ -133,8 +134,10 @@ class RedPitayaCard:
             recorded, rate_hz = self._delay + timeline.total_samples, self.layout.clock.rate_hz
             if room_is_needed(self.boards, programs, recorded, rate_hz):
                 self._empty()
+            self._half_told = True
             for board, program in zip(self.boards, programs, strict=True):
                 board.load(program)
+            self._half_told = False
             self._timeline, self._programs, self._asked = timeline, programs, asked
             self._state = CardState.PROGRAMMED
 
@@ -170,6 +173,8 @@ class RedPitayaCard:
         with self._stoppable():
             require(self._state, CardState.RUNNING, where=WHERE)
             reader = self._reader
+            if reader.left == 0:
+                raise DeviceStateError("the shot has ended in an error", where=WHERE, remedy="stop the card")
             chunk = reader.read(max_samples, self._pins.at)
             with self._guard:
                 require(self._state, CardState.RUNNING, where=WHERE)
@@ -182,18 +187,23 @@ class RedPitayaCard:
         with self._stopping:
             if self._state is CardState.CLOSED:
                 return
-            unfinished = self._state in (CardState.ARMED, CardState.RUNNING) or stale(self.boards)
             failed: list[str] = []
-            if unfinished or not self._guard.acquire(timeout=PATIENCE_S):
-                unfinished = True
+            commands = not self._unfinished() and self._guard.acquire(timeout=PATIENCE_S)
+            unfinished = not commands or self._unfinished()  # a command that was at work meanwhile may have armed it
+            if unfinished:
                 self._stops += 1
                 failed = failures_of(self.boards, REPLACE)  # whoever waits for the card wakes up and lets go of it
+            if not commands:
                 self._guard.acquire()
             try:
-                self._state, self._timeline = CardState.IDLE, None
+                self._state, self._timeline, self._half_told = CardState.IDLE, None, False
                 self._all_off(failed, unfinished=unfinished)
             finally:
                 self._guard.release()
+
+    def _unfinished(self) -> bool:
+        """Only new connections end what there is."""
+        return self._state in (CardState.ARMED, CardState.RUNNING) or self._half_told or stale(self.boards)
 
     def _empty(self) -> None:
         """Empty the boards' memories, as a stop does.  Raises DeviceError; DeviceStateError if a stop came first."""
@@ -236,10 +246,10 @@ class RedPitayaCard:
         play_s = self._table.reply_timeout_s + max(p.samples for p in self._programs) / self.layout.clock.rate_hz
         self._pins.low()
         stopped = trigger.wait_for_sequences(self.boards, play_s)
+        if stopped:  # their sequences are not over: only a stop ends them, by new connections
+            raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
         trigger.end(self.boards)
         self._state = CardState.IDLE
-        if stopped:
-            raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
 
     def _let_go(self) -> None:
         for board in self.boards:
@@ -251,8 +261,10 @@ class RedPitayaCard:
 
     @contextlib.contextmanager
     def _commanding(self) -> Iterator[None]:
-        """Nobody else commands the boards meanwhile; errors as in `_stoppable`."""
+        """Nobody else commands the boards meanwhile; errors as in `_stoppable`, and whoever comes after a stop has."""
         with self._guard, self._stoppable():
+            if self._stopping.locked():
+                raise was_stopped(WHERE)
             yield
 
     @contextlib.contextmanager

@@ -63,7 +63,7 @@ class PinLines:
                 where=self.where,
                 why=f"the card answered after {slowest_s:.3f} s, and io_card.pin_delay_s allows "
                 f"{self.delay_samples / self.rate_hz:.3f} s",
-                remedy="repeat the shot; if it happens again, put the lines on AO0 ... AO3, which the card times",
+                remedy="repeat the shot; if it happens again, put the lines on AO0 ... AO2, which the card times",
             )
 
     def before_trigger(self) -> None:

@@ -17,7 +17,6 @@ BASE_FREQUENCY_HZ = 125e6
 SAFE_STEPS_PER_S = 12e3  # the server's thread keeps up with so many
 
 REPLAY_REFUSES = {
-    "AO3": "a server that loses its client forgets it",
     WIRE_PIN: "the watchdog's wire begins there",
     **dict.fromkeys(COUNTER_PINS, "the watchdog's counter pulses there"),
 }
@@ -127,7 +126,22 @@ class CardTable(Section):
         )
 
     @model_validator(mode="after")
-    def _gate_can_be_driven(self) -> Self:
+    def _has_terminals(self) -> Self:
+        for key in ("inputs", "outputs"):
+            if not any(getattr(board, key) for board in self.boards):
+                raise ValueError(f"no board has {key}")
+        return self
+
+    @model_validator(mode="after")
+    def _lines_can_be_driven(self) -> Self:
+        for name, line in (("pa_gate", self.lines.pa_gate), ("rx_connect", self.lines.rx_connect)):
+            if line.pin == "AO3":
+                raise ValueError(f"lines.{name}: a server that loses its client zeroes the other outputs and forgets AO3")
+        if self.lines.pa_gate.board != 0 and self.lines.pa_gate.pin in ANALOG_PINS:
+            raise ValueError(
+                "lines.pa_gate: on a board's sequence it must be on the master, board 0: a slave's trigger comes over a "
+                "cable, and one that is loose plays what is in the slave's memory again"
+            )
         if self.prove_wiring and self.lines.pa_gate.pin in ANALOG_PINS[1:]:
             raise ValueError(
                 "lines.pa_gate: nothing reads the gate back, and images of server 0.11.1 drive AO0 only; put it on "
@@ -142,11 +156,6 @@ class CardTable(Section):
         for key, right, why in REPLAY_NEEDS:
             if getattr(self, key) != right:
                 raise ValueError(f"replay_watchdog needs {key} = {str(right).lower()}: {why}")
-        if self.lines.pa_gate.board != 0 and self.lines.pa_gate.pin in ANALOG_PINS:
-            raise ValueError(
-                "replay_watchdog needs lines.pa_gate on the master, board 0: a slave's trigger comes over a cable, and "
-                "one that is loose plays the slave's memory again"
-            )
         for pin in (self.lines.pa_gate.pin, self.lines.rx_connect.pin):
             if pin in REPLAY_REFUSES:
                 raise ValueError(f"replay_watchdog cannot have a line on {pin}: {REPLAY_REFUSES[pin]}")
@@ -161,7 +170,7 @@ def _check_timing(pins: list[str]) -> None:
             where="io_card.lines",
             why=f"gate on {pins[0]}, receiver on {pins[1]}: one follows the card's sequence, the other a command of "
             "this computer, and when this computer is late the receiver is connected to the live amplifier",
-            remedy="put both on AO0 ... AO3 (timed by the card), or both on DIO pins (timed by the host)",
+            remedy="put both on AO0 ... AO2 (timed by the card), or both on DIO pins (timed by the host)",
         )
 
 

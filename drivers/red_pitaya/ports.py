@@ -41,11 +41,12 @@ def acknowledge_at_once(link: socket.socket) -> None:
 
 def said_within(peer: socket.socket, seconds: float) -> bytes | None:
     """What the other side says unasked within that time, left unread; b"" if it closes, None if it keeps silent."""
+    looks = select.poll()  # select takes no file number above 1023
     try:
-        readable, _, _ = select.select([peer], [], [], seconds)
+        looks.register(peer, select.POLLIN)
     except ValueError:  # it was closed on this side
         return b""
-    if not readable:
+    if not looks.poll(seconds * 1e3):
         return None
     try:
         return peer.recv(80, socket.MSG_PEEK)

@@ -34,10 +34,12 @@ def counter_step(programs: Sequence[BoardProgram], recorded: int, rate_hz: float
     """Samples per step of the counter, so that the watchdog acts soon after the shot, and before the memory's end.
 
     recorded: samples of the whole recording.  Raises SequenceRejected if the memory or the counter is too short.
+    A board that plays nothing has nothing in its memory.
     """
     over = max(recorded, *(p.samples for p in programs))
-    last = min(WRITTEN_STEPS * p.step_samples for p in programs)
-    step = min(over + round(LATE_S * rate_hz), last) // STEPS
+    late = over + round(LATE_S * rate_hz)
+    last = min((WRITTEN_STEPS * p.step_samples for p in programs if not p.silent), default=late)
+    step = min(late, last) // STEPS
     if STEPS * step < over + LEAST_LATE_S * rate_hz:
         raise _too_long(f"the card writes {WRITTEN_STEPS} steps of its memory, {last / rate_hz:.3g} s", over / rate_hz)
     if step * decimation >= COUNTER_CLOCKS:

@@ -63,6 +63,11 @@ class Contacts:
         """The same history counted from another time zero."""
         return replace(self, changes=tuple((t + seconds, position) for t, position in self.changes))
 
+    def since(self, time_s: float) -> Contacts:
+        """The same from a time on; nobody asks for what was before that any more."""
+        kept = tuple(c for c in self.changes if c[0] > time_s)
+        return replace(self, changes=((-np.inf, self.position(time_s)), *kept))
+
     def spans(self, start_s: float, stop_s: float) -> list[tuple[float, float, SwitchPosition]]:
         """(from, to, position) covering start_s..stop_s without gaps."""
         edges = [start_s, *(t for t, _ in self.changes if start_s < t < stop_s), stop_s]

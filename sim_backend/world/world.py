@@ -31,7 +31,7 @@ from .clock import SimulatedClock
 from .faults import FaultPlan
 from .incidents import PowerSpan, Violation
 from .player import Feed, Player
-from .shot import ShotResult, commanded
+from .shot import MEMORY_S, ShotResult, commanded
 from .truth import record
 from .variation import Temperature
 
@@ -113,6 +113,7 @@ class World:
 
     def _setup(self, timeline: Timeline, feed: Feed | None, now_s: float) -> ShotSetup:
         """The shot that begins now."""
+        self._contacts = self._contacts.since(now_s - MEMORY_S)
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         resting = self.unit.rest_until(now_s, closed=closed)
         rotor = self.unit.for_shot(self.temperature.deviation_k(now_s), self.rng(FRICTION, self.shots))

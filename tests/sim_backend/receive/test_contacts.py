@@ -63,3 +63,14 @@ def test_shifting_moves_the_time_zero():
     contacts = Contacts(OPTIONS).command(5.0, RECEIVE, rng()).shifted(-5.0)
     assert contacts.position(0.0) is MOVING
     assert contacts.arrival_s() == pytest.approx(OPTIONS.dead_time_s + OPTIONS.bounce_s, abs=1e-3)
+
+
+@given(st.floats(0.0, 1.1), st.floats(0.0, 0.3))
+def test_what_is_forgotten_changes_nothing_after_it(since_s, later_s):
+    contacts = Contacts(OPTIONS)
+    for k in range(10):
+        contacts = contacts.command(0.1 * k, (RECEIVE, TRANSMIT)[k % 2], rng())
+    forgetful = contacts.since(since_s)
+    assert forgetful.position(since_s + later_s) is contacts.position(since_s + later_s)
+    assert forgetful.spans(since_s, since_s + 0.4) == contacts.spans(since_s, since_s + 0.4)
+    assert len(forgetful.changes) <= len(contacts.changes)

@@ -154,3 +154,12 @@ def test_remounting_the_same_specimen_changes_nothing_and_another_starts_at_rest
     assert bench.backend.world.unit.resting.phi_rad != 0.0
     bench.backend.mount(specimen("jewel"))
     assert bench.backend.world.unit.resting.phi_rad == 0.0
+
+
+def test_a_world_that_has_shot_often_remembers_no_more_than_one_that_has_just_begun():
+    """Its 20 000th shot must not take longer than its first."""
+    bench, remembered = Bench("jewel", **QUIET), []
+    for _ in range(12):
+        bench.shot(rx=16)
+        remembered.append(len(bench.backend.world.contacts().changes))
+    assert remembered[-1] == remembered[2]
