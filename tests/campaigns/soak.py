@@ -3,14 +3,16 @@
 python -m tests.campaigns.soak --shots 20000 --listeners 50 --page docs/soak.md
 
 Each series is a start of one schedule.  After each: resident memory and open handles of the processes, and the trend of
-the specimen is asked for.  Meanwhile listeners take all events, and one client asks for the state of the platform.  At
-the end every listener must have had the same events in the order of their numbers, without a gap, a shot and a fit for
-every shot; and the index, as it has grown, must be what a rebuild makes of the recordings.
+the specimen is asked for; the last series must not take longer than the first.  Meanwhile listeners take all events,
+and one client asks for the state of the platform.  At the end every listener must have had the same events in the order
+of their numbers, without a gap, a shot and a fit for every shot; and the index, as it has grown, must be what a rebuild
+makes of the recordings.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sqlite3
 import statistics
@@ -20,6 +22,7 @@ import threading
 import time
 from contextlib import closing
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 
 import httpx2
@@ -36,6 +39,8 @@ SPECIMEN = "soak"
 PROCESSES = ("hardware", "web", "stop")
 STATUS_S = 0.1
 """p99 of the state of the platform."""
+SLOWER = 1.3
+"""Times what a series took in the beginning."""
 GROWTH_MB, HANDLES = 40.0, 10
 """So much more in the last quarter than in the second is too much; handles: more than at the least."""
 HEAD = """# Soak
@@ -81,6 +86,10 @@ class Found:
     failed: list[str] = field(default_factory=list)
     trend_s: list[float] = field(default_factory=list)
     """Until the trend was answered, after each series."""
+    series_s: list[float] = field(default_factory=list)
+    """What each series took."""
+    fit_s: list[float] = field(default_factory=list)
+    """From the event of a shot to that of its fit."""
     indexed: tuple[int, int] = (0, 0)
     """Lines of the index that differ from a rebuild, of how many."""
 
@@ -92,6 +101,7 @@ class Found:
             "shots or fits were not told": self.missing,
             "events were dropped": self.dropped,
             "lines of the index are not those of a rebuild": self.indexed[0],
+            "% slower in the last quarter than in the first": self.slower_percent(),
             "ms for the state of the platform, p99": max(0, round(1e3 * (self.percentile_s(0.99) - STATUS_S))),
         }
         found = [f"{count} {what}" for what, count in bounds.items() if count]
@@ -107,6 +117,16 @@ class Found:
         ordered = sorted(self.status_s)
         return ordered[min(len(ordered) - 1, math.ceil(share * len(ordered)) - 1)]
 
+    def quarters_s(self) -> tuple[float, float]:
+        """Median of what a series took in the first and in the last quarter."""
+        quarter = max(1, len(self.series_s) // 4)
+        return statistics.median(self.series_s[:quarter]), statistics.median(self.series_s[-quarter:])
+
+    def slower_percent(self) -> int:
+        """0: within what is allowed."""
+        first, last = self.quarters_s()
+        return round(100 * (last / first - 1)) if last > SLOWER * first else 0
+
     def growth_mb(self, name: str) -> float:
         """Resident memory of the last quarter of the series over that of the second, MB."""
         values = self.usage[name].resident_mb
@@ -120,6 +140,8 @@ class Listener(threading.Thread):
     def __init__(self, address: str, ends: threading.Event) -> None:
         super().__init__(daemon=True)
         self.heard: list[tuple[int, str]] = []
+        self.told: dict[str, dict[tuple[str, int], datetime]] = {"shot": {}, "fit": {}}
+        """When a shot of a job, and its fit, happened."""
         self.dropped = 0
         self._address, self._ends = address, ends
         self.connected = threading.Event()
@@ -135,6 +157,10 @@ class Listener(threading.Thread):
                         kind = line[7:]
                     elif line.startswith("data: ") and kind == "dropped":
                         self.dropped += 1
+                    elif line.startswith("data: ") and kind in self.told:
+                        data = json.loads(line[6:])
+                        what = data["what"]
+                        self.told[kind][what["job"], what["shot"]] = datetime.fromisoformat(data["at"])
                     elif line.startswith("id: ") and kind != "dropped":
                         self.heard.append((int(line[4:]), kind))
         except httpx2.TransportError:
@@ -180,16 +206,19 @@ def _one(daemon: Served, schedule: str, found: Found) -> None:
         assert time.monotonic() < until, answer.text
         time.sleep(0.1)
     assert answer.status_code == 202, answer.text
+    began = time.monotonic()
     number = answer.json()["number"]
     while True:
         row = daemon.get(f"/schedules/{schedule}/ledger?after={number - 1}&limit=1").json()["rows"][0]
         if row["state"] not in ("due", "started"):
             break
         time.sleep(0.2)
+    found.series_s.append(time.monotonic() - began)
     if row["state"] not in ("run", "late"):
         found.failed.append(f"{row['state']}: {row['reason']}")
     began = time.monotonic()
-    assert daemon.get(f"/specimens/{SPECIMEN}/trend").status_code in (200, 404)  # not indexed yet
+    known = (200, 404) if not found.trend_s else (200,)  # the first series may not be in the index yet
+    assert daemon.get(f"/specimens/{SPECIMEN}/trend").status_code in known
     found.trend_s.append(time.monotonic() - began)
     for name in PROCESSES:
         pid = daemon.pid(name)
@@ -216,7 +245,8 @@ def _poll(daemon: Served, found: Found, ends: threading.Event) -> None:
 
 
 def _judge(found: Found, listeners: list[Listener]) -> None:
-    first = listeners[0].heard
+    first, told = listeners[0].heard, listeners[0].told
+    found.fit_s = [(told["fit"][each] - told["shot"][each]).total_seconds() for each in told["fit"]]
     for each in listeners:
         numbers = [number for number, _ in each.heard]
         found.out_of_order += numbers != sorted(set(numbers)) or each.heard != first
@@ -233,6 +263,8 @@ def page(found: Found, arguments: str) -> str:
         ("listeners with events in another order, a gap or one twice", str(found.out_of_order)),
         ("shots and fits that a listener has not heard of", str(found.missing)),
         ("events that a listener was told it would not get", str(found.dropped)),
+        ("from a shot to its fit", _times(found.fit_s)),
+        ("a series, in the first and in the last quarter", " and ".join(f"{s:.1f} s" for s in found.quarters_s())),
         ("state of the platform, median", f"{1e3 * found.percentile_s(0.5):.0f} ms"),
         ("state of the platform, p99", f"{1e3 * found.percentile_s(0.99):.0f} ms of {len(found.status_s)}"),
         ("trend of the specimen, after each series", f"{max(found.trend_s):.1f} s at most, of {len(found.trend_s)}"),
@@ -246,6 +278,12 @@ def page(found: Found, arguments: str) -> str:
         ]
     head = HEAD.format(arguments=arguments, series=SERIES, listeners=found.listeners)
     return head + "".join(f"| {what} | {value.strip()} |\n" for what, value in rows)
+
+
+def _times(values: list[float]) -> str:
+    ordered = sorted(values)
+    last = ordered[min(len(ordered) - 1, math.ceil(0.99 * len(ordered)) - 1)]
+    return f"{statistics.median(ordered):.2f} s (median), {last:.2f} s (p99), {ordered[-1]:.2f} s at most"
 
 
 def main() -> int:
