@@ -37,25 +37,25 @@ class AgainContract:
     def test_the_same_shot_again_is_as_good_as_the_first(self, card: IoCard) -> None:
         """Without a stop in between."""
         timeline = short_shot(card.capabilities())
-        first = _loudness(card, timeline)
+        first = loudness(card, timeline)
         for _ in range(3):
-            _alike(first, _loudness(card, timeline))
+            alike(first, loudness(card, timeline))
 
     def test_another_shot_in_between_leaves_nothing_behind(self, card: IoCard) -> None:
         """Of another length, without power, louder: the one after it is the first again."""
         can = card.capabilities()
         timeline = short_shot(can)
         louder = replace(timeline, bursts=tuple(replace(b, amplitude_v=4 * b.amplitude_v) for b in timeline.bursts))
-        first = _loudness(card, timeline)
+        first = loudness(card, timeline)
         for other in (short_shot(can, rx_s=0.05), short_shot(can, bursts=False), louder):
-            _loudness(card, other)
-            _alike(first, _loudness(card, timeline))
+            loudness(card, other)
+            alike(first, loudness(card, timeline))
 
     @pytest.mark.parametrize("state", list(CardState)[:4])
     def test_a_stop_in_between_leaves_the_next_shot_whole(self, card: IoCard, state: CardState) -> None:
         """Stopped once, and once more, wherever the repetition is."""
         timeline = short_shot(card.capabilities())
-        first = _loudness(card, timeline)
+        first = loudness(card, timeline)
         for stops in (1, 2):
             steps = [lambda: card.program(timeline), card.arm, card.trigger]
             for step in steps[: list(CardState).index(state)]:
@@ -63,7 +63,7 @@ class AgainContract:
             for _ in range(stops):
                 card.stop()
             assert card.state() is CardState.IDLE
-            _alike(first, _loudness(card, timeline))
+            alike(first, loudness(card, timeline))
 
     def test_nothing_is_played_when_the_host_is_gone(
         self, card: IoCard, abandon: Callable[[], Callable[[], bool]] | None
@@ -72,7 +72,7 @@ class AgainContract:
         if abandon is None:
             pytest.skip("nobody here to cut the card off, or to watch its outputs")
         timeline = short_shot(card.capabilities())
-        _loudness(card, timeline)
+        loudness(card, timeline)
         card.program(timeline)
         card.arm()
         card.trigger()
@@ -84,7 +84,7 @@ class AgainContract:
             time.sleep(1e-3)
 
 
-def _loudness(card: IoCard, timeline: Timeline) -> NDArray[np.float64]:
+def loudness(card: IoCard, timeline: Timeline) -> NDArray[np.float64]:
     """Root mean square of each input in the TX window of one whole shot, (inputs,) V."""
     chunks = collect(card, timeline, 5000)
     volts = np.concatenate([c.volts for c in chunks], axis=1)
@@ -94,6 +94,7 @@ def _loudness(card: IoCard, timeline: Timeline) -> NDArray[np.float64]:
     return sent
 
 
-def _alike(first: NDArray[np.float64], later: NDArray[np.float64]) -> None:
+def alike(first: NDArray[np.float64], later: NDArray[np.float64]) -> None:
+    """Raises AssertionError if one shot is louder than the other."""
     assert np.all(later <= ALIKE * first + 1e-6)
     assert np.all(first <= ALIKE * later + 1e-6)

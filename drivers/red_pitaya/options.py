@@ -136,11 +136,13 @@ class CardTable(Section):
     def _lines_can_be_driven(self) -> Self:
         for name, line in (("pa_gate", self.lines.pa_gate), ("rx_connect", self.lines.rx_connect)):
             if line.pin == "AO3":
-                raise ValueError(f"lines.{name}: a server that loses its client zeroes the other outputs and forgets AO3")
+                raise ValueError(
+                    f"lines.{name}: a server that loses its client zeroes the other outputs and forgets AO3"
+                )
         if self.lines.pa_gate.board != 0 and self.lines.pa_gate.pin in ANALOG_PINS:
             raise ValueError(
-                "lines.pa_gate: on a board's sequence it must be on the master, board 0: a slave's trigger comes over a "
-                "cable, and one that is loose plays what is in the slave's memory again"
+                "lines.pa_gate: timed by a board's sequence, it must be on the master, board 0: a slave's trigger "
+                "comes over a cable, and one that is loose plays what is in the slave's memory again"
             )
         if self.prove_wiring and self.lines.pa_gate.pin in ANALOG_PINS[1:]:
             raise ValueError(

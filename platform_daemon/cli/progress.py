@@ -19,13 +19,15 @@ if TYPE_CHECKING:
 
 
 class _TimeLeft(ProgressColumn):
-    """At the mean pace so far."""
+    """As the job says, else at the mean pace so far."""
 
     def render(self, task: Task) -> Text:
         return Text(_time_left(task))
 
 
 def _time_left(task: Task) -> str:
+    if task.fields["left"] is not None:
+        return str(task.fields["left"])
     if not task.completed or not task.total or task.elapsed is None:
         return ""
     return f"{task.elapsed * (task.total - task.completed) / task.completed:.0f} s left"
@@ -36,7 +38,7 @@ class ProgressDisplay:
 
     def __init__(self, bar: Progress) -> None:
         self._bar = bar
-        bar.add_task("waiting", total=1.0, unit="", curve="")
+        bar.add_task("waiting", total=1.0, unit="", curve="", left=None)
         (self._task,) = bar.tasks
 
     @property
@@ -46,7 +48,7 @@ class ProgressDisplay:
 
     def begin(self, what: str, total: float, unit: str) -> None:
         """A new piece of work, from nothing."""
-        self._bar.reset(self._task.id, description=what, total=total, unit=unit, curve="")
+        self._bar.reset(self._task.id, description=what, total=total, unit=unit, curve="", left=None)
 
     def at(self, done: float, what: str | None = None) -> None:
         """So much is done; the bar never falls."""
@@ -75,6 +77,8 @@ class ProgressDisplay:
         lines = ShotLines(job)
         while not job.ended.wait(timeout=0.1):
             now = job.progress()
+            left = "" if now.time_left_s is None else f"{now.time_left_s:.0f} s left"
+            self._bar.update(self._task.id, left=left)
             self.at(now.done, now.phase)
             self._show(lines)
             if job.question is not None and not job.proceed.is_set():

@@ -58,6 +58,12 @@ class HardwareQueue:
                     return None
                 self._changed.wait(left_s)
 
+    @property
+    def awaits(self) -> bool:
+        """Is there one that will begin by itself?  A paused one lets others go first."""
+        with self._changed:
+            return any(not _rests(each.job) for each in self._waiting)
+
     def jobs(self) -> tuple[AnyJob, ...]:
         """Those that wait, the next one first."""
         with self._changed:

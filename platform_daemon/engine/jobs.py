@@ -103,7 +103,9 @@ class Job(Generic[RequestT, ResultT]):
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _kept: float | None = None
+    _reached: float = 0.0  # the most that `done` has been
     _planned_s: tuple[float, ...] = ()  # what each unit takes, as planned
+    _before: float = 0.0  # what had been made when that was told
     _started_s: float = 0.0
     _rested_s: float = 0.0
     _rests_since_s: float | None = None
@@ -148,14 +150,19 @@ class Job(Generic[RequestT, ResultT]):
         return True
 
     def expect(self, seconds: Sequence[float]) -> None:
-        """What each of its units takes, s, as planned: time left follows from that and the pace so far."""
+        """What each of its units takes from now on, s, as planned: time left follows from that and the pace so far.
+
+        Units beyond are taken to be like these on average.
+        """
         with self._lock:
-            self._planned_s = tuple(seconds)
+            self._planned_s, self._before = tuple(seconds), self.done
+            self._started_s, self._rested_s = self.clock.monotonic_s(), 0.0
 
     def at(self, done: float, phase: str) -> None:
         """Report progress, which never falls."""
         with self._lock:
             self.done, self.phase = max(self.done, done), phase
+            self._reached = max(self._reached, self.done)
 
     def kept(self, done: float) -> None:
         """So much is kept if it ends before all is done: what was under way then does not count."""
@@ -168,24 +175,34 @@ class Job(Generic[RequestT, ResultT]):
             left = None
             if self._rests_since_s is not None and not self.state.final:
                 left = None
-            elif self.state is JobState.RUNNING and self.done > 0:
-                worked_s = self.clock.monotonic_s() - self._started_s - self._rested_s
-                made, rest = self._shares()
-                left = worked_s * rest / made
+            elif self.state is JobState.RUNNING:
+                left = self._left_s(self.clock.monotonic_s() - self._started_s - self._rested_s)
             elif self.state.final:
                 left = 0.0
-            share = min(1.0, self.done / self.total) if self.total > 0 else 1.0
+            share = min(1.0, max(self.done, self._reached) / self.total) if self.total > 0 else 1.0
             return Progress(
                 done=self.done, total=self.total, unit=self.unit, phase=self.phase, fraction=share, time_left_s=left
             )
 
-    def _shares(self) -> tuple[float, float]:
-        """How much is made and how much is left, by the plan: s, or units that all take the same."""
-        if len(self._planned_s) != self.total:
-            return self.done, max(0.0, self.total - self.done)
-        whole = min(int(self.done), len(self._planned_s))
-        made = sum(self._planned_s[:whole]) + (self.done - whole) * sum(self._planned_s[whole : whole + 1])
-        return made, max(0.0, sum(self._planned_s) - made)
+    def _left_s(self, worked_s: float) -> float | None:
+        """By the pace so far, which without a plan must be there, and else counts from the beginning as planned: what
+        was made counts against one unit as long as all are on average."""
+        made = self._plan_s(self.done) - self._plan_s(self._before)
+        rest = max(0.0, self._plan_s(self.total) - self._plan_s(self.done))
+        if not self._planned_s:
+            return worked_s * rest / made if made > 0 else None
+        mean_s = self._plan_s(self.total) / max(self.total, 1e-9)
+        return rest * (worked_s + mean_s) / (made + mean_s)
+
+    def _plan_s(self, units: float) -> float:
+        """What so many of its units take by the plan, s; 1 s each without one."""
+        planned = self._planned_s
+        if not planned:
+            return units
+        whole = min(int(units), len(planned))
+        part_s = (units - whole) * planned[whole] if whole < len(planned) else 0.0
+        beyond_s = max(0.0, units - len(planned)) * sum(planned) / len(planned)
+        return sum(planned[:whole]) + part_s + beyond_s
 
     def rest(self, longest_s: float) -> bool:
         """Wait as long as a pause is asked for, at most `longest_s`; False if it is asked for still.

@@ -62,8 +62,8 @@ class AcquisitionPlan:
 
     @property
     def durations_s(self) -> list[float]:
-        """Of every shot with the pause before it, s."""
-        return [self.sequence.pause_s + shot.timeline.duration_s for shot in self.shots]
+        """Of every shot with the pause before it, s; the first one does not wait."""
+        return [(k > 0) * self.sequence.pause_s + shot.timeline.duration_s for k, shot in enumerate(self.shots)]
 
     @property
     def disk_bytes(self) -> int:

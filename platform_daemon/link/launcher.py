@@ -44,14 +44,15 @@ class HardwareLauncher(Launcher):
 
     def busy(self) -> bool:
         """See Launcher."""
-        status = self._hardware().status()
-        return status.running is not None or bool(status.queued)
+        return self._hardware().busy()
 
-    def missing(self, work: AnyWorkRequest) -> str | None:
+    def missing(self, work: AnyWorkRequest, *, surely: bool) -> str | None:
         """See Launcher."""
         if work.kind == "acquisition":
-            return self._hardware().not_mounted(work.request.resonator)
-        return self._hardware().not_mounted(work.request.acquisition.resonator) if work.kind == "procedure" else None
+            return self._hardware().not_mounted(work.request.resonator, surely=surely)
+        if work.kind == "procedure":
+            return self._hardware().not_mounted(work.request.acquisition.resonator, surely=surely)
+        return None
 
     def new_id(self, work: AnyWorkRequest) -> str:
         """See Launcher."""

@@ -41,10 +41,11 @@ class Mounted:
         write_file(self._path, to_json(found, indent=1).encode())
         return found
 
-    def missing(self, resonator: str) -> str | None:
-        """What a person has to do before it can be measured; None: nothing."""
+    def missing(self, resonator: str, *, surely: bool) -> str | None:
+        """What a person has to do before it can be measured; None: nothing.  surely: also if nobody has said which one
+        is there."""
         now = self.now()
-        if now.changed_by_platform or now.resonator == resonator:
+        if now.changed_by_platform or now.resonator == resonator or (now.resonator is None and not surely):
             return None
         there = "nobody has said which one is there" if now.resonator is None else f"{now.resonator} is there"
         return f"{resonator} has to be mounted, {there}: do it, then say so (POST /platform/resonator)"

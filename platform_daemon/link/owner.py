@@ -85,6 +85,10 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         return self._engine.status()
 
+    def busy(self) -> bool:
+        """Does something run, or wait that will begin by itself?"""
+        return self._engine.status().running is not None or self._engine.queue.awaits
+
     def devices(self) -> DeviceListing:
         """See Hardware."""
         return self._engine.devices()
@@ -221,9 +225,9 @@ class OwnedHardware(LocalJobs):
         self._only_named(request.resonator)
         return self._mounted.say(request.resonator, request.by)
 
-    def not_mounted(self, resonator: str) -> str | None:
-        """What a person has to do before it can be measured; None: nothing."""
-        return self._mounted.missing(resonator)
+    def not_mounted(self, resonator: str, *, surely: bool) -> str | None:
+        """See Mounted.missing."""
+        return self._mounted.missing(resonator, surely=surely)
 
     def add_schedule(self, request: ScheduleRequest) -> Schedule:
         """See Hardware."""

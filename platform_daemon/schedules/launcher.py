@@ -24,10 +24,11 @@ class Launcher(Protocol):
         """How long it takes by its plan, s; None: nobody knows.  Raises InputError: it could not be done."""
 
     def busy(self) -> bool:
-        """Does something run on the platform, or wait for it?"""
+        """Does something run on the platform, or wait for it?  What is paused before it has begun does neither."""
 
-    def missing(self, work: AnyWorkRequest) -> str | None:
-        """What a person has to do before it can begin: mount its resonator; None: nothing."""
+    def missing(self, work: AnyWorkRequest, *, surely: bool) -> str | None:
+        """What a person has to do before it can begin: mount its resonator; None: nothing.  surely: also if nobody has
+        said which one is there."""
 
     def new_id(self, work: AnyWorkRequest) -> str:
         """An id for its job, which no other job has."""

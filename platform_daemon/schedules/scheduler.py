@@ -153,10 +153,12 @@ class Scheduler:
         return kept.request.work if kept.request.resonators is None else work_of(kept.request, self._ledger.turn(row))
 
     def _waits_for_hands(self, row: Row, kept: Kept) -> bool:
-        """Must its resonator be mounted first?  Its row says so meanwhile."""
-        if kept.request.resonators is None:
-            return False
-        missing = self._launcher.missing(self._work(row, kept))
+        """Must its resonator be mounted first?  Its row says so meanwhile.
+
+        Of a schedule for one resonator that one is taken to be there, unless another one is said to be.
+        """
+        in_turn = kept.request.resonators is not None
+        missing = self._launcher.missing(self._work(row, kept), surely=in_turn)
         if missing != row.reason and not (missing is None and row.asked):
             self._ledger.note(row, missing)
             self._tell(_event(row, "due", missing))

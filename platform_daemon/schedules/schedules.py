@@ -75,12 +75,7 @@ class Schedules:
     def add(self, request: ScheduleRequest) -> Schedule:
         """A new schedule.  Raises InputError: never due, no such zone, shorter than its work, work not possible."""
         now = self._clock()
-        calendar = Calendar(request, now)
-        planned, gap = self._longest_s(request), calendar.shortest_gap_s()
-        if planned is not None and planned > gap:
-            why = f"the work takes {planned:.0f} s, and is due again after {gap:.0f} s"
-            remedy = "make it due less often, or the work shorter"
-            raise InputError("the interval is shorter than the work", where="trigger", why=why, remedy=remedy)
+        calendar = self._checked(request, now)
         identifier = f"schedule-{datetime.fromtimestamp(now, UTC):%Y%m%dT%H%M%S}-{token_hex(3)}"
         reached = math.nextafter(max(now, calendar.start), -math.inf)
         kept = Kept(identifier, request, now, reached, None, 0)
@@ -148,12 +143,21 @@ class Schedules:
             return _shown_row(self._ledger.rows(identifier, number - 1, 1)[0])
 
     def preview(self, request: ScheduleRequest, count: int = 10) -> tuple[str, ...]:
-        """The first instants, ISO 8601 in the zone of the trigger; nothing is kept.  Raises InputError."""
+        """The first instants, ISO 8601 in the zone of the trigger; nothing is kept.  Errors as in `add`."""
         now = self._clock()
-        calendar = Calendar(request, now)
-        self._longest_s(request)
+        calendar = self._checked(request, now)
         dues = itertools.islice(calendar.after(max(now, calendar.start), inclusive=True), count)
         return tuple(calendar.shown(due) for due in dues)
+
+    def _checked(self, request: ScheduleRequest, now: float) -> Calendar:
+        """Errors as in `add`."""
+        calendar = Calendar(request, now)
+        planned, gap = self._longest_s(request), calendar.shortest_gap_s()
+        if planned is not None and planned > gap:
+            why = f"the work takes {planned:.0f} s, and is due again after {gap:.0f} s"
+            remedy = "make it due less often, or the work shorter"
+            raise InputError("the interval is shorter than the work", where="trigger", why=why, remedy=remedy)
+        return calendar
 
     def _longest_s(self, request: ScheduleRequest) -> float | None:
         """Of its work with each of its resonators; None: nobody knows.  Raises InputError: it could not be done."""

@@ -1,4 +1,5 @@
 import json
+from datetime import UTC, datetime
 
 import pytest
 
@@ -36,18 +37,54 @@ def test_a_job_ends_in_done_failed_or_cancelled():
     assert all(j.ended.is_set() for j in jobs)
 
 
+class Clock:
+    now = 0.0
+
+    def monotonic_s(self):
+        return self.now
+
+    def utc(self):
+        return datetime.now(UTC)
+
+
+def a_series(shots):
+    job = Job("acquisition", ASKED, AcquisitionResult(), shots, "shots", clock=Clock())
+    job.begin()
+    return job
+
+
+def test_time_left_is_that_of_the_plan_with_its_pauses_from_the_beginning():
+    job = a_series(5)
+    job.clock.now = 3.0  # self-test
+    job.expect([0.6, *[60.6] * 4])
+    assert job.progress().time_left_s == pytest.approx(243.0)
+    job.clock.now += 0.7
+    job.at(1.0, "wait")
+    assert job.progress().time_left_s == pytest.approx(242.4, rel=0.01)
+    job.clock.now += 4 * 60.6
+    job.at(5.0, "fit")
+    assert job.progress().time_left_s == 0.0
+
+
+def test_time_left_of_a_series_that_goes_on_leaves_out_what_was_made_before():
+    job = a_series(10)
+    job.at(8.0, "go on")
+    job.expect([10.0] * 10)
+    assert job.progress().time_left_s == pytest.approx(20.0)
+    job.clock.now += 20.0  # twice as slow as planned
+    job.at(9.0, "wait")
+    assert job.progress().time_left_s == pytest.approx(15.0)
+
+
+def test_what_a_series_has_reached_does_not_fall_when_it_is_cut_off():
+    job = a_series(10)
+    job.at(3.9, "listen")
+    job.kept(3.0)
+    job.end(JobState.CANCELLED)
+    assert (job.progress().done, job.progress().fraction) == (3.0, pytest.approx(0.39))
+
+
 def test_time_left_follows_from_the_pace_so_far():
-    class Clock:
-        now = 0.0
-
-        def monotonic_s(self):
-            return self.now
-
-        def utc(self):
-            from datetime import UTC, datetime
-
-            return datetime.now(UTC)
-
     job = Job("acquisition", ASKED, AcquisitionResult(), 10, "shots", clock=Clock())
     assert job.progress().time_left_s is None
     job.begin()

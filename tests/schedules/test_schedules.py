@@ -38,8 +38,8 @@ class Owner:
     def busy(self):
         return any(self.outcome(job).state == "running" for job in list(self.jobs)[-1:])
 
-    def missing(self, work):
-        wanted = work.request.resonator
+    def missing(self, work, *, surely):
+        wanted = getattr(work.request, "resonator", None)
         return None if self.mounted in (None, wanted) else f"{wanted} has to be mounted"
 
     def new_id(self, work):
@@ -57,6 +57,9 @@ class Owner:
             return JobOutcome("unknown")
         running = abs(self.clock() - self.jobs[job]) < self.takes_s
         return JobOutcome("running" if running else self.ends, None, None if running else job)
+
+
+THREAD = {"kind": "acquisition", "request": {"resonator": "thread"}}
 
 
 class Bench:
@@ -132,6 +135,8 @@ def test_the_instants_do_not_depend_on_where_one_begins_to_ask(zone, cron):
 def test_bad_input_is_told(bench, trigger, others, said):
     with pytest.raises(InputError, match=said):
         bench.all.add(asked(trigger, **others))
+    with pytest.raises(InputError, match=said):
+        bench.all.preview(asked(trigger, **others))
     assert bench.all.list() == ()
 
 
@@ -369,7 +374,7 @@ def test_where_a_person_has_to_mount_it_a_start_waits_and_says_so(tmp_path):
     bench = Bench(tmp_path, told.append)
     bench.owner.mounted = "thread"
     made = bench.all.add(asked({"every_s": 3600.0}, resonators=["thread", "jewel"], grace_s=1800.0))
-    other = bench.all.add(asked({"every_s": 3600.0}))
+    other = bench.all.add(asked({"every_s": 3600.0}, work=THREAD))
     bench.until(T0 + 3700)
     assert [row.state for row in bench.rows(made.identifier)] == ["late", "due"]
     assert bench.rows(made.identifier)[-1].reason == "jewel has to be mounted"
@@ -381,8 +386,20 @@ def test_where_a_person_has_to_mount_it_a_start_waits_and_says_so(tmp_path):
     assert bench.owner.began_with[-1] == "jewel"
     bench.until(T0 + 9200)  # nobody comes
     last = bench.rows(made.identifier)[-1]
-    assert (last.state, bench.owner.began_with.count("thread")) == ("missed", 1)
+    assert (last.state, bench.owner.began_with.count("thread")) == ("missed", 1 + 2)  # the other schedule's, too
     assert "thread has to be mounted" in last.reason
+    bench.all.close()
+
+
+def test_a_schedule_for_one_resonator_does_not_measure_another_one_in_its_name(tmp_path):
+    bench = Bench(tmp_path)
+    bench.owner.mounted = "jewel"
+    made = bench.all.add(asked({"every_s": 3600.0}, work=THREAD, grace_s=1800.0))
+    bench.until(T0 + 3700)
+    assert (bench.rows(made.identifier)[0].state, bench.owner.began_with) == ("missed", [])
+    bench.owner.mounted = "thread"
+    bench.until(T0 + 3800)
+    assert bench.owner.began_with == ["thread"]
     bench.all.close()
 
 

@@ -45,7 +45,18 @@ PATHS = (
         "fits",
         "diagnoses",
     ),
-    *("characterisations", "models", "resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
+    *(
+        "characterisations",
+        "models",
+        "resonators",
+        "specimens",
+        "sequences",
+        "design",
+        "health",
+        "ready",
+        "docs",
+        "openapi.json",
+    ),
 )
 
 

@@ -137,6 +137,7 @@ class ProcedureWork:
         title = f"{self._outline.resonator}, {self._procedure.title}"
         series = StepSeries(target, title, self._outline, overwrite=self._files.overwrite)
         ended = "failed"
+        job.expect([step.duration_s / step.shots for step in self._outline.steps for _ in range(step.shots)])
         try:
             self._keep_log(job)
             if isinstance(self._procedure, ReadsShots):

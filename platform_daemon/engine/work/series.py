@@ -74,7 +74,7 @@ class SeriesWork:
         self._refused_in_a_row = self._refused = self._joined = 0
         self._left: Callable[[], None] | None = None
         self._told = plan.excited  # by the header
-        self._durations_s = plan.durations_s
+        self._waits_s = [plan.sequence.pause_s * (k > 0 or destination.goes_on) for k in range(self.total)]
 
     def __call__(self, job: AcquisitionJob) -> None:
         """Mount, test the chain, shoot, store, fit.
@@ -85,7 +85,6 @@ class SeriesWork:
         if not self._rested(job):
             return  # nothing moves, not even for the self-test
         self._lateness = Lateness(self._platform.clock.monotonic_s(), self._plan.sequence.pause_s)
-        job.expect(self._durations_s)
         self._destination.check(self._plan.disk_bytes)
         job.warnings += self._plan.warnings
         self._platform.mount(self._plan.specimen)
@@ -103,8 +102,10 @@ class SeriesWork:
     def _shoot_all(self, job: AcquisitionJob, series: ShotSink, disk: Storing) -> None:
         """Shot after shot; each goes to disk and to its fit while the next one is played, and counts from then on."""
         try:
-            for done in range(self._take_up(job, series), len(self._plan.shots)):
-                self._pause(job, done, series, first=done == 0 and not self._destination.goes_on)
+            first = self._take_up(job, series)
+            job.expect([self._lasts_s(k) for k in range(self.total)])
+            for done in range(first, self.total):
+                self._pause(job, done, series)
                 if not self._rested(job):
                     return  # a safe point: what is left is asked for again once its procedure is resumed
                 shot = self._next_shot(job, done)
@@ -196,7 +197,7 @@ class SeriesWork:
         return series.last_shot
 
     def _shoot(self, job: AcquisitionJob, shot: ShotPlan, done: int, series: ShotSink) -> RawShot:
-        total, looked, pause_s = shot.timeline.total_samples, False, self._plan.sequence.pause_s
+        total, looked, pause_s = shot.timeline.total_samples, False, self._waits_s[done]
 
         def tell(samples: int) -> None:
             nonlocal looked
@@ -211,10 +212,9 @@ class SeriesWork:
         self._at(job, series, done, pause_s, "prepare")
         return run_shot(self._platform, shot, cancelled=job.cancel_requested.is_set, progress=tell)
 
-    def _pause(self, job: AcquisitionJob, done: int, series: ShotSink, *, first: bool) -> None:
+    def _pause(self, job: AcquisitionJob, done: int, series: ShotSink) -> None:
         """Wait `pause_s` of platform time between shots, looking at cancel and pause."""
-        pause_s = self._plan.sequence.pause_s
-        left = 0.0 if first else pause_s
+        pause_s = left = self._waits_s[done]
         if left > 0:
             self._catch_up()
         while True:
@@ -228,8 +228,12 @@ class SeriesWork:
 
     def _at(self, job: AcquisitionJob, series: ShotSink, done: int, passed_s: float, phase: str) -> None:
         """So long into the shot after `done`, its pause included; only shots on the disk count as whole."""
-        share = passed_s / self._durations_s[done]
+        share = passed_s / self._lasts_s(done)
         job.at(min(done + _BEFORE_STORED * share, series.shots + _BEFORE_STORED), f"shot {done + 1}: {phase}")
+
+    def _lasts_s(self, done: int) -> float:
+        """The shot after `done`, with the pause before it."""
+        return self._waits_s[done] + self._plan.shots[done].timeline.duration_s
 
     def _count_refusals(self, job: AcquisitionJob, raw: RawShot, number: int) -> None:
         """Give up after too many refused shots in a row."""

@@ -30,7 +30,10 @@ BOARD = {"host": "127.0.0.1"}
         ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "AO4"}}}, "no pin 'AO4'.*AO0, AO1"),
         ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "DIO1_P"}}}, "no pin 'DIO1_P'"),
         ({"boards": [BOARD], "lines": {"pa_gate": {"pin": "AO1"}}, "prove_wiring": False}, "same pin"),
-        ({"boards": [BOARD], "lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "no board 1"),
+        ({"boards": [BOARD], "lines": {"rx_connect": {"board": 1, "pin": "AO0"}}}, "no board 1"),
+        ({"boards": [BOARD], "lines": {"rx_connect": {"pin": "AO3"}}}, "rx_connect.*forgets AO3"),
+        ({"boards": [BOARD], "lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "on the master, board 0.*loose"),
+        ({"boards": [{**BOARD, "inputs": []}]}, "no board has inputs"),
     ],
 )
 def test_what_is_wrong_is_named_and_nothing_is_opened(table, complaint, monkeypatch):

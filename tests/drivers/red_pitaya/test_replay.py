@@ -167,8 +167,6 @@ BOARDS = [BOARD, {"host": "127.0.0.2"}]
         ({"prove_wiring": False}, "needs prove_wiring = true"),
         ({"trigger": "external"}, "needs trigger = internal"),
         ({"lines": {"pa_gate": {"pin": "DIO7_P"}, "rx_connect": {"pin": "AO1"}}}, "timed by different clocks"),
-        ({"lines": {"rx_connect": {"pin": "AO3"}}}, "line on AO3.*forgets it"),
-        ({"lines": {"pa_gate": {"board": 1, "pin": "AO0"}}}, "pa_gate on the master, board 0.*loose"),
         *(
             ({"lines": {"pa_gate": {"pin": gate}, "rx_connect": {"pin": receiver}}}, f"line on {bad}.*watchdog's")
             for gate, receiver, bad in (
