@@ -62,7 +62,7 @@ class Board:
     _buffer: bytearray = field(init=False, default_factory=bytearray)
 
     def open(self) -> None:
-        """Connect; all pins go low.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if it is another thing."""
+        """Connect; all pins go low.  Raises DeviceNotFound, DeviceTimeout, DeviceProtocolError if it is another."""
         low = [f"{pin_header(pin)} OFF" for pin in DIGITAL_PINS]  # whatever was on them: it is not known yet
         self._connection = open_pair(*self._address, self.table.reply_timeout_s, [*OUTPUTS_OFF, *low])
 

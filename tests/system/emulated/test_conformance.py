@@ -11,7 +11,7 @@ from drivers.conformance import WHOLE_PLATFORM, AmplifierContract, CardContract
 from drivers.conformance.timelines import short_shot
 from drivers.errors import DeviceStateError, ShotRefused
 from drivers.red_pitaya.reader import Reader
-from tests.kit.emulated_lab import REPLAY, wired
+from tests.kit.emulated_lab import REPLAY, lines_at, wired
 
 MASTER = (
     """{host="${io_cards.0.host}", command_port="${io_cards.0.command_port}", data_port="${io_cards.0.data_port}"}"""
@@ -126,22 +126,40 @@ class TestOneCard(ShortCardContract):
             card.read(1000)
 
 
+BUSY = "io_card.pin_delay_s=0.3"  # a busy test machine, not a lab's
+ON_PINS = lines_at("0 DIO7_P", "1 DIO6_P")
+
+
+@pytest.mark.long
+class TestLinesOnPinsThatReplay(ShortCardContract):
+    """Gate and receiver by command, shots from the memory."""
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def pins_lab(cls, lab_of_its_own):
+        return lab_of_its_own(wired(), *ON_PINS[0])
+
+    @pytest.fixture(scope="class")
+    @classmethod
+    def card(cls, pins_lab):
+        built = pins_lab.platform(BUSY, *REPLAY, *ON_PINS[1])
+        yield built.card
+        built.close()
+        assert pins_lab.violations() == ()
+
+    @pytest.fixture
+    def emergency(self, pins_lab):
+        return lambda level: pins_lab.control("instant_reset", board=1, level=level)
+
+
 class TestLinesOnPins(ShortCardContract):
     """Gate and receiver by command, outputs calibrated."""
 
     @pytest.fixture(scope="class")
     @classmethod
     def card(cls, lab_of_its_own):
-        lab = lab_of_its_own(
-            calibrated(1.1),
-            'io_cards.pa_gate={board=0, output="DIO7_P"}',
-            'io_cards.rx_connect={board=1, output="DIO6_P"}',
-        )
-        built = lab.platform(
-            "io_card.pin_delay_s=0.3",  # a busy test machine, not a lab's
-            'io_card.lines.pa_gate={board=0, pin="DIO7_P"}',
-            'io_card.lines.rx_connect={board=1, pin="DIO6_P"}',
-        )
+        lab = lab_of_its_own(calibrated(1.1), *ON_PINS[0])
+        built = lab.platform(BUSY, *ON_PINS[1])
         yield built.card
         built.close()
         assert lab.violations() == ()
