@@ -7,7 +7,10 @@ import re
 import sys
 import tempfile
 from collections import Counter
+from datetime import datetime
 from pathlib import Path
+
+import numpy as np
 
 from .night import EVERY_S, SHOTS, Night, cores, night
 from .story import AFTER_S, contradictions
@@ -47,9 +50,37 @@ def _counts(found: Night) -> list[str]:
         "on-line fits told": str(len(fits)),
         "fits by the calendar, by state": _counted(Counter(row["state"] for row in found.analyses)),
         "alarms raised": _counted(Counter(each["name"].partition(":")[0] for each in found.called)),
-        "alarms that stand in the morning": ", ".join(each.partition("-")[0] for each in found.standing) or "none",
+        "from a shot on the disk to its fit": _delays(found),
+        "alarms that stand in the morning": ", ".join(_alarm(each, found.names) for each in found.standing) or "none",
     }
     return [f"| {name} | {value} |" for name, value in rows.items()]
+
+
+def _delays(found: Night) -> str:
+    """And how many fits came only when the next shot was on the disk, too."""
+    shots = {
+        (each["what"]["job"], each["what"]["shot"]): datetime.fromisoformat(each["at"])
+        for each in found.events
+        if each["what"]["kind"] == "shot"
+    }
+    took, late = [], 0
+    for each in found.events:
+        job, shot = each["what"].get("job"), each["what"].get("shot")
+        if each["what"]["kind"] == "fit" and (job, shot) in shots:
+            at = datetime.fromisoformat(each["at"])
+            took.append((at - shots[job, shot]).total_seconds())
+            late += (job, shot + 1) in shots and at > shots[job, shot + 1]
+    middle, last = np.median(took), np.quantile(took, 0.99)
+    return (
+        f"{middle:.2f} s (median), {last:.2f} s (99 %), {max(took):.2f} s at most; "
+        f"{late} of {len(took)} after the next shot was on the disk"
+    )
+
+
+def _alarm(name: str, schedules: dict[str, str]) -> str:
+    """With the schedule's name in place of its id, and without the ids of jobs."""
+    kind, _, of = name.partition(":")
+    return f"{kind}: {schedules.get(of, of.partition('-')[0])}"
 
 
 def _page(found: Night, wrong: list[str], *, last_trips: bool) -> str:

@@ -52,6 +52,8 @@ class Night:
     played: int = 0
     met: int = 0
     analyses: list[dict[str, Any]] = field(default_factory=list)
+    names: dict[str, str] = field(default_factory=dict)
+    """Of the schedules by id."""
 
 
 def night(folder: Path, seconds: float, seed: int, *, last_trips: bool) -> Night:
@@ -97,6 +99,7 @@ def _night(bench: Bench, folder: Path, calls: Path, seconds: float, seed: int, *
         played=bench.world.shots,
         met=len(bench.lab.violations()),
         analyses=_rows(bench, fits),
+        names={plan: "the series", fits: "the fits by the calendar"},
     )
 
 
