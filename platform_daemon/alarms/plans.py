@@ -28,6 +28,7 @@ def look_at_schedules(board: AlarmBoard, ask: Ask) -> str:
     board.clear("schedules")
     _forget_removed(board, {each.identifier for each in found})
     _look_at_the_clock(board, found)
+    _look_at_those_of_another_version(board, found)
     return _next(found)
 
 
@@ -45,10 +46,20 @@ def _look_at_the_clock(board: AlarmBoard, found: Sequence[Schedule]) -> None:
     if not ahead:
         board.clear("ledger-ahead")
         return
-    names = ", ".join(f"{each.request.name} until {each.ahead_until}" for each in ahead)
+    names = ", ".join(f"{_name(each)} until {each.ahead_until}" for each in ahead)
     remedy = "set the clock right; if it is, `platform-daemon schedule resume ID` makes due again what is still to come"
     what = "the clock of this computer is behind what it has shown, and nothing that was due meanwhile starts again"
     board.notice("ledger-ahead", f"{what}: {names}. Remedy: {remedy}")
+
+
+def _look_at_those_of_another_version(board: AlarmBoard, found: Sequence[Schedule]) -> None:
+    """They start nothing, and nobody has switched them off."""
+    left = [each for each in found if each.request is None]
+    if not left:
+        board.clear("schedules-unreadable")
+        return
+    names = ", ".join(each.identifier for each in left)
+    board.notice("schedules-unreadable", f"nothing starts of {names}: {left[0].reason}")
 
 
 def _next(found: Sequence[Schedule]) -> str:
@@ -56,4 +67,8 @@ def _next(found: Sequence[Schedule]) -> str:
     if not dues:
         return f"nothing is due: {len(found)} schedules, none of which starts anything" if found else "nothing is due"
     due, first = min(dues, key=lambda each: each[0])
-    return f"nothing is due until {due.isoformat(timespec='seconds')} ({first.request.name})"
+    return f"nothing is due until {due.isoformat(timespec='seconds')} ({_name(first)})"
+
+
+def _name(schedule: Schedule) -> str:
+    return schedule.identifier if schedule.request is None else schedule.request.name

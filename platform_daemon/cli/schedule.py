@@ -180,7 +180,8 @@ def _show(schedule: Schedule) -> None:
     ahead = (
         "" if schedule.ahead_until is None else f"  the clock has been at {schedule.ahead_until} already, see resume"
     )
-    print(f"{schedule.identifier}  {schedule.request.name}  {state}{ahead}")
+    name = "?" if schedule.request is None else schedule.request.name
+    print(f"{schedule.identifier}  {name}  {state}{ahead}")
 
 
 def _trigger(

@@ -70,7 +70,7 @@ class Ledger:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        self._unreadable: set[str] = set()
+        self._unreadable: dict[str, str] = {}
         new = not path.exists()
         beside = [path.with_name(path.name + end) for end in ("-wal", "-journal")]
         if new and any(each.exists() for each in beside):
@@ -103,13 +103,20 @@ class Ledger:
         found = ((row, self._request(row[0], row[1])) for row in self._sql.execute(query))
         return [Kept(row[0], request, *row[2:]) for row, request in found if request is not None]
 
+    def unreadable(self, *, removed: bool = False) -> dict[str, tuple[float, str]]:
+        """Those of another version that `schedules` leaves out, by id: since when, and what is wrong."""
+        which = "" if removed else "WHERE removed = 0"
+        query = f"SELECT id, request, created FROM schedules {which} ORDER BY rowid"
+        found = [row for row in self._sql.execute(query) if self._request(row[0], row[1]) is None]
+        return {row[0]: (row[2], self._unreadable[row[0]]) for row in found}
+
     def _request(self, schedule: str, text: str) -> ScheduleRequest | None:
         try:
             return ScheduleRequest.model_validate_json(text)
         except ValueError as error:
             if schedule not in self._unreadable:  # once
                 log.error("schedule_not_read", schedule=schedule, error=str(error))
-                self._unreadable.add(schedule)
+                self._unreadable[schedule] = str(error)
             return None
 
     def remove(self, schedule: str) -> None:

@@ -84,19 +84,21 @@ class Schedules:
             return self._shown(kept)
 
     def list(self) -> tuple[Schedule, ...]:
-        """All that were not removed."""
+        """All that were not removed; last those that another version has left and this one cannot read."""
         with self._lock:
-            return tuple(map(self._shown, self._ledger.schedules()))
+            left = (_unreadable(key, *why) for key, why in self._ledger.unreadable().items())
+            return (*map(self._shown, self._ledger.schedules()), *left)
 
     def get(self, identifier: str) -> Schedule:
         """One of them.  Raises InputError."""
         with self._lock:
-            return self._shown(self._kept(identifier))
+            return self._found(identifier)
 
     def page(self, identifier: str, after: int = 0, limit: int = 100) -> LedgerPage:
         """Rows of its ledger with numbers above `after`, of a removed one too.  Raises InputError."""
         with self._lock:
-            self._kept(identifier, removed=True)
+            if identifier not in self._ledger.unreadable(removed=True):
+                self._kept(identifier, removed=True)
             rows = self._ledger.rows(identifier, after, limit + 1)
         return LedgerPage(rows=tuple(map(_shown_row, rows[:limit])), more=len(rows) > limit)
 
@@ -128,7 +130,7 @@ class Schedules:
     def remove(self, identifier: str) -> Schedule:
         """It starts nothing any more; its ledger stays.  As it was; raises InputError."""
         with self._lock:
-            found = self._shown(self._kept(identifier))
+            found = self._found(identifier)
             self._scheduler.remove(identifier)
             return found
 
@@ -182,13 +184,22 @@ class Schedules:
                 return kept
         raise UnknownSchedule(f"no schedule {identifier!r}", where=identifier, remedy="list the schedules")
 
+    def _found(self, identifier: str) -> Schedule:
+        left = self._ledger.unreadable().get(identifier)
+        return self._shown(self._kept(identifier)) if left is None else _unreadable(identifier, *left)
+
     def _shown(self, kept: Kept) -> Schedule:
+        off = kept.off
+        try:
+            Calendar(kept.request, kept.created)
+        except InputError as error:  # its zone was given up
+            off = off or f"never due: {error}"
         return Schedule(
             identifier=kept.identifier,
             request=kept.request,
             created=_iso(kept.created),
-            active=kept.off is None,
-            reason=kept.off,
+            active=off is None,
+            reason=off,
             failures=kept.failures,
             next_due=_iso_or_none(self._scheduler.next_due(kept)),
             ahead_until=_iso_or_none(ahead_until(kept, self._clock())),
@@ -205,6 +216,20 @@ class Schedules:
                     log.error("schedules_cannot_start", error=self._error)
             except Exception as error:  # the thread must outlive what nobody thought of
                 log.error("schedules_step_failed", error=str(error), exc_info=True)
+
+
+def _unreadable(identifier: str, created: float, why: str) -> Schedule:
+    remedy = "remove it and add it anew, or go back to the version that made it"
+    return Schedule(
+        identifier=identifier,
+        request=None,
+        created=_iso(created),
+        active=False,
+        reason=f"this version cannot read it: {why}. Remedy: {remedy}",
+        failures=0,
+        next_due=None,
+        ahead_until=None,
+    )
 
 
 def _shown_row(row: Row) -> LedgerRow:

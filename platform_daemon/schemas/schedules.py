@@ -146,14 +146,14 @@ class Schedule(Schema):
 
     identifier: str
     """Id."""
-    request: ScheduleRequest
-    """What was asked for."""
+    request: ScheduleRequest | None
+    """What was asked for; null: another version has left it, and this one cannot read it."""
     created: str
     """Since when, ISO 8601, UTC."""
     active: bool
     """Does it start anything?"""
     reason: str | None
-    """Why not: paused, stopped, failed too often; null: it is active."""
+    """Why not: paused, stopped, failed too often, cannot be read, its time zone is no more; null: it is active."""
     failures: int
     """In a row, until now."""
     next_due: str | None

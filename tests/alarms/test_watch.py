@@ -151,6 +151,16 @@ def test_a_ledger_that_is_ahead_of_the_clock_is_an_alarm_that_stands_until_someb
     wait_for(board)
 
 
+def test_a_schedule_that_another_version_has_left_is_an_alarm_until_it_is_removed(watching):
+    there = [schedule("nightly", None)]
+    there.append(there[0].model_copy(update={"identifier": "left", "request": None, "reason": "cannot be read"}))
+    board, _ = watching(schedules=lambda: tuple(there))
+    wait_for(board, "schedules-unreadable")
+    assert "nothing starts of left: cannot be read" in board.all()[0].what
+    there.pop()
+    wait_for(board)
+
+
 def test_what_another_version_has_told_does_not_end_the_watch(tmp_path, watching):
     journal = EventJournal(tmp_path / "events.db")
     board, _ = watching()

@@ -2,6 +2,7 @@
 
 import json
 import random
+import re
 import sqlite3
 from collections import Counter
 from datetime import UTC, datetime
@@ -175,17 +176,24 @@ def test_what_waits_when_its_schedule_is_removed_is_told_as_skipped(tmp_path):
 
 @pytest.mark.parametrize(("before", "after"), [("UTC", "No/Where"), ("grace_s", "mercy_s")])
 def test_a_schedule_that_another_version_has_left_does_not_keep_the_others_from_starting(bench, before, after):
-    bench.all.add(asked({"every_s": 600.0}, name="left"))
-    bench.all.step()
+    left = bench.all.add(asked({"every_s": 600.0}, name="left")).identifier
+    bench.until(T0 + 700.0)
     bench.all.close()
     with sqlite3.connect(bench.path) as sql:
         sql.execute("UPDATE schedules SET request = replace(request, ?, ?)", (before, after))
     sql.close()
     bench.restart()
     made = bench.all.add(asked({"every_s": 600.0}))
-    bench.until(T0 + 1500.0)
+    bench.until(T0 + 2200.0)
     assert [row.state for row in bench.rows(made.identifier)][:2] == ["late", "run"]
-    assert made.identifier in [each.identifier for each in bench.all.list()]
+    assert {each.identifier for each in bench.all.list()} == {made.identifier, left}
+    found = bench.all.get(left)
+    assert not found.active
+    assert re.search("cannot read it.*remove it and add it anew|never due.*no time zone", found.reason, re.DOTALL)
+    assert bench.rows(left)
+    assert bench.all.remove(left).identifier == left
+    assert [each.identifier for each in bench.all.list()] == [made.identifier]
+    assert bench.rows(left)
 
 
 @pytest.mark.parametrize(
