@@ -170,6 +170,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         self._only_named(request.resonator)
         job = self._engine.job("acquisition", identifier)
+        check_feasible(self._engine, self._folders.recordings, self._engine.plan(request).disk_bytes)
         return ShownJob.of(edit_series(self._engine, job, request, self._folders.recordings))
 
     def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
