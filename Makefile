@@ -4,7 +4,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
 
-.PHONY: night schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test test-long check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
+.PHONY: night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test test-long check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
 install: $(STAMP)
 
@@ -91,6 +91,11 @@ interlock: install
 KILLS ?= 1000
 write-kills: install
 	$(BIN)/python -m tests.campaigns.write_kills --kills $(KILLS) --page docs/write-kills.md
+
+# Series that are cut off and resumed; `make resume-kills CUTS=10` is a short one.
+CUTS ?= 200
+resume-kills: install
+	$(BIN)/python -m tests.campaigns.resume_kills --kills $(CUTS) --page docs/resume-kills.md
 
 # Half years of specimens; `make trend-alarms YEARS=10` is a short one.
 YEARS ?= 200
