@@ -42,6 +42,7 @@ SeriesNoise: Noise learnt from all shots of a series.
 Array: A numpy array of float64.
 REACH: Samples that `derivative` looks at on either side.
 derivative: Time derivative of (..., n), n >= 9, from the nearest nine samples.
+one_thread_for_products: Keep BLAS from starting threads, once per process.
 kernel: Compile `function` at its first call (nogil, float64, cached on disk).
 Estimate: A value and its standard deviation.
 RODRIGUES: Orientation of the resonator, e_u, e_v, e_w in world axes, as a Rodrigues vector.

@@ -34,6 +34,7 @@ from .noise.model import NoiseModel as NoiseModel
 from .noise.model import estimate_noise as estimate_noise
 from .noise.series import SeriesNoise as SeriesNoise
 from .numerics.arrays import Array as Array
+from .numerics.blas_threads import one_thread_for_products as one_thread_for_products
 from .numerics.finite_differences import REACH as REACH
 from .numerics.finite_differences import derivative as derivative
 from .numerics.jit import kernel as kernel

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from drivers.errors import PlatformError
+from drivers.errors import DeviceStateError, PlatformError
 from platform_daemon.engine import AnyJob, record_of
 from platform_daemon.schemas import AnyJobRecord, JobSnapshot, JobState, Progress, StoredJob
 
@@ -108,3 +108,18 @@ class LocalJobs:
         job = self._keeper.job(kind, identifier)
         tell(job)
         return ShownJob.of(job)
+
+
+def alive(job: AnyJob) -> AnyJob:
+    """Raises DeviceStateError for one that has ended."""
+    if job.state.final:
+        remedy = "ask for the steps that are missing as a new procedure"
+        raise DeviceStateError(f"the {job.kind} has ended", where=job.identifier, why=str(job.state), remedy=remedy)
+    return job
+
+
+def waiting(job: AnyJob) -> AnyJob:
+    """Raises DeviceStateError for one that asks nothing."""
+    if job.question is None:
+        raise DeviceStateError(f"the {job.kind} waits for nothing", where=job.identifier, remedy="look at `state`")
+    return job

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from drivers.errors import DeviceStateError
 from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
 from platform_daemon.engine import (
     AnyJob,
@@ -50,7 +49,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import StorageError, check_room
 
 from .feasible import check_feasible
-from .jobs import LocalJobs, ShownJob
+from .jobs import LocalJobs, ShownJob, alive, waiting
 from .mounted import Mounted
 from .queue import take_up_queue
 from .stopping import STOPPED
@@ -156,21 +155,20 @@ class OwnedHardware(LocalJobs):
 
     def pause(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
-        return self._told(kind, identifier, lambda job: _alive(job).pause_requested.set())
+        return self._told(kind, identifier, lambda job: alive(job).pause_requested.set())
 
     def resume(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
         job = self._engine.job(kind, identifier)
         if job.state.final and job.kind == "acquisition":
             job = resume_series(self._engine, job, self._folders.recordings)
-        _alive(job).pause_requested.clear()
+        alive(job).pause_requested.clear()
         return ShownJob.of(job)
 
     def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
         """See Hardware."""
-        self._only_named(request.resonator)
+        self.dry_run(request)
         job = self._engine.job("acquisition", identifier)
-        check_feasible(self._engine, self._folders.recordings, self._engine.plan(request).disk_bytes)
         return ShownJob.of(edit_series(self._engine, job, request, self._folders.recordings))
 
     def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
@@ -197,7 +195,7 @@ class OwnedHardware(LocalJobs):
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
-        return self._told(kind, identifier, lambda job: _waiting(job).proceed.set())
+        return self._told(kind, identifier, lambda job: waiting(job).proceed.set())
 
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """See Hardware."""
@@ -286,20 +284,3 @@ class OwnedHardware(LocalJobs):
         files = ProcedureFiles(self._folders.recordings, self._folders.procedures)
         tables = CharacterisationFiles(reports.characterisation_html, self._folders.characterisations)
         return plan_procedure(self._engine, request, files, tables)
-
-
-def _alive(job: AnyJob) -> AnyJob:
-    """Raises DeviceStateError for one that has ended."""
-    if job.state.final:
-        remedy = "ask for the steps that are missing as a new procedure"
-        what, why = f"the {job.kind} has ended", f"it is {job.state}"
-        raise DeviceStateError(what, where=job.identifier, why=why, remedy=remedy)
-    return job
-
-
-def _waiting(job: AnyJob) -> AnyJob:
-    """Raises DeviceStateError for one that asks nothing."""
-    if job.question is None:
-        what = f"the {job.kind} does not wait for anything"
-        raise DeviceStateError(what, where=job.identifier, remedy="look at `state`")
-    return job

@@ -7,7 +7,7 @@ import socket
 from platform_daemon.alarms import Caller
 from platform_daemon.api import AnalysisKeeper, create_api, served
 from platform_daemon.app import create_context
-from platform_daemon.engine import open_catalogue
+from platform_daemon.engine import open_catalogue, reduce_latency
 from platform_daemon.link import RemoteHardware
 from platform_daemon.store import EventJournal, data_paths
 from platform_daemon.workers import WorkerLimits
@@ -41,6 +41,7 @@ def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None
     with served(create_api(context, network), listener, network.limits, certificate) as server:
         keeper = AnalysisKeeper(context)
         try:
+            reduce_latency()  # trends of many shots are computed beside the answers
             life.say(READY)
             server.wait()
         finally:

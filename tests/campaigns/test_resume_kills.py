@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.campaigns.resume_kills import SHOTS, complaints, page, resume_kills
+from tests.campaigns.resume_kills import SHOTS, page, resume_kills
 
 
 @pytest.mark.long

@@ -26,6 +26,7 @@ def ended(daemon, location):
     return daemon.get(location).json()
 
 
+@pytest.mark.long
 def test_a_series_goes_on_while_the_web_process_is_killed_and_started_anew(daemon):
     location = daemon.post("/acquisitions", SERIES).headers["location"]
     wait_for(lambda: daemon.get(location).json()["progress"]["done"] >= 2)

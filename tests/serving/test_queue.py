@@ -29,7 +29,8 @@ def ended(daemon, location):
     return daemon.get(location).json()
 
 
-@pytest.mark.parametrize("end", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.long
 def test_a_queue_survives_a_restart_and_is_worked_through_in_order(tmp_path, end):
     with served(tmp_path / "data") as daemon:
         locations = queued(daemon)

@@ -164,7 +164,9 @@ def measured(daemon, specimen):
     return specimen
 
 
-@pytest.mark.parametrize(("kind", "page"), [("fit", "fits"), ("diagnosis", "diagnoses")])
+@pytest.mark.parametrize(
+    ("kind", "page"), [("fit", "fits"), pytest.param("diagnosis", "diagnoses", marks=pytest.mark.long)]
+)
 def test_what_is_stored_is_analysed_by_the_calendar(daemon, kind, page):
     work = {"kind": kind, "specimen": measured(daemon, f"of a {kind}")}
     at = daemon.post("/schedules", {"name": kind, "trigger": {"at": ["2099-01-01T00:00"]}, "work": work}).json()

@@ -84,6 +84,7 @@ def test_the_main_port_does_the_same(daemon):
     assert (answer.status_code, answer.json()["hung"]) == (200, False)
 
 
+@pytest.mark.long
 def test_its_rules_are_those_of_the_main_port_and_who_stopped_is_on_file(tmp_path):
     data = tmp_path / "data"
     token = run("token", "add", "ann", "--role", "viewer", "--data", data).stdout.strip()

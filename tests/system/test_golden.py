@@ -14,7 +14,7 @@ from tests.system.golden.volatile import Placeholders
 from tests.system.golden.workplace import DATA, Workplace
 
 GOLDEN = DATA / "golden"
-QUICK = {"rest-faults": (), "cli-design": (pytest.mark.long,)}
+QUICK = {"rest-faults": (pytest.mark.long,), "cli-design": (pytest.mark.long,)}
 """Of the others each takes a minute; every route and command has its own tests."""
 
 

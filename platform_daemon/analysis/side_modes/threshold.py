@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from platform_daemon.estimation import Array
-from platform_daemon.estimation.numerics.blas_threads import one_thread_for_products
+from platform_daemon.estimation import Array, one_thread_for_products
 
 from .z_residual import VISIBLE_AM2_PER_S
 

@@ -21,6 +21,7 @@ from .torques import OF_OTHER_SIGN_IN_MIRROR
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
+_BLOCK = 500  # rotations at once: what scipy computes of them lets no other thread on
 _ENOUGH = 10  # a mean moves by less in every round; two are usual
 
 
@@ -41,6 +42,12 @@ def nearest_mirror_images(rodrigues: Array, reference: Array) -> tuple[Array, np
 
     A rotation by nearly 180 degrees has two names, v and v shortened by 2 pi: of these, too, the nearer one.
     """
+    blocks = np.array_split(np.asarray(rodrigues, dtype=np.float64), math.ceil(len(rodrigues) / _BLOCK) or 1)
+    found = [_nearest(block, reference) for block in blocks]
+    return np.concatenate([vectors for vectors, _ in found]), np.concatenate([turned for _, turned in found])
+
+
+def _nearest(rodrigues: Array, reference: Array) -> tuple[Array, np.ndarray]:
     given, centre = rotations(rodrigues), rotations(reference)
     others = mirror_images(given)
     turned = (centre.inv() * others).magnitude() < (centre.inv() * given).magnitude()

@@ -167,6 +167,7 @@ def test_bad_requests_are_answered_at_once_with_problem_details(client, recordin
         assert answer.json()["remedy"]
 
 
+@pytest.mark.long
 def test_volts_of_coils_without_a_calibration_are_diagnosed(client):
     write_twin(client.folder.recordings / "twin.h5", SMALL, frames=2, channels=2)
     answer = client.post("/diagnoses", json={"recordings": ["twin"], "variant": "thread"})

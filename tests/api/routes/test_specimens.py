@@ -22,6 +22,7 @@ def test_what_nobody_foresaw_in_one_recording_does_not_end_the_trends(client, mo
     wait_for(lambda: client.get("/specimens").json() == [JEWEL])
 
 
+@pytest.mark.long
 def test_recordings_that_appear_are_in_the_trend_and_a_change_raises_an_alarm(client):
     wait_for(lambda: client.get("/specimens").json() == [JEWEL])
     report = client.get(f"/specimens/{JEWEL}/trend").json()

@@ -47,11 +47,11 @@ class WatchedSeries(SeriesWork):
         super().__init__(*arguments, **options)
         self._before_shot, self._number = before_shot, 0
 
-    def _pause(self, job: Job, done: int, series: ShotSink, *, first: bool) -> None:
+    def _pause(self, job: Job, done: int, series: ShotSink) -> None:
         self._number += 1
-        if not first:
+        if self._number > 1:
             self._before_shot(self._number)
-        super()._pause(job, done, series, first=first)
+        super()._pause(job, done, series)
 
 
 class Bench:

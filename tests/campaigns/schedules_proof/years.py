@@ -52,6 +52,10 @@ class Owner:
         """See Launcher."""
         return bool(self.began) and self.outcome(next(reversed(self.began))).state == "running"
 
+    def missing(self, work: Any, *, surely: bool) -> str | None:
+        """See Launcher."""
+        return None
+
     def new_id(self, work: Any) -> str:
         """See Launcher."""
         return f"acquisition-{len(self.began)}-{self._years.chance.random()}"

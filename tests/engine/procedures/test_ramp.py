@@ -28,6 +28,7 @@ def done(engine, planned):
     return job
 
 
+@pytest.mark.long
 def test_a_ramp_ends_near_the_threshold_of_the_world_and_keeps_it_with_the_specimen(engine_with, tmp_path):
     engine = engine_with()
     job = done(engine, work(engine, tmp_path, start_t=200e-6, max_t=400e-6))

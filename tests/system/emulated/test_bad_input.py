@@ -90,6 +90,7 @@ def test_a_memory_whose_offset_is_a_direct_current(lab_of_its_own: Labs) -> None
     assert "DAC:CHANNEL1:OFFSET is 0.3" in error.why
 
 
+@pytest.mark.long
 def test_a_slave_that_answers_late(lab_of_its_own: Labs) -> None:
     lab = lab_of_its_own()
     lab.control("wire_fault", kind="slow_link", device="io_card_1", delay_s=2.0, count=100)
@@ -133,7 +134,7 @@ def program(greeting: bytes) -> Iterator[int]:
             link.close()
 
 
-@pytest.mark.parametrize("greeting", [b"SSH-2.0-OpenSSH_9.6\r\n", b""])
+@pytest.mark.parametrize("greeting", [b"SSH-2.0-OpenSSH_9.6\r\n", pytest.param(b"", marks=pytest.mark.long)])
 def test_a_data_port_of_another_program(lab_of_its_own: Labs, greeting: bytes) -> None:
     lab = lab_of_its_own('io_cards.boards=[{inputs=["x","y"], outputs=["x","y"]}]')
     one = 'host="${io_cards.0.host}", command_port="${io_cards.0.command_port}"'

@@ -152,6 +152,7 @@ class TestLinesOnPinsThatReplay(ShortCardContract):
         return lambda level: pins_lab.control("instant_reset", board=1, level=level)
 
 
+@pytest.mark.long
 class TestLinesOnPins(ShortCardContract):
     """Gate and receiver by command, outputs calibrated."""
 

@@ -125,7 +125,7 @@ def test_a_shot_that_is_longer_than_the_memory_is_refused_with_the_way_out(own):
 # --- who vanishes
 
 
-@pytest.mark.parametrize("moment", ["tx", "rx"])
+@pytest.mark.parametrize("moment", ["tx", pytest.param("rx", marks=pytest.mark.long)])
 def test_servers_that_are_killed_leave_a_card_that_stays_silent(playing, moment):
     lab, _, timeline = playing
     if moment == "rx":
@@ -154,7 +154,7 @@ def test_a_link_that_is_cut_leaves_a_card_that_stays_silent(playing):
     assert collect(card, timeline, 5000)
 
 
-@pytest.mark.parametrize("moment", ["tx", "rx"])
+@pytest.mark.parametrize("moment", [pytest.param("tx", marks=pytest.mark.long), "rx"])
 def test_a_host_that_is_killed_leaves_a_card_that_stays_silent(lab_of_its_own, moment):
     lab = lab_of_its_own(wired())
     host = Host(lab.endpoints, (*REPLAY, "limits.max_tx_duty=0.9"))

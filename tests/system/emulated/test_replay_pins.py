@@ -46,7 +46,7 @@ def test_a_shot_without_power_may_last_longer_than_the_memory(own):
     assert sum(c.volts.shape[1] for c in collect(platform.card, blank, 5000)) == blank.total_samples
 
 
-@pytest.mark.parametrize("moment", ["tx", "rx"])
+@pytest.mark.parametrize("moment", [pytest.param("tx", marks=pytest.mark.long), "rx"])
 def test_servers_that_are_killed_leave_outputs_that_stay_silent(own, moment):
     """A pin keeps its level then, as it does without the option; the amplifier has a link of its own for that."""
     lab, platform = own
