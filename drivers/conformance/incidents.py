@@ -74,7 +74,7 @@ class IncidentContract:
         began_s = time.monotonic()
         shoot()
         lasts_s = time.monotonic() - began_s
-        for _ in range(self.stops):
+        for _ in range(max(3, self.stops // 4)):
             shooting = threading.Thread(target=shoot)
             shooting.start()
             time.sleep(chance.uniform(0.0, lasts_s))

@@ -25,7 +25,7 @@ DEATHS = [
     (signal.SIGKILL, "rx", 5.0),
     (signal.SIGSEGV, "tx", 5.0),
     (signal.SIGHUP, "rx", 5.0),
-    (signal.SIGSTOP, "tx", LEASE_S + 5.0),
+    pytest.param(signal.SIGSTOP, "tx", LEASE_S + 5.0, marks=pytest.mark.long),
 ]
 
 

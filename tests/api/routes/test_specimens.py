@@ -1,5 +1,7 @@
 """Trends by REST, and the alarm of a change."""
 
+import pytest
+
 from platform_daemon.api import trend_keeper
 from tests.kit.command_line import wait_for
 from tests.kit.rest import pages, problem
