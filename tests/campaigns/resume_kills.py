@@ -33,14 +33,16 @@ from tests.kit.emulator_process import STEADY
 from tests.kit.fit_tables import read_fits
 from tests.kit.served import Served, served
 
-SHOTS, ALONE = 40, 10
+SHOTS, ALONE = 300, 2
 """Of a series; series that nobody cuts off."""
+LIVES_S = 10.5, 14.0
+"""A process that dies sooner after its start waits before the next one."""
 COMPARED = ("f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2")
 MOST = 5.0
 """Standard errors that a fit may be off: of some 10 000 the largest is about 4."""
 SPREAD = 0.05
 """... and how much their spread may differ from 1."""
-_CUTS = 8  # of one series
+_CUTS = 4  # of one series
 _BACK_S = 60.0
 HEAD = """# Series that were cut off and resumed
 
@@ -77,12 +79,9 @@ def resume_kills(folder: Path, kills: int, seed: int = 1) -> Found:
     with served(data, *steady) as daemon:
         lone = [_whole(daemon, _begun(daemon), 0, chance, found) for _ in range(ALONE)]
         means = {name: np.mean([_values(each, name)[0] for each in lone]) for name in COMPARED}
-        begun_s = time.monotonic()
-        _whole(daemon, _begun(daemon), 0, chance, found)
-        lasts_s = time.monotonic() - begun_s
         found.series = found.shots = 0
         while found.kills < kills:
-            path = _whole(daemon, _begun(daemon), min(_CUTS, kills - found.kills), chance, found, lasts_s)
+            path = _whole(daemon, _begun(daemon), min(_CUTS, kills - found.kills), chance, found)
             for name in COMPARED:
                 values, errors = _values(path, name)
                 found.off += list((values - means[name]) / errors)
@@ -94,11 +93,11 @@ def _begun(daemon: Served) -> str:
     return str(_until(lambda: _accepted(daemon.post("/acquisitions", request)))["id"])
 
 
-def _whole(daemon: Served, job: str, cuts: int, chance: random.Random, found: Found, lasts_s: float = 0.0) -> Path:
+def _whole(daemon: Served, job: str, cuts: int, chance: random.Random, found: Found) -> Path:
     """The recording of a series once it is whole, after some deaths."""
     path, joins, before = Path(daemon.folder) / f"recordings/{job}.h5", 0, list[NDArray[np.float64]]()
     for _ in range(cuts):
-        time.sleep(chance.uniform(0.0, 0.5 * lasts_s))
+        time.sleep(chance.uniform(*LIVES_S))
         pid = daemon.pid("hardware")
         if pid is None:
             continue
