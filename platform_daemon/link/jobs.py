@@ -121,5 +121,7 @@ def alive(job: AnyJob) -> AnyJob:
 def waiting(job: AnyJob) -> AnyJob:
     """Raises DeviceStateError for one that asks nothing."""
     if job.question is None:
-        raise DeviceStateError(f"the {job.kind} waits for nothing", where=job.identifier, remedy="look at `state`")
+        raise DeviceStateError(
+            f"the {job.kind} does not wait for anything", where=job.identifier, remedy="look at `state`"
+        )
     return job
