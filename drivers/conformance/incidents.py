@@ -65,6 +65,7 @@ class IncidentContract:
         timeline, other = short_shot(can, rx_s=0.03), short_shot(can, rx_s=0.05)
 
         def shoot() -> None:
+            """One shot, or as much of it as the stop leaves."""
             with contextlib.suppress(DeviceStateError):
                 card.program(timeline)
                 card.arm()

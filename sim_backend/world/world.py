@@ -108,12 +108,12 @@ class World:
             now = self.clock.monotonic_s()
             self.shots += 1
             self._trip_if_too_hot(now)
+            self._contacts = self._contacts.since(now - MEMORY_S)
             self.player.begin(self._setup(timeline, feed, now), feed)
             return now
 
     def _setup(self, timeline: Timeline, feed: Feed | None, now_s: float) -> ShotSetup:
         """The shot that begins now."""
-        self._contacts = self._contacts.since(now_s - MEMORY_S)
         closed = self._contacts.position(now_s) is SwitchPosition.TRANSMIT
         resting = self.unit.rest_until(now_s, closed=closed)
         rotor = self.unit.for_shot(self.temperature.deviation_k(now_s), self.rng(FRICTION, self.shots))

@@ -44,19 +44,9 @@ PATHS = (
         "recordings",
         "fits",
         "diagnoses",
-    ),
-    *(
-        "characterisations",
-        "models",
-        "resonators",
         "specimens",
-        "sequences",
-        "design",
-        "health",
-        "ready",
-        "docs",
-        "openapi.json",
     ),
+    *("characterisations", "models", "resonators", "sequences", "design", "health", "ready", "docs", "openapi.json"),
 )
 
 

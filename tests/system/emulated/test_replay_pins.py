@@ -7,8 +7,11 @@ import time
 import pytest
 
 from drivers.conformance.timelines import collect, short_shot
+from drivers.errors import OutputsUnconfirmed
+from drivers.outputs_off import switch_outputs_off
 from drivers.red_pitaya.connection import Connection
 from tests.kit.emulated_lab import REPLAY, lines_at, wired
+from tests.kit.host_process import Host
 
 EMULATED, LINES = lines_at("0 DIO7_P", "0 DIO6_P")
 OPTIONS = (*REPLAY, *LINES, "io_card.chunk_samples=320", "io_card.pin_delay_s=0.2")  # others work beside the tests
@@ -65,3 +68,22 @@ def test_servers_that_are_killed_leave_outputs_that_stay_silent(own, moment):
         assert not lab.control("outputs")["playing"]
         time.sleep(5e-3)
     assert all(board.emergency.latched for board in lab.emulator.cards.boards)
+
+
+def test_a_gate_on_a_slave_is_lowered_although_the_master_is_dead(lab_of_its_own):
+    """By whoever opens the cards after a daemon that was killed: the amplifier's guard does."""
+    emulated, lines = lines_at("1 DIO7_P", "1 DIO6_P")
+    lab = lab_of_its_own(*emulated)
+    host = Host(
+        lab.endpoints, (*lines, "io_card.chunk_samples=320", "io_card.pin_delay_s=0.2", "limits.max_tx_duty=0.9")
+    )
+    host.ask("shot")
+    until_s = time.monotonic() + 5
+    while not lab.control("outputs")["pa_gate"]:
+        assert time.monotonic() < until_s
+    host.kill()
+    lab.kill_server(0)
+    assert lab.control("outputs")["pa_gate"]
+    with pytest.raises(OutputsUnconfirmed, match="io_card"):
+        switch_outputs_off(lab.file(*lines).section)
+    assert not lab.control("outputs")["pa_gate"]
