@@ -78,8 +78,8 @@ preview_sliding: Sliding windows along one ring-down.
 sliding_report: Every window with its estimates or the reason of its refusal, and how flat each constant is.
 accept: A specimen is what it is now; its charts begin anew.
 UnknownSpecimen: No recording is of that specimen.
+exported_fits: All on-line fits of a specimen as one table.
 find_recordings: Names of the files of what is looked for.
-indexed_fits: A row per shot with a good on-line fit.
 indexed_recordings: Recordings of a specimen with on-line fits.
 indexed_specimens: Names of all specimens with shots that were fitted.
 indexed_trend: The trend of a specimen between two times.

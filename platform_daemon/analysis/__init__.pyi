@@ -74,9 +74,9 @@ from .sliding import flatness_lines as flatness_lines
 from .sliding import slide_frame as slide_frame
 from .sliding import sliding_report as sliding_report
 from .trends.baseline import accept as accept
+from .trends.exported import exported_fits as exported_fits
 from .trends.indexed import UnknownSpecimen as UnknownSpecimen
 from .trends.indexed import find_recordings as find_recordings
-from .trends.indexed import indexed_fits as indexed_fits
 from .trends.indexed import indexed_recordings as indexed_recordings
 from .trends.indexed import indexed_specimens as indexed_specimens
 from .trends.indexed import indexed_trend as indexed_trend

@@ -25,7 +25,7 @@ def specimen_page(specimen: str, context: Context) -> SpecimenPage:
     return SpecimenPage(
         specimen=specimen,
         recordings=len(found),
-        shots=sum(len(each.shots) for each in found),
+        shots=sum(point.shots for each in found for point in each.points),
         first=found[0].begun,
         last=found[-1].begun,
         resonators=tuple(_resonator(name, count, context) for name, count in newest_first.items()),

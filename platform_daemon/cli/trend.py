@@ -99,13 +99,13 @@ def find(
 @index_app.command()
 def export(
     specimen: Annotated[str, typer.Argument(help="Name of the sample, or of the resonator if none was given.")],
-    csv: Annotated[Path | None, typer.Option(help="Table to write, a row per shot.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Table to write, a row per shot and window.")] = None,
     parquet: Annotated[Path | None, typer.Option(help="The same as Parquet; needs pyarrow.")] = None,
     recordings: FolderOption = FOLDER,
     force: ForceOption = False,
 ) -> None:
     """Write the on-line fits of all shots of a specimen as one table."""
-    from platform_daemon.analysis import indexed_fits
+    from platform_daemon.analysis import exported_fits
     from platform_daemon.reports import fits_csv, fits_parquet
     from platform_daemon.store import write_file
 
@@ -114,11 +114,11 @@ def export(
     must_not_exist(csv, force, ".csv")
     must_not_exist(parquet, force, ".parquet")
     updated(recordings, rebuild=False)
-    rows = indexed_fits(recordings, specimen)
+    rows = exported_fits(recordings, specimen)
     for path, table in ((csv, fits_csv), (parquet, fits_parquet)):
         if path is not None:
             write_file(path, table(rows))
-            print(f"{len(rows)} shots in {path}")
+            print(f"{len(rows)} fits in {path}")
 
 
 def updated(folder: Path, *, rebuild: bool) -> int:

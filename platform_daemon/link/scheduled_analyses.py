@@ -56,7 +56,7 @@ class ScheduledAnalyses:
     def _newest(self, specimen: str, count: int) -> list[str]:
         """Ids of its recordings, newest last."""
         with closing(open_index(self._recordings)) as index:
-            found = [each.identifier for each in index.recordings(specimen)][-count:]
+            found = list(index.newest(specimen, count))
         if not found:
             why = "none with on-line fits has been indexed"
             remedy = "measure it first; `sample` of an acquisition is the name of the specimen, else its resonator's"

@@ -25,7 +25,7 @@ plan_text: Every step of a procedure with its values, then shots, duration, disk
 steps_text: A row per step of a procedure.
 ramp_text: A ramp for the terminal.
 save_ramp_png: Write the picture of a ramp as PNG.
-fits_csv: A row per shot.
+fits_csv: A row per fit.
 fits_parquet: The same as Parquet.
 trend_csv: A row per point.
 trend_text: A row per quantity, then what has changed.

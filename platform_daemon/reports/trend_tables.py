@@ -74,7 +74,7 @@ def trend_csv(report: TrendReport) -> str:
 
 
 def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> bytes:
-    """A row per shot; a column per key of any of them, empty where a shot has none."""
+    """A row per fit; a column per key of any of them, empty where a fit has none."""
     text = io.StringIO()
     writer = csv.DictWriter(text, _columns(rows), lineterminator="\n")
     writer.writeheader()
@@ -83,7 +83,7 @@ def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> bytes:
 
 
 def fits_parquet(rows: Sequence[Mapping[str, str | float]]) -> bytes:
-    """The same as Parquet: null where a shot has none.  Raises InputError if pyarrow is not installed."""
+    """The same as Parquet: null where a fit has none.  Raises InputError if pyarrow is not installed."""
     try:
         import pyarrow
         from pyarrow import parquet

@@ -31,6 +31,7 @@ NotFinite: A sample is NaN or infinite.
 check_room: Raises StorageUnusable where the disk cannot take a recording.
 kept_series: Series whose shots are safe but were never put together.
 read_fit: On-line fits as a recording keeps them.
+IndexedPoint: Shots of one recording that were made within some minutes, in one.
 IndexedRecording: What the index holds of a recording.
 IndexedShot: A shot with a good fit.
 IndexUpdate: What was looked at.

@@ -32,6 +32,11 @@ from .index import Broken as Broken
 from .index import list_recordings as list_recordings
 from .index import recording_files as recording_files
 from .index import resolve as resolve
+from .indexed import IndexedPoint as IndexedPoint
+from .indexed import IndexedRecording as IndexedRecording
+from .indexed import IndexedShot as IndexedShot
+from .indexed import IndexUpdate as IndexUpdate
+from .indexed import Wanted as Wanted
 from .leftovers import kept_series as kept_series
 from .reader import open_recording as open_recording
 from .reader import read_calibration as read_calibration
@@ -42,11 +47,7 @@ from .recording import FrameInfo as FrameInfo
 from .recording import Recording as Recording
 from .recording import SequenceInfo as SequenceInfo
 from .recording import StepLabel as StepLabel
-from .recording_index import IndexedRecording as IndexedRecording
-from .recording_index import IndexedShot as IndexedShot
-from .recording_index import IndexUpdate as IndexUpdate
 from .recording_index import RecordingIndex as RecordingIndex
-from .recording_index import Wanted as Wanted
 from .recording_index import open_index as open_index
 from .recovery import recover_all as recover_all
 from .retention import RetentionRules as RetentionRules

@@ -10,7 +10,7 @@ import contextlib
 import json
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +20,12 @@ from drivers.errors import RecordingError
 
 from .errors import StorageError
 from .index import recording_files
+from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexUpdate, Wanted
 
 INDEX = ".index.db"
 """In the folder of the recordings: a name that no recording has."""
 log = structlog.get_logger()
-_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 3, 10.0  # "MMRI"
+_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 4, 10.0  # "MMRI"
 _COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator"
 _TABLES = """
 CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,
@@ -34,73 +35,12 @@ CREATE INDEX by_specimen ON recordings (specimen, begun);
 CREATE TABLE tags (recording TEXT NOT NULL, tag TEXT NOT NULL, PRIMARY KEY (recording, tag)) WITHOUT ROWID;
 CREATE TABLE shots (recording TEXT NOT NULL, frame INTEGER NOT NULL, at TEXT NOT NULL, temperature REAL, field REAL,
     fitted TEXT NOT NULL, PRIMARY KEY (recording, frame)) WITHOUT ROWID;
+CREATE TABLE points (recording TEXT NOT NULL, number INTEGER NOT NULL, at TEXT NOT NULL, shots INTEGER NOT NULL,
+    temperature REAL, field REAL, fitted TEXT NOT NULL, PRIMARY KEY (recording, number)) WITHOUT ROWID;
 """
 
 
-@dataclass(frozen=True)
-class IndexedShot:
-    """A shot with a good fit.
-
-    frame: from 0; at: ISO 8601; temperature_c: of the platform, None: not measured; field_t: peak of the field that it
-    was excited with, None: not said; values: estimates and figures of the fit, by name with unit.
-    """
-
-    frame: int
-    at: str
-    temperature_c: float | None
-    field_t: float | None
-    values: Mapping[str, float]
-
-
-@dataclass(frozen=True)
-class IndexedRecording:
-    """What the index holds of a recording.
-
-    begun: ISO 8601; specimen: name of the sample; frames, good: all of them, and those that may be used; calibration:
-    name of the receive calibration; fit: name of the on-line fits that the shots are from, None: it has none;
-    resonator: its name; tags: words of the comment that begin with #, without it, in small letters.
-    """
-
-    identifier: str
-    begun: str
-    specimen: str
-    operator: str
-    frames: int
-    good: int
-    calibration: str | None
-    fit: str | None
-    resonator: str = ""
-    tags: frozenset[str] = frozenset()
-    shots: Sequence[IndexedShot] = field(default_factory=tuple)
-
-
-@dataclass(frozen=True)
-class IndexUpdate:
-    """looked: how many files were looked at; specimens: whose recordings have come, changed or gone."""
-
-    looked: int
-    specimens: frozenset[str]
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Which recordings are looked for; None: whatever it is.
-
-    specimen: name of the sample; operator: part of the name, in any case; since, until: ISO 8601 in UTC, of the begin;
-    refused: True: those with a shot that was refused, False: those without; tag: with it or without its #; resonator:
-    its name.
-    """
-
-    specimen: str | None = None
-    operator: str | None = None
-    since: str | None = None
-    until: str | None = None
-    refused: bool | None = None
-    tag: str | None = None
-    resonator: str | None = None
-
-
-Look = Callable[[Path], IndexedRecording | None]
+Look = Callable[[Path], tuple[IndexedRecording, Sequence[IndexedShot]] | None]
 """What the index holds of a file; None: nothing, it is not one of ours.  Raises RecordingError."""
 
 
@@ -160,9 +100,11 @@ class RecordingIndex:
         return (found and found[0][0]) or ""
 
     def _look_at(self, name: str, facts: tuple[str, int, int], look: Look) -> None:
-        found, error = None, None
+        found: IndexedRecording | None = None
+        shots: Sequence[IndexedShot] = ()
+        error = None
         try:
-            found = look(self._folder / facts[0])
+            found, shots = look(self._folder / facts[0]) or (None, ())
         except RecordingError as failure:
             error = str(failure)
         row: tuple[object, ...] = (name, *facts, error, *(None,) * 8)
@@ -172,14 +114,23 @@ class RecordingIndex:
         with self._written():
             self._forget(name)
             self._sql.execute(f"INSERT INTO recordings VALUES ({', '.join('?' * 13)})", row)
-            for tag in () if found is None else sorted(found.tags):
-                self._sql.execute("INSERT INTO tags VALUES (?, ?)", (name, tag))
-            for shot in () if found is None else found.shots:
-                values = (name, shot.frame, shot.at, shot.temperature_c, shot.field_t, json.dumps(dict(shot.values)))
-                self._sql.execute("INSERT INTO shots VALUES (?, ?, ?, ?, ?, ?)", values)
+            if found is not None:
+                self._keep(found, shots)
+
+    def _keep(self, found: IndexedRecording, shots: Sequence[IndexedShot]) -> None:
+        name = found.identifier
+        for tag in sorted(found.tags):
+            self._sql.execute("INSERT INTO tags VALUES (?, ?)", (name, tag))
+        for n, p in enumerate(found.points):
+            point = (name, n, p.at, p.shots, p.temperature_c, p.field_t, json.dumps(dict(p.values)))
+            self._sql.execute("INSERT INTO points VALUES (?, ?, ?, ?, ?, ?, ?)", point)
+        for s in shots:
+            shot = (name, s.frame, s.at, s.temperature_c, s.field_t, json.dumps(dict(s.values)))
+            self._sql.execute("INSERT INTO shots VALUES (?, ?, ?, ?, ?, ?)", shot)
 
     def _forget(self, name: str) -> None:
-        self._sql.execute("DELETE FROM shots WHERE recording = ?", (name,))
+        for table in ("shots", "points"):
+            self._sql.execute(f"DELETE FROM {table} WHERE recording = ?", (name,))
         self._sql.execute("DELETE FROM tags WHERE recording = ?", (name,))
         self._sql.execute("DELETE FROM recordings WHERE identifier = ?", (name,))
 
@@ -205,14 +156,22 @@ class RecordingIndex:
         return [row[0] for row in self._rows(query)]
 
     def recordings(self, specimen: str, since: str = "", until: str = "\uffff") -> Sequence[IndexedRecording]:
-        """Recordings of a specimen with fits, oldest first, with their shots; between two times, ISO 8601 in UTC."""
+        """Recordings of a specimen with fits, oldest first; between two times, ISO 8601 in UTC."""
         query = (
             f"SELECT {_COLUMNS} FROM recordings"
             " WHERE specimen = ? AND fit IS NOT NULL AND begun >= ? AND begun <= ? ORDER BY begun, identifier"
         )
         found = self._rows(query, (specimen, since, until))
         made = [IndexedRecording(*row) for row in found]
-        return [replace(m, tags=self._tags(m.identifier), shots=self._shots(m.identifier)) for m in made]
+        return [replace(m, tags=self._tags(m.identifier), points=self._points(m.identifier)) for m in made]
+
+    def newest(self, specimen: str, count: int) -> Sequence[str]:
+        """Ids of so many of its recordings with fits, newest last."""
+        query = (
+            "SELECT identifier FROM recordings WHERE specimen = ? AND fit IS NOT NULL"
+            " ORDER BY begun DESC, identifier DESC LIMIT ?"
+        )
+        return [row[0] for row in reversed(self._rows(query, (specimen, count)))]
 
     def _tags(self, recording: str) -> frozenset[str]:
         return frozenset(row[0] for row in self._rows("SELECT tag FROM tags WHERE recording = ?", (recording,)))
@@ -222,7 +181,13 @@ class RecordingIndex:
         query = "SELECT file, size, begun, specimen, identifier FROM recordings WHERE begun IS NOT NULL ORDER BY begun"
         return [(*row[:4], self._tags(row[4])) for row in self._rows(query)]
 
-    def _shots(self, recording: str) -> Sequence[IndexedShot]:
+    def _points(self, recording: str) -> Sequence[IndexedPoint]:
+        query = "SELECT at, shots, temperature, field, fitted FROM points WHERE recording = ? ORDER BY number"
+        found = self._rows(query, (recording,))
+        return [IndexedPoint(at, n, warm, field_t, json.loads(text)) for at, n, warm, field_t, text in found]
+
+    def shots(self, recording: str) -> Sequence[IndexedShot]:
+        """Those of one recording, by its id."""
         query = "SELECT frame, at, temperature, field, fitted FROM shots WHERE recording = ? ORDER BY frame"
         found = self._rows(query, (recording,))
         return [IndexedShot(k, at, warm, field_t, json.loads(text)) for k, at, warm, field_t, text in found]

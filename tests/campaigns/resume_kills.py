@@ -35,8 +35,9 @@ from tests.kit.served import Served, served
 
 SHOTS, ALONE = 300, 2
 """Of a series; series that nobody cuts off."""
-LIVES_S = 10.5, 14.0
-"""A process that dies sooner after its start waits before the next one."""
+LIVES_S = (10.5, 14.0), (0.5, 4.0), (0.5, 4.0), (0.5, 4.0)
+"""Between which times after it was there again the process dies, in turn: one that dies within 10 s of its start waits
+before the next one, longer each time."""
 COMPARED = ("f_nat_hz", "lambda_per_s", "tf_over_i_rad_per_s2")
 MOST = 5.0
 """Standard errors that a fit may be off: of some 10 000 the largest is about 4."""
@@ -72,32 +73,43 @@ class Found:
     """From a death until the platform answers again."""
 
 
-def resume_kills(folder: Path, kills: int, seed: int = 1) -> Found:
+@dataclass(frozen=True)
+class Plan:
+    """What is done: deaths in all, shots of a series, how long a process lives."""
+
+    kills: int
+    shots: int = SHOTS
+    lives_s: tuple[tuple[float, float], ...] = LIVES_S
+
+
+def resume_kills(folder: Path, plan: Plan, seed: int = 1) -> Found:
     """Raises AssertionError if something does not come back."""
     found, chance, data = Found(), random.Random(seed), folder / "data"
     steady = [word for table in STEADY for word in ("--set", f"backends.simulated.{table}.enabled=false")]
     with served(data, *steady) as daemon:
-        lone = [_whole(daemon, _begun(daemon), 0, chance, found) for _ in range(ALONE)]
+        lone = [_whole(daemon, plan, 0, chance, found) for _ in range(ALONE)]
         means = {name: np.mean([_values(each, name)[0] for each in lone]) for name in COMPARED}
         found.series = found.shots = 0
-        while found.kills < kills:
-            path = _whole(daemon, _begun(daemon), min(_CUTS, kills - found.kills), chance, found)
+        while found.kills < plan.kills:
+            path = _whole(daemon, plan, min(_CUTS, plan.kills - found.kills), chance, found)
             for name in COMPARED:
                 values, errors = _values(path, name)
                 found.off += list((values - means[name]) / errors)
     return found
 
 
-def _begun(daemon: Served) -> str:
-    request = {**SHORT_JEWEL, "shots": SHOTS, "window": "n50"}
+def _begun(daemon: Served, shots: int) -> str:
+    request = {**SHORT_JEWEL, "shots": shots, "window": "n50"}
     return str(_until(lambda: _accepted(daemon.post("/acquisitions", request)))["id"])
 
 
-def _whole(daemon: Served, job: str, cuts: int, chance: random.Random, found: Found) -> Path:
+def _whole(daemon: Served, plan: Plan, cuts: int, chance: random.Random, found: Found) -> Path:
     """The recording of a series once it is whole, after some deaths."""
-    path, joins, before = Path(daemon.folder) / f"recordings/{job}.h5", 0, list[NDArray[np.float64]]()
+    job = _begun(daemon, plan.shots)
+    path, before = Path(daemon.folder) / f"recordings/{job}.h5", list[NDArray[np.float64]]()
+    joins = set[int]()  # after which shots; two deaths with none in between are one
     for _ in range(cuts):
-        time.sleep(chance.uniform(*LIVES_S))
+        time.sleep(chance.uniform(*plan.lives_s[found.kills % len(plan.lives_s)]))
         pid = daemon.pid("hardware")
         if pid is None:
             continue
@@ -116,13 +128,13 @@ def _whole(daemon: Served, job: str, cuts: int, chance: random.Random, found: Fo
         if frames < told:
             found.wrong.append(f"{job}: {told} shots were told, {frames} are there")
         before += [] if kept is None else [kept.frame_volts(k) for k in range(len(before), frames)]
-        joins += 0 < frames < SHOTS
+        joins |= {frames} - {0, plan.shots}
         _until(lambda: _accepted(daemon.post(f"/acquisitions/{job}/resume", {})))
     state = _until(lambda: _ended(daemon, job))
     if state != "done":
         found.wrong.append(f"{job} has ended as {state}: {daemon.get(f'/acquisitions/{job}').json()['error']}")
     whole = open_recording(path)
-    found.wrong += [*_complaints(job, whole, joins), *_changed(job, before, whole)]
+    found.wrong += [*_complaints(job, whole, plan.shots, joins), *_changed(job, before, whole)]
     found.series, found.shots = found.series + 1, found.shots + whole.frames
     return path
 
@@ -132,12 +144,13 @@ def _changed(job: str, before: list[NDArray[np.float64]], whole: Recording) -> l
     return [] if same else [f"{job}: a shot of before is another one"]
 
 
-def _complaints(job: str, whole: Recording, joins: int) -> list[str]:
+def _complaints(job: str, whole: Recording, shots: int, joins: set[int]) -> list[str]:
     numbers, out = [info.shot for info in whole.frame_info], []
-    if numbers != list(range(1, SHOTS + 1)):
+    if numbers != list(range(1, shots + 1)):
         out.append(f"{job}: its shots are {numbers}")
-    if sum(info.joined for info in whole.frame_info) != joins:
-        out.append(f"{job}: {sum(info.joined for info in whole.frame_info)} joins are marked, {joins} were made")
+    marked = {info.shot - 1 for info in whole.frame_info if info.joined}
+    if marked != joins:
+        out.append(f"{job}: joined after shots {sorted(marked)}, cut off after {sorted(joins)}")
     if whole.provenance.incomplete is not None:
         out.append(f"{job}: {whole.provenance.incomplete}")
     return out
@@ -211,7 +224,7 @@ def main() -> int:
     parser.add_argument("--page", type=Path)
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        found = resume_kills(Path(folder), asked.kills)
+        found = resume_kills(Path(folder), Plan(asked.kills))
     text = page(found, f"--kills {asked.kills}")
     print(text)
     if asked.page is not None:

@@ -2,13 +2,15 @@
 
 import pytest
 
-from tests.campaigns.resume_kills import SHOTS, page, resume_kills
+from tests.campaigns.resume_kills import Plan, page, resume_kills
+
+PLAN = Plan(kills=3, shots=60, lives_s=((1.0, 3.0),))
 
 
 @pytest.mark.long
 def test_a_series_that_dies_some_times_is_as_one_that_nobody_cut_off(tmp_path):
-    found = resume_kills(tmp_path, 4)
+    found = resume_kills(tmp_path, PLAN)
     assert found.wrong == []
-    assert found.shots == found.series * SHOTS
+    assert found.shots == found.series * PLAN.shots
     assert max(map(abs, found.off)) < 6.0
-    assert "| deaths | 4, " in page(found, "")
+    assert "| deaths | 3, " in page(found, "")

@@ -23,7 +23,7 @@ import numpy as np
 
 from platform_daemon.analysis.trends.trend import POINTS_TO_FALSE_ALARM, specimen_trend
 from platform_daemon.schemas import TrendReport
-from platform_daemon.store import IndexedRecording, IndexedShot
+from platform_daemon.store import IndexedPoint, IndexedRecording
 
 A_DAY, DAYS = 4, 182
 AGAIN = 5  # half years of nothing: alarms are few there
@@ -96,8 +96,10 @@ def half_year(case: Case, seed: int) -> list[IndexedRecording]:
     made = []
     for k, day in enumerate(days):
         at = (begin + timedelta(days=float(day))).isoformat(timespec="milliseconds")
-        shot = IndexedShot(0, at, float(sensor[k]), 1.2e-3, {name: float(column[k]) for name, column in values.items()})
-        made.append(IndexedRecording(f"r{k:04d}", at, "J-01", "", 1, 1, "c@1", "d30 jewel", shots=(shot,)))
+        point = IndexedPoint(
+            at, 1, float(sensor[k]), 1.2e-3, {name: float(column[k]) for name, column in values.items()}
+        )
+        made.append(IndexedRecording(f"r{k:04d}", at, "J-01", "", 1, 1, "c@1", "d30 jewel", points=(point,)))
     return made
 
 

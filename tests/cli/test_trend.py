@@ -64,10 +64,12 @@ def test_files_are_found(tmp_path):
 def test_the_fits_of_a_specimen_are_one_table(tmp_path):
     made = months(tmp_path, 3)
     told = here("index", "export", "T 1", "--csv", tmp_path / "fits.csv", "--recordings", tmp_path)
-    assert told.stdout == f"3 shots in {tmp_path / 'fits.csv'}\n", told.stderr
+    assert told.stdout == f"3 fits in {tmp_path / 'fits.csv'}\n", told.stderr
     rows = list(csv.DictReader((tmp_path / "fits.csv").open()))
     assert [row["recording"] for row in rows] == [path.stem for path in made]
     assert [float(row["f_nat_hz"]) for row in rows] == [read_fits(path)[0].values[0, 0] for path in made]
+    assert {(row["f_nat_hz_std"], row["m_r_am2_std"], row["verdict"]) for row in rows} == {("0.001", "1e-06", "good")}
+    assert [float(row["nrmse"]) for row in rows] == [read_fits(path)[0].nrmse[0] for path in made]
     pyarrow = pytest.importorskip("pyarrow.parquet")
     assert here("index", "export", "T 1", "--parquet", tmp_path / "f.parquet", "--recordings", tmp_path).returncode == 0
     table = pyarrow.read_table(tmp_path / "f.parquet").to_pylist()

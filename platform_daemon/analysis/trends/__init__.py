@@ -1,7 +1,7 @@
 """Trends of a specimen over many recordings: when a change is more than chance, and what it is called.
 
 look: What the index keeps of a recording.
-indexed: Trends of the recordings in a folder, by its index.
+indexed: Trends of the recordings in a folder, by its index; exported: all on-line fits of a specimen as one table.
 baseline: Since when a specimen is what it is now.
 trend: The trend of a specimen.
 points: Shots that were made together are one point.

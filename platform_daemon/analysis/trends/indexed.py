@@ -68,7 +68,7 @@ def indexed_trend(
     since = since if accepted is None else accepted.since
     begin, end = _time(since, "since"), _until(until)
     with closing(open_index(folder)) as index:
-        _check_known(index, specimen)
+        check_known(index, specimen)
         found = index.recordings(specimen, begin or "", end or "\uffff")
     report = specimen_trend(specimen, found, points_to_false_alarm)
     if accepted is None:
@@ -80,27 +80,11 @@ def indexed_trend(
 def indexed_recordings(folder: Path, specimen: str) -> list[IndexedRecording]:
     """Those with on-line fits, oldest first.  Raises UnknownSpecimen, StorageError."""
     with closing(open_index(folder)) as index:
-        _check_known(index, specimen)
+        check_known(index, specimen)
         return list(index.recordings(specimen))
 
 
-def indexed_fits(folder: Path, specimen: str) -> list[dict[str, str | float]]:
-    """A row per shot with a good on-line fit, oldest recording first: where it is from, and values by name.
-
-    Raises UnknownSpecimen, StorageError.
-    """
-    found = indexed_recordings(folder, specimen)
-    rows: list[dict[str, str | float]] = []
-    for each in found:
-        for shot in each.shots:
-            said = {"temperature_c": shot.temperature_c, "field_t": shot.field_t}
-            row: dict[str, str | float] = {"recording": each.identifier, "frame": shot.frame, "at": shot.at}
-            row |= {"fit": each.fit or "", **{key: v for key, v in said.items() if v is not None}, **shot.values}
-            rows.append(row)
-    return rows
-
-
-def _check_known(index: RecordingIndex, specimen: str) -> None:
+def check_known(index: RecordingIndex, specimen: str) -> None:
     """Raises UnknownSpecimen."""
     specimens = index.specimens()
     if specimen not in specimens:

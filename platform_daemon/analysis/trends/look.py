@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 
 from drivers.errors import RecordingError
 from platform_daemon.store import FitTable, IndexedRecording, IndexedShot, Recording, open_recording, read_fit
+
+from .points import points_in
 
 PREFERRED = "d30"
 """The on-line fits that are taken if there are several."""
@@ -23,15 +26,16 @@ _BESIDE_A_WORD = ".,;:!?()[]{}\"'"  # "#keep, #night." are two tags
 _NOISE_S = 1.0  # of the end of the RX window
 
 
-def look_at_recording(path: Path) -> IndexedRecording | None:
-    """What the index holds of a recording; None: it is not one of ours.  Raises RecordingError."""
+def look_at_recording(path: Path) -> tuple[IndexedRecording, Sequence[IndexedShot]] | None:
+    """What the index holds of a recording and its shots; None: it is not one of ours.  Raises RecordingError."""
     recording = open_recording(path)
     p = recording.provenance
     if p is None:
         return None
     fit = PREFERRED if PREFERRED in recording.fits else next(iter(recording.fits), None)
     table = None if fit is None else read_fit(recording, fit)
-    return IndexedRecording(
+    shots = [] if table is None else _shots(recording, table)
+    found = IndexedRecording(
         identifier=path.stem,
         begun=_utc(p.start_time, path),
         specimen=p.sample_name,
@@ -42,8 +46,9 @@ def look_at_recording(path: Path) -> IndexedRecording | None:
         fit=None if table is None else f"{fit} {table.variant}".strip(),
         resonator=str(tomllib.loads(recording.resonator_toml()).get("name", "")),
         tags=tags_in(p.comment),
-        shots=() if table is None else tuple(_shots(recording, table)),
+        points=points_in(shots),
     )
+    return found, shots
 
 
 def tags_in(comment: str) -> frozenset[str]:

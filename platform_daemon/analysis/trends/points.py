@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise
@@ -12,7 +12,7 @@ import numpy as np
 from platform_daemon import estimation  # not its parts, which load numba
 from platform_daemon.estimation import RODRIGUES
 from platform_daemon.schemas import PARAMETERS
-from platform_daemon.store import IndexedRecording, IndexedShot
+from platform_daemon.store import IndexedPoint, IndexedRecording, IndexedShot
 
 TOGETHER_S = 600.0
 """Shots of one recording that begin within this are one point."""
@@ -41,16 +41,18 @@ class Point:
     values: dict[str, float]
 
 
+def points_in(shots: Sequence[IndexedShot]) -> tuple[IndexedPoint, ...]:
+    """Those of one recording, by its own mirror image."""
+    folded = iter(estimation.on_one_branch([shot.values for shot in shots])[0])
+    return tuple(_mean(group, [next(folded) for _ in group]) for group in _together(shots))
+
+
 def points_of(recordings: Sequence[IndexedRecording]) -> list[Point]:
     """Oldest first.  Orientations are those of one of the mirror images that a ring-down cannot tell apart."""
-    groups = [(each, group) for each in recordings for group in _together(each.shots)]
-    shots = [shot.values for _, group in groups for shot in group]
-    folded = iter(estimation.on_one_branch(shots)[0])
-    points = []
-    for recording, group in groups:
-        values = [next(folded) for _ in group]
-        points.append(_point(recording, group, values))
-    return sorted(points, key=lambda point: point.at)
+    told = [(recording, point) for recording in recordings for point in recording.points]
+    folded = estimation.on_one_branch([point.values for _, point in told])[0]
+    made = [_point(*each, values) for each, values in zip(told, folded, strict=True)]
+    return sorted(made, key=lambda point: point.at)
 
 
 def quantities(points: Sequence[Point]) -> list[str]:
@@ -98,16 +100,25 @@ def _later_s(first: IndexedShot, shot: IndexedShot) -> float:
     return abs((datetime.fromisoformat(shot.at) - datetime.fromisoformat(first.at)).total_seconds())
 
 
-def _point(recording: IndexedRecording, group: Sequence[IndexedShot], values: Sequence[dict[str, float]]) -> Point:
-    names = {name for each in values for name in each}
-    means = {name: float(np.mean([each[name] for each in values if name in each])) for name in names}
+def _mean(group: Sequence[IndexedShot], values: Sequence[Mapping[str, float]]) -> IndexedPoint:
+    names = dict.fromkeys(name for each in values for name in each)
     measured = [shot.temperature_c for shot in group if shot.temperature_c is not None]
-    field = None if group[0].field_t is None else round(group[0].field_t, 9)
-    return Point(
+    return IndexedPoint(
         at=group[0].at,
-        recording=recording.identifier,
         shots=len(group),
-        temperature_c=float(np.mean(measured)) if measured else float("nan"),
+        temperature_c=float(np.mean(measured)) if measured else None,
+        field_t=group[0].field_t,
+        values={name: float(np.mean([each[name] for each in values if name in each])) for name in names},
+    )
+
+
+def _point(recording: IndexedRecording, point: IndexedPoint, values: dict[str, float]) -> Point:
+    field = None if point.field_t is None else round(point.field_t, 9)
+    return Point(
+        at=point.at,
+        recording=recording.identifier,
+        shots=point.shots,
+        temperature_c=float("nan") if point.temperature_c is None else point.temperature_c,
         conditions=Conditions(recording.fit, recording.calibration, field),
-        values=means,
+        values=values,
     )

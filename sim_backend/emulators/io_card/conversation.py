@@ -78,8 +78,7 @@ class Conversation:
         """See daq_handler.Connection.  The server waits for them whoever else wants to be served."""
         parts: list[bytes] = []
         while count > 0 and not self._dying:
-            readable, _, _ = select.select([self._data], [], [], 0.05)
-            if readable:
+            if _readable([self._data], 0.05):
                 part = self._data.recv(min(count, 1 << 16))
                 if not part:
                     break
@@ -166,7 +165,7 @@ class Conversation:
         reading = self._sending
         while not self._evicted.is_set() and self._sending is reading:
             patience = POLL_S if self._buffer else timeout_s
-            readable, _, _ = select.select([self._command, self._woken], [], [], patience)
+            readable = _readable([self._command, self._woken], patience)
             if self._command in readable:
                 part = self._command.recv(BITE)
                 if not part:
@@ -260,8 +259,7 @@ class Conversation:
     def _while_blocked(self) -> bool:
         """Wait until the data socket takes more, serving commands; False if one of them stopped the read."""
         was = self._sending
-        readable, _, _ = select.select([self._command, self._woken], [self._data], [], 1.0)
-        if self._command in readable and was is not None:
+        if self._command in _readable([self._command, self._woken], 1.0, self._data) and was is not None:
             self._commands(0.0)
         return self._sending is was
 
@@ -270,3 +268,13 @@ class Conversation:
             self._sending.end()
             self._sending = None
             self.board.mode = Mode.ACQUISITION
+
+
+def _readable(
+    sockets: list[socket.socket], timeout_s: float | None, or_writable: socket.socket | None = None
+) -> list[socket.socket]:
+    """Those of them that can be read, waiting for that.  Raises EOFError if another thread has closed one."""
+    try:
+        return select.select(sockets, [or_writable] if or_writable else [], [], timeout_s)[0]
+    except ValueError as closed:
+        raise EOFError from closed

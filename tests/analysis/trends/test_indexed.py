@@ -56,7 +56,10 @@ def folder(indexed, tmp_path):
 def content(folder):
     """All rows of an index; what it says of a broken file without the folder, which may be a copy."""
     with sqlite3.connect(folder / INDEX) as sql:
-        rows = [sql.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall() for table in ("recordings", "shots")]
+        rows = [
+            sql.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall()
+            for table in ("recordings", "shots", "points")
+        ]
     sql.close()
     return [[[re.sub(r"\S+/recordings/", "", str(value)) for value in row] for row in table] for table in rows]
 

@@ -1,0 +1,62 @@
+"""All on-line fits of a specimen as one table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import TypeGuard
+
+from platform_daemon.store import FitTable, Recording, open_index, open_recording, read_fit
+
+from .indexed import check_known
+
+Row = dict[str, str | float]
+
+
+def exported_fits(folder: Path, specimen: str) -> list[Row]:
+    """A row per shot and window, oldest recording first, with what was refused: where it is from, verdicts, figures of
+    the fit, then estimates by name with unit, each with its standard deviation (`NAME_std`), and the noise of each
+    channel.  What is not known is not in the row; a parameter that was held has no standard deviation.
+
+    Raises UnknownSpecimen, RecordingError, StorageError.
+    """
+    with closing(open_index(folder)) as index:
+        check_known(index, specimen)
+        names = [name for name, _, _, whose, _ in index.files() if whose == specimen]
+        rows: list[Row] = []
+        for name in names:
+            recording = open_recording(folder / name)
+            noises = {shot.frame: shot.values for shot in index.shots(recording.path.stem)}
+            for fit in recording.fits:
+                rows += _rows(recording, read_fit(recording, fit), noises)
+    return rows
+
+
+def _rows(recording: Recording, table: FitTable, noises: Mapping[int, Mapping[str, float]]) -> Iterator[Row]:
+    for k, info in enumerate(recording.frame_info):
+        said: dict[str, str | float | None] = {
+            "recording": recording.path.stem,
+            "frame": k,
+            "at": info.time_stamp,
+            "shot_verdict": info.verdict,
+            "temperature_c": info.temperature_c,
+            "field_t": None if info.excitation is None else info.excitation.field_t,
+            "fit": table.name,
+            "variant": table.variant,
+            "verdict": table.verdict[k],
+            "reason": table.reason[k],
+            "window_s": float(table.window_s[k]),
+            "chi2_per_dof": float(table.chi2_per_dof[k]),
+            "nrmse": float(table.nrmse[k]),
+            "r2": float(table.r2[k]),
+        }
+        for j, name in enumerate(table.parameters):
+            said |= {name: float(table.values[k, j]), f"{name}_std": float(table.std[k, j])}
+        said |= {name: value for name, value in noises.get(k, {}).items() if name.startswith("noise_")}
+        yield {name: value for name, value in said.items() if _known(value)}
+
+
+def _known(value: str | float | None) -> TypeGuard[str | float]:
+    return value is not None and (isinstance(value, str) or math.isfinite(value))

@@ -1,0 +1,50 @@
+"""Shots of one recording in points, and the points of many recordings on one mirror image."""
+
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from platform_daemon.analysis.trends.points import points_in, points_of
+from platform_daemon.estimation import RODRIGUES
+from platform_daemon.store import IndexedRecording, IndexedShot
+
+BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
+TURNED = np.array([0.3, -0.9, 0.7])
+
+
+def shot(minutes, vector=TURNED, f_nat=213.0, field=1.2e-3, temperature=21.0):
+    values = {"f_nat_hz": f_nat, "psi_start_rad": 1.0, **dict(zip(RODRIGUES, map(float, vector), strict=True))}
+    return IndexedShot(0, (BEGIN + timedelta(minutes=minutes)).isoformat(), temperature, field, values)
+
+
+def recording(k, shots):
+    return IndexedRecording(f"r{k}", BEGIN.isoformat(), "T", "", 1, 1, "c", "d30 jewel", points=points_in(shots))
+
+
+def test_shots_within_ten_minutes_at_one_field_are_one_point():
+    shots = [shot(m, f_nat=f, temperature=t) for m, f, t in ((0, 213, 20), (9, 215, None), (11, 300, 25))]
+    found = points_in([*shots, shot(12, field=2e-3, temperature=None)])
+    assert [p.shots for p in found] == [2, 1, 1]
+    assert [p.values["f_nat_hz"] for p in found] == [214.0, 300.0, 213.0]
+    assert [p.temperature_c for p in found] == [20.0, 25.0, None]
+    assert points_in([]) == ()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_orientations_of_many_recordings_are_of_one_mirror_image_whichever_each_shot_was_given_as(seed):
+    rng = np.random.default_rng(seed)
+    half_turn = Rotation.from_rotvec([np.pi, 0.0, 0.0])
+
+    def given():
+        turned = Rotation.from_rotvec(TURNED + rng.normal(0.0, 1e-3, 3))
+        return (turned * half_turn if rng.random() < 0.5 else turned).as_rotvec()
+
+    recordings = [recording(k, [shot(100 * k + m, given()) for m in range(8)]) for k in range(12)]
+    found = Rotation.from_rotvec([[p.values[name] for name in RODRIGUES] for p in points_of(recordings)])
+    either = min(
+        (found * reference.inv()).magnitude().max()
+        for reference in (Rotation.from_rotvec(TURNED), Rotation.from_rotvec(TURNED) * half_turn)
+    )
+    assert either < 3e-3
