@@ -71,7 +71,7 @@ peers: install .venv/.peers
 diagnose-study: install
 	$(BIN)/python -m tests.campaigns.diagnosis_study $(STUDY)
 
-# Deaths, hangs, cut links; `make crash CRASH='--each 1'` is a short one; the journal lets an interrupted one go on.
+# Deaths, hangs, cut links; `make crash CRASH='--each 1'` is a short one; the journal lets an interrupted one go on, with as many `--lanes`.
 crash: install
 	$(BIN)/python -m tests.campaigns.crash --page docs/crash.md $(CRASH)
 

@@ -60,8 +60,10 @@ def main() -> int:
         owner = os.pidfd_open(int(sys.argv[1]))
     except ProcessLookupError:
         return 0  # it ended before it could let any power out
+    from drivers.clock import SystemClock
     from drivers.outputs_off import output_backends
     from drivers.registry import PlatformSection
+    from drivers.urgency import be_urgent
 
     from .lock_file import Cause
     from .ownership import Ownership
@@ -69,6 +71,7 @@ def main() -> int:
 
     section = PlatformSection.model_validate_json(_line(sys.stdin.fileno()))
     output_backends(section)  # imported now, not when every millisecond counts
+    be_urgent(SystemClock())  # once nothing is left that takes the processor from the shot
     with contextlib.suppress(BrokenPipeError):  # the devices have been let go already
         os.write(sys.stdout.fileno(), READY)
     lease = Lease(section.guard.lease_s)

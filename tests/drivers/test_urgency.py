@@ -1,20 +1,11 @@
 """Who moves the shot goes first, and nobody else with it."""
 
 import os
-import threading
 import types
 
 from drivers.clock import SystemClock
 from drivers.urgency import be_urgent, stand_in_line
-
-
-def in_a_thread(work):
-    """What it returns: the thread of the tests stays what it is."""
-    found = []
-    thread = threading.Thread(target=lambda: found.append(work()))
-    thread.start()
-    thread.join()
-    return found[0]
+from tests.kit.threads import in_a_thread
 
 
 def policy():

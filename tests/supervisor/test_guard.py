@@ -10,8 +10,10 @@ import time
 
 import pytest
 
+from drivers.clock import SystemClock
 from drivers.errors import InterlockError
 from drivers.power_guard import NoGuard
+from drivers.urgency import be_urgent
 from platform_daemon.settings import load_platform
 from platform_daemon.supervisor import guard_for, owner_of, place_of
 from platform_daemon.supervisor.lock_file import Cause
@@ -19,6 +21,7 @@ from platform_daemon.supervisor.owner import GuardProcess
 from platform_daemon.supervisor.watch import LEASE_S
 from tests.kit.dying_host import DyingHost
 from tests.kit.emulated_lab import Lab
+from tests.kit.threads import in_a_thread
 
 DEATHS = [
     (signal.SIGKILL, "tx", 5.0),
@@ -87,6 +90,11 @@ def test_a_guard_that_died_is_replaced_before_the_next_power_and_told_in_the_sho
     assert guard.pid != first
     guard.alive()
     guard.power_is_off()
+
+
+def test_a_guard_goes_before_other_programs_where_it_may(guard):
+    why_not = in_a_thread(lambda: be_urgent(SystemClock()))
+    wait_for(lambda: os.sched_getscheduler(guard.pid) == (os.SCHED_RR if why_not is None else os.SCHED_OTHER))
 
 
 def test_a_guard_ends_when_the_devices_have_been_let_go(lab):

@@ -1,6 +1,7 @@
 """python -m tests.campaigns.crash --each 200 --page docs/crash.md
 
-Every strike in turn, round by round.  The journal (JSON lines) lets an interrupted campaign go on.
+Every strike in turn, round by round.  The journal (JSON lines) lets an interrupted campaign go on.  A strike mostly
+waits: several lanes, each with labs and a journal of its own, are over sooner.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -33,8 +35,14 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after so long")
     parser.add_argument("--journal", type=Path, default=Path("crash.jsonl"))
     parser.add_argument("--page", type=Path)
+    parser.add_argument("--lanes", type=int, default=1, help="campaigns at once, which share the strikes")
+    parser.add_argument("--seed", type=int, default=1, help="of the labs")
     asked = parser.parse_args()
-    done = campaign([s for s in STRIKES if asked.only in s.name], asked.each, asked.journal, asked.minutes * 60)
+    if asked.lanes > 1:
+        done = _in_lanes(asked)
+    else:
+        strikes = [s for s in STRIKES if asked.only in s.name]
+        done = campaign(strikes, asked.each, asked.journal, asked.minutes * 60, asked.seed)
     if asked.page is not None:
         asked.page.write_text(page.text(done, len(os.sched_getaffinity(0))), encoding="utf-8")
     bad = [*(f"{d.name}, in {d.moment}: {d.missed}, met {d.met}" for d in done if d.missed or d.met)]
@@ -46,13 +54,32 @@ def main() -> int:
     return int(bool(bad))
 
 
-def campaign(strikes: list[Strike], each: int, journal: Path, seconds: float) -> list[Came]:
+def _in_lanes(asked: argparse.Namespace) -> list[Came]:
+    """The strikes of all lanes, each of which is a process of its own: one lab holds up no other."""
+    journals = [asked.journal.with_suffix(f".{lane}{asked.journal.suffix}") for lane in range(asked.lanes)]
+    shares = [(asked.each + lane) // asked.lanes for lane in range(asked.lanes)]
+    lanes = []
+    for lane, (journal, share) in enumerate(zip(journals, shares, strict=True)):
+        options = {"journal": journal, "only": asked.only, "each": share, "minutes": asked.minutes}
+        options["seed"] = asked.seed + 100_000 * lane
+        said = [f"--{name}={value}" for name, value in options.items()]
+        lanes.append(subprocess.Popen([sys.executable, "-m", "tests.campaigns.crash", *said]))
+    for lane in lanes:
+        lane.wait()
+    return [came for journal in journals for came in _of(journal)]
+
+
+def _of(journal: Path) -> list[Came]:
+    return [Came(**json.loads(line)) for line in journal.read_text().splitlines()] if journal.exists() else []
+
+
+def campaign(strikes: list[Strike], each: int, journal: Path, seconds: float, seed: int) -> list[Came]:
     """All strikes of the journal, those that are done now among them."""
-    done = [Came(**json.loads(line)) for line in journal.read_text().splitlines()] if journal.exists() else []
+    done = _of(journal)
     counts, until = Counter(d.name for d in done), time.monotonic() + seconds
     while time.monotonic() < until and any(counts[s.name] < each for s in strikes):
         with tempfile.TemporaryDirectory() as folder:
-            pair = Pair(Path(folder), seed=len(done) + 1)
+            pair = Pair(Path(folder), seed=len(done) + seed)
             try:
                 for what in _turns(strikes, each, counts):
                     came = None if time.monotonic() > until else _one(pair, what, counts[what.name])

@@ -115,9 +115,13 @@ STRIKES = (
     Strike("card, answers 0.3 s late, 40 times", ALL, _wire("io_card_0", "slow_link", 40), must="off or on",
            median_s=HANG_S, ends="nothing"),
     Strike("switch, link cut", ALL, _wire("switch", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing"),
+    Strike("switch, answers 0.3 s late, 40 times", ALL, _wire("switch", "slow_link", 40), must="off or on",
+           median_s=HANG_S, ends="nothing"),
     Strike("switch, says nothing", ALL, _wire("switch", "one_way_link"), median_s=HANG_S, ends="nothing"),
     Strike("amplifier, link cut", ALL, _wire("amplifier", "disconnect"), must="off or on", median_s=HANG_S,
            ends="nothing"),
+    Strike("amplifier, answers 0.3 s late, 40 times", ALL, _wire("amplifier", "slow_link", 40), must="off or on",
+           median_s=HANG_S, ends="nothing"),
     Strike("amplifier, says nothing", ALL, _wire("amplifier", "one_way_link"), median_s=HANG_S, ends="nothing"),
     Strike("card, power cut", ALL, _power_cut, median_s=HANG_S, ends="nothing"),
 )  # fmt: skip
