@@ -20,6 +20,8 @@ import pytest
 from tests.kit.daemon_process import daemon
 from tests.kit.rest import client_at
 
+pytestmark = pytest.mark.long
+
 CONFIG = Path(__file__).with_name("client_generator.yaml")
 HIDDEN = 'backends.simulated.undeclared=[{id="coulomb_friction", strength=60.0}]'
 CALM = [f"backends.simulated.effects.{effect}.enabled=false" for effect in ("temperature", "wear")]
@@ -121,7 +123,6 @@ def test_a_recording_is_fitted_and_quantities_are_derived(api: Any, recording: s
     assert asked(api, "get_envelopes", job.id, 1).amplitude_rad[0] > 0.1
 
 
-@pytest.mark.long
 def test_a_diagnosis_has_a_page_and_what_it_names_is_adopted_and_used(api: Any, recording: str) -> None:
     m = api.models
     job = ended(api, "get_diagnosis", asked(api, "start_diagnosis", body=m.DiagnosisRequest(recordings=[recording])).id)

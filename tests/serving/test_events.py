@@ -55,6 +55,7 @@ class Listener(threading.Thread):
         return [what for each, _, what in list(self.events) if each == kind]
 
 
+@pytest.mark.long
 def test_a_series_is_told_as_it_comes_and_can_be_looked_at_meanwhile(daemon):
     listener = Listener(daemon)
     job = daemon.post("/acquisitions", SERIES).json()

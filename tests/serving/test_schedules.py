@@ -123,7 +123,8 @@ def test_without_a_daemon_the_command_says_how_to_start_one(tmp_path):
     assert_one_line_error(run("schedule", "list", "--data", tmp_path), 2, "no daemon", "serve --data")
 
 
-@pytest.mark.parametrize("end", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
+@pytest.mark.long
+@pytest.mark.parametrize("end", [signal.SIGTERM, signal.SIGKILL])
 def test_a_schedule_goes_on_after_a_restart_and_no_instant_is_there_twice(tmp_path, end):
     data = tmp_path / "data"
     with served(data) as daemon:

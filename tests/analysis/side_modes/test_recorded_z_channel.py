@@ -26,7 +26,11 @@ def recorded(bench, field_t):
 
 @pytest.mark.parametrize(
     ("name", "fields_ut", "scale"),
-    [("thread_imperfect", (250, 280), 1), ("thread_imperfect", (280,), 3), ("jewel_imperfect", (600, 640), 1)],
+    [
+        pytest.param("thread_imperfect", (250, 280), 1, marks=pytest.mark.long),
+        ("thread_imperfect", (280,), 3),
+        ("jewel_imperfect", (600, 640), 1),
+    ],
 )
 def test_what_is_found_is_the_worlds_own_z_residual_whether_it_lasts_or_is_over_in_20_ms(name, fields_ut, scale):
     bench = Bench(name, **{**STEADY, "noise__scale": float(scale)})

@@ -28,7 +28,11 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     made.end()
 
 
-@pytest.mark.parametrize("index", sample(), ids=lambda k: draw(SEED, k).cell.name)
+@pytest.mark.parametrize(
+    "index",
+    [pytest.param(k, marks=[pytest.mark.long] if n % 3 else []) for n, k in enumerate(sample())],
+    ids=lambda k: draw(SEED, k).cell.name,
+)
 def test_a_fault_ends_as_it_was_said_to(bench: Bench, index: int) -> None:
     assert trial(bench, SEED, index)["complaints"] == []
 

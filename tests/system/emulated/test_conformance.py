@@ -65,6 +65,7 @@ class TestCard(ShortCardContract):
         return lambda: socket.create_connection((at["host"], at[request.param]), timeout=2).close()
 
 
+@pytest.mark.long
 class TestCardThatReplays(ShortCardContract):
     """With the wires of the watchdog; the links to both cards can be cut."""
 

@@ -145,6 +145,7 @@ def test_without_its_wire_the_memory_would_be_played_again(playing):
     assert gates(lab, timeline.duration_s + 1.5 * RING_S) >= 1
 
 
+@pytest.mark.long
 def test_a_link_that_is_cut_leaves_a_card_that_stays_silent(playing):
     lab, card, timeline = playing
     lab.cut_links()
@@ -154,7 +155,8 @@ def test_a_link_that_is_cut_leaves_a_card_that_stays_silent(playing):
     assert collect(card, timeline, 5000)
 
 
-@pytest.mark.parametrize("moment", [pytest.param("tx", marks=pytest.mark.long), "rx"])
+@pytest.mark.long
+@pytest.mark.parametrize("moment", ["tx", "rx"])
 def test_a_host_that_is_killed_leaves_a_card_that_stays_silent(lab_of_its_own, moment):
     lab = lab_of_its_own(wired())
     host = Host(lab.endpoints, (*REPLAY, "limits.max_tx_duty=0.9"))
