@@ -3,6 +3,8 @@
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 BIN := .venv/bin
 STAMP := .venv/.installed
+# Where nothing compiled is kept, as many containers ask for, each process of a daemon compiles all sources anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: night resume-kills schedules-proof interlock trend-alarms soak crash write-kills install kernels demo demo-emulated test test-long check bench peers campaign attack attack-api fault-campaign wiring-campaign emulated-series accuracy diagnose-study angle-study clean
 
