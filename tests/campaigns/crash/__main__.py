@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -21,7 +22,7 @@ from pathlib import Path
 from tests.kit.processes import NoSuchChild
 
 from . import page
-from .bench import NotThere
+from .bench import NotThere, go_ahead
 from .pair import ROUNDS, Pair
 from .strike import Came, strike
 from .strikes import STRIKES, Strike
@@ -31,17 +32,18 @@ def main() -> int:
     """Exit code 1 if an output stayed on, power met the receiver, or a promise was not kept."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--each", type=int, default=200, help="how often every strike is done")
-    parser.add_argument("--only", default="", help="only strikes whose name contains this")
+    parser.add_argument("--only", default="", help="only strikes whose name matches this regular expression")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after so long")
     parser.add_argument("--journal", type=Path, default=Path("crash.jsonl"))
     parser.add_argument("--page", type=Path)
     parser.add_argument("--lanes", type=int, default=1, help="campaigns at once, which share the strikes")
     parser.add_argument("--seed", type=int, default=1, help="of the labs")
     asked = parser.parse_args()
+    go_ahead()
     if asked.lanes > 1:
         done = _in_lanes(asked)
     else:
-        strikes = [s for s in STRIKES if asked.only in s.name]
+        strikes = [s for s in STRIKES if re.search(asked.only, s.name)]
         done = campaign(strikes, asked.each, asked.journal, asked.minutes * 60, asked.seed)
     if asked.page is not None:
         asked.page.write_text(page.text(done, len(os.sched_getaffinity(0))), encoding="utf-8")
