@@ -10,8 +10,10 @@ import pytest
 from drivers.conformance.io_card import collect
 from drivers.conformance.timelines import short_shot
 from drivers.errors import ConfigError, DeviceFault, DeviceTimeout, ShotRefused
+from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.sequence import RING_STEPS
+from drivers.wiring_proof import TRIES
 from tests.kit.emulated_lab import lines_at
 
 PROVE = "io_card.prove_wiring=true"
@@ -48,6 +50,25 @@ def test_an_image_that_leaves_ao1_off_is_named(lab_of_its_own):
     lab = lab_of_its_own(f"io_cards.boards=[{boards}]")
     with pytest.raises(DeviceFault, match=r"does not follow the card's line.*0\.11\.1 drive AO0 only"):
         lab.platform(PROVE)
+
+
+@pytest.mark.parametrize("times", [1, 10])
+def test_a_computer_too_late_to_see_the_switch_tries_again_and_blames_no_image(lab_of_its_own, monkeypatch, times):
+    lab, late, trigger = lab_of_its_own(), [], RedPitayaCard.trigger
+
+    def slow(card):
+        trigger(card)
+        late.append(True)
+        time.sleep(0.4 if len(late) <= times else 0.0)
+
+    monkeypatch.setattr(RedPitayaCard, "trigger", slow)
+    if times > TRIES:
+        with pytest.raises(DeviceTimeout, match="too late to see the switch"):
+            lab.platform(PROVE)
+    else:
+        lab.platform(PROVE).close()
+    assert len(late) == min(times + 1, TRIES)
+    assert lab.violations() == ()
 
 
 def test_a_gate_where_it_cannot_be_proved_is_refused(lab):
