@@ -6,7 +6,7 @@ import time
 
 import structlog
 
-from drivers.errors import DeviceFault
+from drivers.errors import DeviceFault, DeviceTimeout
 from drivers.platform import Platform
 from drivers.timeline import DigitalLine, LineLevel, Timeline
 from drivers.tx_rx_switch import SwitchPosition
@@ -14,12 +14,14 @@ from drivers.tx_rx_switch import SwitchPosition
 log = structlog.get_logger()
 
 MARGIN_S = 0.1  # on top of the switch's own times
+TRIES = 3  # a busy computer may be late by more than that
 
 
 def prove_lines(platform: Platform) -> None:
     """Raise the receiver's line with the gate low, and see the switch follow; nothing to do if the card vouches for it.
 
-    A switch that does not read back proves nothing, which is logged.  Raises DeviceFault if it does not follow.
+    A switch that does not read back proves nothing, which is logged.  Raises DeviceFault if it does not follow,
+    DeviceTimeout if this computer was too late to see that.
     """
     can = platform.card.capabilities()
     if DigitalLine.RX_CONNECT not in can.unproved_lines:
@@ -30,27 +32,49 @@ def prove_lines(platform: Platform) -> None:
     length_s = platform.switch.timing().total_s + MARGIN_S
     samples = (round(length_s * can.clock.rate_hz) // can.step_samples + 1) * can.step_samples
     line = LineLevel(DigitalLine.RX_CONNECT, 0, samples)
-    platform.card.program(Timeline(can.clock, 0, samples - 1, 1, (), (line,)))
+    timeline = Timeline(can.clock, 0, samples - 1, 1, (), (line,))
+    for _ in range(TRIES):
+        followed = _raised(platform, timeline, length_s)
+        if followed:
+            return
+        if followed is False:
+            raise DeviceFault(
+                "the switch does not follow the card's line",
+                where="io_card.lines.rx_connect",
+                why="the line was high and the contacts stayed; images of RedPitayaDAQServer 0.11.1 drive AO0 only, "
+                "whatever version they report",
+                remedy="check the cable from the card to the switch, or load an image made after 0.11.1",
+            )
+    raise DeviceTimeout(
+        "this computer was too late to see the switch follow the card's line",
+        where="io_card.lines.rx_connect",
+        why=f"{TRIES} times the line was low again, after {length_s:.3f} s, before the switch had said where it is",
+        remedy="start again when the computer is less busy; if it stays so, find out why card or switch answer slowly",
+    )
+
+
+def _raised(platform: Platform, timeline: Timeline, length_s: float) -> bool | None:
+    """Play the line; what `_follows` says."""
+    platform.card.program(timeline)
     platform.card.arm()
+    begun_s = time.monotonic()
     try:
         platform.card.trigger()
-        followed = _follows(platform, length_s)
+        return _follows(platform, begun_s, length_s)
     finally:
         platform.card.stop()
         platform.switch.to_transmit()
-    if not followed:
-        raise DeviceFault(
-            "the switch does not follow the card's line",
-            where="io_card.lines.rx_connect",
-            why="the line was high and the contacts stayed; images of RedPitayaDAQServer 0.11.1 drive AO0 only, "
-            "whatever version they report",
-            remedy="check the cable from the card to the switch, or load an image made after 0.11.1",
-        )
 
 
-def _follows(platform: Platform, within_s: float) -> bool:
-    deadline = time.monotonic() + within_s
-    while time.monotonic() < deadline:
+def _follows(platform: Platform, begun_s: float, length_s: float) -> bool | None:
+    """Whether the switch is seen on RECEIVE; None: nobody looked while the line was surely high, and the contacts at
+    rest, so that this says nothing.  The line rose between `begun_s` and now."""
+    looked, now_s = False, time.monotonic()
+    rested_s, deadline_s = now_s + platform.switch.timing().total_s, now_s + length_s
+    while now_s < deadline_s:
+        asked_s = now_s
         if platform.switch.position() is SwitchPosition.RECEIVE:
             return True
-    return False
+        now_s = time.monotonic()
+        looked |= asked_s >= rested_s and now_s < begun_s + length_s
+    return False if looked else None

@@ -125,7 +125,11 @@ class Board:
     # --- outputs
 
     def load(self, program: BoardProgram) -> None:
-        """Upload a sequence, in mode CONFIGURATION; nothing is sent if it is there already."""
+        """Upload a sequence, in mode CONFIGURATION; nothing is sent if it is there already.
+
+        All its tables: those that a client before uploaded and did not set would be played with ours, gate and receiver
+        at once if need be, for only SEQ:SET takes them away.
+        """
         if program.silent or self._is_loaded(program):
             return
         self._loaded = None
@@ -133,6 +137,8 @@ class Board:
         self.ask(f"RP:DAC:SEQ:SAMPLESPERSTEP {program.step_samples}", f"RP:DAC:SEQ:CHAN {channels}")
         self._connection.upload(f"RP:DAC:SEQ:LUT {steps},1", program.levels_v.astype("<f4").tobytes())
         self._connection.upload("RP:DAC:SEQ:LUT:ENABLE", program.enable.tobytes())
+        self._connection.upload("RP:DAC:SEQ:LUT:RESYNC", bytes(steps * min(channels, 2)))
+        self.ask("RP:DAC:SEQ:LUT:UP 0,0", "RP:DAC:SEQ:LUT:DOWN 0,0")
         self._loaded = program
 
     def arm(self, program: BoardProgram) -> None:

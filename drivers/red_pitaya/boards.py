@@ -17,7 +17,7 @@ from drivers.red_pitaya.lock import recording_until
 from drivers.red_pitaya.options import CardTable
 from drivers.red_pitaya.pairing import keep_clear
 from drivers.red_pitaya.replay import ReplayBoard
-from drivers.red_pitaya.sequence import BoardProgram
+from drivers.red_pitaya.sequence import RING_STEPS, BoardProgram
 
 Step = Callable[[Board], None]
 # Each board does it in its own way: `Board.quiet` would be that of a plain one.
@@ -60,6 +60,18 @@ def connect_all(boards: Sequence[Board], locks: Sequence[TextIO]) -> None:
         for step in (REPLACE, SETTLE):
             for board in boards:
                 step(board)
+
+
+def hear_within(boards: Sequence[Board], programs: Sequence[BoardProgram], rate_hz: float) -> None:
+    """Wait for each board no longer than half the time after which it would play its gate again by itself.
+
+    A server that hangs refills its memory no longer, which is a ring: the gate and the sines rise anew one round after
+    the trigger, while a receiver on another board, whose server is well, may be connected.  Until then the amplifier
+    must be off, so a silent board is given up in time for that, whatever the table's patience is.
+    """
+    for board, program in zip(boards, programs, strict=True):
+        half_round_s = RING_STEPS * program.step_samples / rate_hz / 2
+        board.hurry_s = half_round_s if half_round_s < board.table.sample_timeout_s else None
 
 
 def arm_all(boards: Sequence[Board], programs: Sequence[BoardProgram]) -> None:

@@ -27,6 +27,7 @@ from drivers.red_pitaya.boards import (
     arm_all,
     connect_all,
     failures_of,
+    hear_within,
     make_boards,
     prove_boards,
 )
@@ -160,6 +161,8 @@ class RedPitayaCard:
             self._reader = Reader(self.boards, self._programs, self._delay, total, chunk, self._start_samples)
             self._pins.check_pace(chunk)
             self._pins.before_trigger()
+            if not self._pins.edges:  # else they say how long to wait while the gate is high
+                hear_within(self.boards, self._programs, self.layout.clock.rate_hz)
             trigger.start(self.boards)
             over_s = time.monotonic() + (self._delay + total) / self.layout.clock.rate_hz
             for board, lock in zip(self.boards, self._locks, strict=True):
@@ -249,6 +252,8 @@ class RedPitayaCard:
         if stopped:  # their sequences are not over: only a stop ends them, by new connections
             raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
         trigger.end(self.boards)
+        for board in self.boards:
+            board.hurry_s = None
         self._state = CardState.IDLE
 
     def _let_go(self) -> None:

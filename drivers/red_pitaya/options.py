@@ -71,13 +71,14 @@ class LinesTable(Section):
 class CardTable(Section):
     """`[io_card]`: the cards, the first being the master, and how to run them.
 
-    step_samples: grid of all edges of a sequence; chunk_samples: samples per status record and the time until the card
-    looks at commands while it sends; server_version and image_version (None: the same number): what VERsion queries
-    must answer; reply_timeout_s and sample_timeout_s: how long to wait; require_calibration: refuse a card whose
-    inputs were never calibrated; pin_delay_s: how late a DIO line may be set; instant_reset: let the card's input
-    DIO3_P switch the outputs off; prove_wiring: at the start let the master trigger all boards, with nothing to play,
-    and a line on AO1 to AO3 move the switch; replay_watchdog: each card has a wire from DIO4_N to DIO3_P, with which a
-    shot may stay in its memory and be played again (watchdog.py).
+    step_samples: grid of all edges of a sequence; chunk_samples: samples per status record and the time until the
+    card looks at commands while it sends; server_version and image_version (None: the same number): what VERsion
+    queries must answer; reply_timeout_s and sample_timeout_s: how long to wait, in a shot less (boards.py,
+    hear_within); require_calibration: refuse a card whose inputs were never calibrated; pin_delay_s: how late a DIO
+    line may be set; instant_reset: let the card's input DIO3_P switch the outputs off; prove_wiring: at the start
+    let the master trigger all boards, with nothing to play, and a line on AO1 to AO3 move the switch;
+    replay_watchdog: each card has a wire from DIO4_N to DIO3_P, with which a shot may stay in its memory and be
+    played again (watchdog.py).
     """
 
     boards: Annotated[tuple[BoardTable, ...], Field(strict=False, min_length=1)]

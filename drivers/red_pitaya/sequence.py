@@ -22,6 +22,7 @@ COMPONENTS = 3
 HIGH_V = 1.8  # full scale of the slow analog outputs
 LONGEST_STEP = 128  # samples: the step that ends a sequence is dead time
 MAX_SAMPLES = 2**25  # ring of the recording
+RING_STEPS = 8192  # of a card's memory: one that its server refills no longer plays its steps again after so many
 PHASE_TOLERANCE_RAD = 1e-6
 OUTPUT_FULL_SCALE_V = 1.0
 

@@ -45,6 +45,7 @@ class ReferenceServer:
         self.played: list[dict[str, Any]] = []
         self.mode, self.decimation, self.channels, self.step = "CONFIGURATION", 16, 0, 0
         self.table: Any = None
+        self.left = {"LUT:UP", "LUT:DOWN", "LUT:RESYNC"}  # uploaded by a client before, and never set
         self.sets = 0  # SEQ:SET since the last sequence ended or client came
         self.triggered_at: float | None = None
         self.sending: list[int] | None = None
@@ -196,8 +197,18 @@ class ReferenceServer:
         elif what == "LUT:ENABLE":
             raw = self._upload(self.table[0].size)
             self.table = (self.table[0], np.frombuffer(raw, np.uint8).reshape(self.table[0].shape))
+        elif what == "LUT:RESYNC":
+            self.left.discard(what)
+            if any(self._upload(len(self.table[0]) * min(self.channels, 2))):
+                self.mistakes.append("a phase is restarted")
+        elif what in ("LUT:UP", "LUT:DOWN"):
+            self.left.discard(what)
+            if rest != "0,0":
+                self.mistakes.append(f"{what} {rest}: played before or after the sequence")
         elif what == "SET":
-            self.sets += 1
+            if self.left:
+                self.mistakes.append(f"tables of the client before are played, too: {self.left}")
+            self.sets, self.left = self.sets + 1, set()
             if self.sets > 1:
                 self.mistakes.append("SEQ:SET twice without a run: the gate is open")
         return "1"

@@ -35,13 +35,13 @@ def set_channels(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     return "1"
 
 
-def _shape(c: Connection, a: list[str]) -> tuple[int, int]:
-    """Steps and repetitions of an upload."""
+def _shape(c: Connection, a: list[str], least: int) -> tuple[int, int]:
+    """Steps and repetitions of an upload, so many at least."""
     steps, repetitions = whole(a, 0), whole(a, 1)
     configurable(c.board)
     if c.board.sequence.channels <= 0:
         raise Code(NOT_CONFIGURABLE)
-    if steps < 1 or repetitions < 1:
+    if min(steps, repetitions) < least:
         raise Code(RANGE)
     return steps, repetitions
 
@@ -57,13 +57,13 @@ def _table(c: Connection, steps: int) -> NDArray[np.float32]:
 
 def upload_main(c: Connection, _: tuple[int, ...], a: list[str]) -> str:
     """`SEQ:LUT steps,repetitions` and the values."""
-    steps, repetitions = _shape(c, a)
+    steps, repetitions = _shape(c, a, 1)
     c.board.sequence.upload(_table(c, steps), repetitions)
     return "1"
 
 
 def _upload_ramp(c: Connection, a: list[str], *, down: bool) -> str:
-    steps, repetitions = _shape(c, a)
+    steps, repetitions = _shape(c, a, 0)
     c.board.sequence.upload_ramp(_table(c, steps), repetitions, down=down)
     return "1"
 

@@ -90,9 +90,9 @@ class Sequence:
         return 0 if main is None else len(main.values)
 
     def upload(self, values: NDArray[np.float32], repetitions: int) -> None:
-        """A new main table, (steps, channels) V; what enabled and resynchronised the old one is gone."""
+        """A new main table, (steps, channels) V; what enabled the old one is gone, what resynchronised it is not."""
         main = Part(values.astype(np.float64), repetitions)
-        self._next = replace(self.configured(), main=main, enable=None, resync=None)
+        self._next = replace(self.configured(), main=main, enable=None)
 
     def upload_enable(self, enable: NDArray[np.bool_]) -> None:
         """(steps, channels) of the main table."""
@@ -206,8 +206,10 @@ class Sequence:
         if tables.main is not None and tables.enable is not None:
             enable[main, :width] = np.tile(tables.enable[:, :width], (tables.main.repetitions, 1))
         if tables.main is not None and tables.resync is not None:
-            given = tables.resync.shape[1]
-            resync[main, :given] = np.tile(tables.resync, (tables.main.repetitions, 1))
+            steps, given = len(tables.main.values), tables.resync.shape[1]
+            table = np.zeros((steps, given), dtype=np.bool_)  # of a table that was shorter; the server reads beyond it
+            table[: len(tables.resync)] = tables.resync[:steps]
+            resync[main, :given] = np.tile(table, (tables.main.repetitions, 1))
         return Program(values, enable, resync, ramp_down, samples_per_step)
 
 

@@ -6,6 +6,7 @@ import socket
 import threading
 import time
 
+import numpy as np
 import pytest
 
 from drivers.conformance.io_card import collect
@@ -123,6 +124,20 @@ def test_strangers_that_fill_the_queue_of_the_data_port_keep_nobody_out(lab_of_i
     platform = lab.platform()
     assert whole_shot(platform.card)
     platform.close()
+
+
+def test_a_table_that_a_client_before_has_uploaded_and_not_set_is_not_played(lab_of_its_own):
+    """Only SEQ:SET takes it away: ours was played after gate and receiver at once, and passed for a whole shot."""
+    lab = lab_of_its_own()
+    other = intruder(lab)
+    other.ask_all(["RP:MODE CONFIGURATION", "RP:DAC:SEQ:CHAN 4"])
+    other.upload("RP:DAC:SEQ:LUT:UP 400,1", np.tile(np.array([0, 0, 1.8, 1.8], "<f4"), 400).tobytes())
+    platform = lab.platform()
+    shot = plan(lab, platform)
+    assert watched_shot(platform, shot).reason is None
+    platform.close()
+    other.close()
+    assert lab.violations() == ()
 
 
 def test_another_version_of_the_server_is_refused(lab_of_its_own):

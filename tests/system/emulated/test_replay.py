@@ -85,7 +85,7 @@ def test_a_shot_that_is_in_the_memory_is_played_again_at_once_and_without_an_upl
         if len(dead) > 1:
             dead[-2] += begun_s
         card.stop()  # as the daemon does after every shot
-    assert len(uploads) == 4  # table and enable bits of two cards
+    assert len(uploads) == 6  # table, enable and resync bits of two cards
     assert min(dead[:-1]) < DEAD_S  # with an upload the quickest takes 0.07 s, on however idle a machine
 
 

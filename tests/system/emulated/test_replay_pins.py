@@ -38,7 +38,7 @@ def test_shots_are_played_from_the_memory_and_nothing_is_written_again(own, monk
         assert collect(card, timeline, 5000)
         card.stop()  # as the daemon does after every shot
         assert all(board.occupied for board in card.boards)
-    assert len(uploads) == 4  # table and enable bits of two cards
+    assert len(uploads) == 6  # table, enable and resync bits of two cards
 
 
 def test_a_shot_without_power_may_last_longer_than_the_memory(own):

@@ -10,7 +10,11 @@ import pytest
 from drivers.conformance.io_card import collect
 from drivers.conformance.timelines import short_shot
 from drivers.errors import ConfigError, DeviceFault, DeviceTimeout, ShotRefused
+from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.lines import PinLines
+from drivers.red_pitaya.sequence import RING_STEPS
+from drivers.wiring_proof import TRIES
+from tests.kit.emulated_lab import lines_at
 
 PROVE = "io_card.prove_wiring=true"
 
@@ -46,6 +50,25 @@ def test_an_image_that_leaves_ao1_off_is_named(lab_of_its_own):
     lab = lab_of_its_own(f"io_cards.boards=[{boards}]")
     with pytest.raises(DeviceFault, match=r"does not follow the card's line.*0\.11\.1 drive AO0 only"):
         lab.platform(PROVE)
+
+
+@pytest.mark.parametrize("times", [1, 10])
+def test_a_computer_too_late_to_see_the_switch_tries_again_and_blames_no_image(lab_of_its_own, monkeypatch, times):
+    lab, late, trigger = lab_of_its_own(), [], RedPitayaCard.trigger
+
+    def slow(card):
+        trigger(card)
+        late.append(True)
+        time.sleep(0.4 if len(late) <= times else 0.0)
+
+    monkeypatch.setattr(RedPitayaCard, "trigger", slow)
+    if times > TRIES:
+        with pytest.raises(DeviceTimeout, match="too late to see the switch"):
+            lab.platform(PROVE)
+    else:
+        lab.platform(PROVE).close()
+    assert len(late) == min(times + 1, TRIES)
+    assert lab.violations() == ()
 
 
 def test_a_gate_where_it_cannot_be_proved_is_refused(lab):
@@ -91,6 +114,32 @@ def test_a_dead_card_does_not_keep_the_amplifier_live(lab_of_its_own):
     assert thread.is_alive()  # the card has not answered yet
     thread.join(60)
     lab.control("clear_faults")
+    platform.close()
+
+
+def test_a_card_that_falls_silent_in_tx_is_given_up_before_its_memory_raises_the_gate_again(lab_of_its_own):
+    """A server that hangs refills no more: one round after the trigger gate and sines rise, and the receiver of a card
+    that is well is connected then.  The patience of the shipped table is longer than a round."""
+    emulator, overrides = lines_at("0 AO0", "1 AO0")
+    lab = lab_of_its_own(*emulator)
+    platform = lab.platform(*overrides)
+    can = platform.card.capabilities()
+    timeline = short_shot(can, rx_s=3.0)
+    platform.card.program(timeline)
+    platform.card.arm()
+    platform.card.trigger()
+    triggered_s = time.monotonic()
+    round_s = RING_STEPS * platform.card.boards[0].table.step_samples / can.clock.rate_hz
+    assert round_s < platform.card.boards[0].table.sample_timeout_s
+    for stream in ("command", "data"):
+        lab.control("wire_fault", kind="one_way_link", device="io_card_0", stream=stream)
+    with pytest.raises(DeviceTimeout):
+        platform.card.read(timeline.total_samples)
+    assert time.monotonic() - triggered_s < 0.8 * round_s
+    lab.control("clear_faults")
+    platform.outputs_off()
+    assert sum(c.volts.shape[1] for c in collect(platform.card, short_shot(can), 5000))
+    assert lab.violations() == ()
     platform.close()
 
 

@@ -131,6 +131,31 @@ def test_6_a_resynchronised_step_is_silent_and_restarts_the_phase(loop):
     assert np.abs(u[802:1199] - expected(400, 777.0, 0.3)[2:399]).max() < 2e-4
 
 
+def test_6_a_new_table_takes_the_enable_bits_away_and_leaves_the_resync_bits(loop):
+    loop.do("RP:DAC:SEQ:SAMPLESPERSTEP 400", "RP:DAC:SEQ:CHAN 4")
+    assert loop.upload("RP:DAC:SEQ:LUT 2,1", [GATE, OFF]) == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT:ENABLE", [[0] * 4] * 2, "u1") == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT:RESYNC", [[0, 0], [1, 0]], "u1") == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT 4,1", [GATE] * 3 + [OFF]) == "1"
+    loop.do("RP:DAC:SEQ:SET")
+    tone(loop, 777.0, 0.3)
+    u = shot(loop, 1200)[:, 0]
+    assert np.abs(u - expected(1200, 777.0, 0.3))[2:399].max() < 2e-4
+    assert np.all(u[402:799] == 0)
+    assert np.abs(u[802:1199] - expected(400, 777.0, 0.3)[2:399]).max() < 2e-4
+
+
+def test_6_empty_tables_before_and_after_take_the_place_of_what_was_there(loop):
+    loop.do("RP:DAC:SEQ:SAMPLESPERSTEP 200", "RP:DAC:SEQ:CHAN 3")
+    assert loop.upload("RP:DAC:SEQ:LUT 2,1", [[0.2, 0, 1.8]] * 2) == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT:UP 1,1", [0.1, 0, 1.8]) == "1"
+    assert loop.upload("RP:DAC:SEQ:LUT:DOWN 1,1", [0.3, 0, 1.8]) == "1"
+    loop.do("RP:DAC:SEQ:LUT:UP 0,0", "RP:DAC:SEQ:LUT:DOWN 0,0", "RP:DAC:SEQ:SET")
+    u = shot(loop, 800)[:, 0]
+    assert np.abs(u[2:399] - 0.2).max() < 2e-4
+    assert np.all(u[402:799] == 0)
+
+
 def test_6_only_the_channels_of_the_sequence_are_gated(loop):
     program(loop, 1_000_000, [[0.0]], [[0]])
     tone(loop, 1000.0, 0.2)
