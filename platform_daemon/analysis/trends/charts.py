@@ -40,13 +40,14 @@ def charted(points: Sequence[Point], points_to_false_alarm: float) -> list[Chart
     names = quantities(points)
     run_length = min(points_to_false_alarm * max(len(names), 1), 1e7)
     temperatures = np.array([point.temperature_c for point in points])
+    shots = np.array([point.shots for point in points], int)
     found = []
     for name in names:
         values = np.array([point.values.get(name, np.nan) for point in points])
         logarithmic = name not in RODRIGUES and bool(np.all(values[np.isfinite(values)] > 0))
         y = np.log(values) if logarithmic else values
         for places in stretches(name, points):
-            made = chart(y[places], temperatures[places], run_length)
+            made = chart(y[places], temperatures[places], run_length, shots[places])
             found.append(ChartedStretch(name, places, y[places], logarithmic, made))
     return found
 
