@@ -133,6 +133,8 @@ class Job(Generic[RequestT, ResultT]):
         if again is not None:
             job.identifier, job.created = again.identifier, again.created
             job.result, job.done, job.place = again.result, again.done, again.place
+            if again.pause_requested.is_set() and not again.state.final:
+                job.pause_requested.set()
         if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
             job.within = within.identifier
             job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested
