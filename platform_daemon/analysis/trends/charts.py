@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from platform_daemon.estimation import RODRIGUES
 from platform_daemon.schemas import TrendChart
@@ -19,11 +20,11 @@ from .prediction import Array, temperature_terms
 class ChartedStretch:
     """The chart of one quantity over points under one condition.
 
-    places: which points; y: what is charted, logarithms if `logarithmic`.
+    places: which points, (m,); y: what is charted, logarithms if `logarithmic`.
     """
 
     quantity: str
-    places: slice
+    places: NDArray[np.int_]
     y: Array
     logarithmic: bool
     chart: Chart
@@ -53,28 +54,39 @@ def charted(points: Sequence[Point], points_to_false_alarm: float) -> list[Chart
 
 
 def shown(name: str, stretches_of: Sequence[ChartedStretch], points: Sequence[Point]) -> TrendChart:
-    """All stretches of a quantity, one after the other; temperature and coefficient are of the last one."""
+    """All stretches of a quantity, each point from its own; temperature and coefficient are those of the newest."""
     temperature = np.array([point.temperature_c for point in points])
     last = stretches_of[-1]
     known = temperature[last.places][np.isfinite(temperature[last.places])]
     reference_c = float(np.mean(known)) if known.size else None
-    corrected = np.concatenate([_corrected(each, temperature[each.places], reference_c) for each in stretches_of])
+    corrected = [_corrected(each, temperature[each.places], reference_c) for each in stretches_of]
     slope, std = _coefficient(last, temperature[last.places], reference_c)
     return TrendChart(
         quantity=name,
         value=tuple(point.values.get(name, np.nan) for point in points),
-        corrected=tuple(corrected.tolist()),
+        corrected=_joined(stretches_of, corrected),
         reference_c=reference_c,
         relative_per_k=slope,
         relative_per_k_std=std,
-        score=_joined([each.chart.score for each in stretches_of]),
-        ewma=_joined([each.chart.ewma for each in stretches_of]),
-        limit=_joined([np.where(np.isfinite(each.chart.ewma), each.chart.limit, np.nan) for each in stretches_of]),
+        score=_joined(stretches_of, [each.chart.score for each in stretches_of]),
+        ewma=_joined(stretches_of, [each.chart.ewma for each in stretches_of]),
+        limit=_joined(
+            stretches_of,
+            [np.where(np.isfinite(each.chart.ewma), each.chart.limit, np.nan) for each in stretches_of],
+        ),
     )
 
 
-def _joined(parts: Sequence[Array]) -> tuple[float, ...]:
-    return tuple(np.concatenate(parts).tolist())
+def _joined(stretches_of: Sequence[ChartedStretch], parts: Sequence[Array]) -> tuple[float, ...]:
+    return tuple(in_order(stretches_of, parts).tolist())
+
+
+def in_order(stretches_of: Sequence[ChartedStretch], parts: Sequence[Array]) -> Array:
+    """A value per point of all stretches of a quantity, from the values of each."""
+    found = np.empty(sum(map(len, parts)))
+    for each, part in zip(stretches_of, parts, strict=True):
+        found[each.places] = part
+    return found
 
 
 def _corrected(stretch: ChartedStretch, temperature: Array, reference_c: float | None) -> Array:

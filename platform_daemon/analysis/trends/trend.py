@@ -68,6 +68,7 @@ def _notes(points: Sequence[Point], by_quantity: dict[str, list[ChartedStretch]]
         notes.append(f"still learning, no change can be seen yet: {', '.join(learning)}")
     for name, parts in by_quantity.items():
         if len(parts) > 1:
-            at = points[parts[-1].places.start].at
-            notes.append(f"{name}: fits, calibration or field have changed {len(parts) - 1} times; begun anew at {at}")
+            at = points[parts[-1].places[0]].at
+            what = f"{len(parts)} kinds of fits, calibrations or fields, a chart for each"
+            notes.append(f"{name}: {what}; that of the newest point begins at {at}")
     return notes
