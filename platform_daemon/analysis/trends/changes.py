@@ -103,7 +103,8 @@ def _told(
     stretch = change.stretch
     apart = (stretch.y - stretch.expected)[stretch.places >= change.first]
     newest = apart[np.isfinite(apart)][-10:]
-    moved = float(np.mean(newest)) if newest.size else float("nan")
+    before = stretch.expected[stretch.places >= change.first][np.isfinite(apart)][-10:]
+    moved = float(np.mean(newest)) * stretch.relative_to(float(np.mean(before))) if newest.size else float("nan")
     return TrendChange(
         name=name,
         what=what,

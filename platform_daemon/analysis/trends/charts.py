@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -28,6 +29,11 @@ class ChartedStretch:
     y: Array
     logarithmic: bool
     chart: Chart
+
+    def relative_to(self, expected: float) -> float:
+        """Factor by which a difference of y becomes relative to the value; one of an orientation stays in rad."""
+        absolute = not self.logarithmic and self.quantity not in RODRIGUES
+        return 1.0 / max(abs(expected), sys.float_info.min) if absolute else 1.0
 
     @property
     def expected(self) -> Array:
@@ -113,5 +119,7 @@ def _coefficient(
         return None, None
     step = 1.0  # the terms are of second order: a central difference is exact
     slope = (_at(temperature, reference_c + step) - _at(temperature, reference_c - step)) / (2.0 * step)
-    value = float(slope @ learned.coefficients)
-    return value, float(np.sqrt(slope @ np.linalg.solve(learned.normal, slope)) * learned.std)
+    there = float(_at(temperature, reference_c) @ learned.coefficients)
+    value = float(slope @ learned.coefficients) * stretch.relative_to(there)
+    std = float(np.sqrt(slope @ np.linalg.solve(learned.normal, slope)) * learned.std) * stretch.relative_to(there)
+    return value, std

@@ -70,3 +70,21 @@ def test_a_quick_look_in_another_window_now_and_then_makes_nothing_begin_anew():
     assert len(chart.value) == len(chart.corrected) == len(chart.score) == 260
     assert max(abs(a - b) for a, b in zip(chart.value, chart.corrected, strict=True)) < 0.05
     assert any("2 kinds of fits" in note for note in report.notes)
+
+
+def test_what_is_below_zero_now_and_then_is_told_relative_to_its_value_too():
+    rng = np.random.default_rng(2)
+
+    def one(k):
+        warm = 22.0 + 4.0 * np.sin(k / 20.0)
+        made = recording(k, [shot(0, temperature=warm)])
+        damping = 0.1 * (1.0 + 0.05 * (warm - 22.0) + (1.0 if k >= 200 else 0.0)) + 0.05 * rng.normal()
+        later = (BEGIN + timedelta(hours=k)).isoformat()
+        point = replace(made.points[0], at=later, values={"lambda_per_s": damping})
+        return replace(made, points=(point,))
+
+    report = specimen_trend("T", [one(k) for k in range(300)])
+    (chart,) = report.charts
+    assert min(chart.value) < 0.0
+    assert abs(chart.relative_per_k - 0.05) < 4.0 * chart.relative_per_k_std < 0.1
+    assert report.changes[0].relative == pytest.approx(1.0, abs=0.4)
