@@ -182,8 +182,10 @@ class Job(Generic[RequestT, ResultT]):
             elif self.state.final:
                 left = 0.0
             share = min(1.0, max(self.done, self._reached) / self.total) if self.total > 0 else 1.0
+            rests = self.state is JobState.QUEUED and self.within is None and self.pause_requested.is_set()
+            phase = "paused" if rests else self.phase
             return Progress(
-                done=self.done, total=self.total, unit=self.unit, phase=self.phase, fraction=share, time_left_s=left
+                done=self.done, total=self.total, unit=self.unit, phase=phase, fraction=share, time_left_s=left
             )
 
     def _left_s(self, worked_s: float) -> float | None:

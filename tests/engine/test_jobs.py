@@ -127,8 +127,10 @@ def test_one_that_somebody_has_paused_before_it_began_rests_after_a_restart_too(
     rest(job, pause=True)
     waits = frozenset({"acquisition"})
     (back,) = JobRecords(tmp_path).load(waits, waits)
-    assert Job.of(Series(), again=back).pause_requested.is_set()
+    again = Job.of(Series(), again=back)
+    assert (again.pause_requested.is_set(), again.progress().phase) == (True, "paused")
     rest(job, pause=False)
+    assert job.progress().phase == "waiting"
     (back,) = JobRecords(tmp_path).load(waits, waits)
     assert not Job.of(Series(), again=back).pause_requested.is_set()
 
