@@ -108,7 +108,7 @@ def create_context(
     watch = Watch(watched, alarms, hardware.status, metrics.see, hardware.list_schedules)
     return Context(
         *(hardware, catalogue, analyses, previews, *folders),
-        *(Library(data.models), data.calibrations, EventTail(data.events)),
+        *(Library(data.models), data.calibrations, EventTail(data.events, hardware.has_happened)),
         *(alarms, metrics, watch),
         trends=TrendKeeper(data.recordings, alarms),
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +17,7 @@ from platform_daemon.store import StorageError, write_file
 log = structlog.get_logger()
 MOST_CLEARED = 100
 """Alarms that are over and still shown."""
+_KEEP_EVERY_S = 1.0  # of one that stands, other words: ten thousand missed starts must not wait for as many writes
 
 
 class UnknownAlarm(InputError):
@@ -35,6 +37,7 @@ class AlarmBoard:
     ) -> None:
         self._path, self._tell, self._call = path, tell, call
         self._lock = threading.Lock()
+        self._kept_s = 0.0
         self._alarms = {each.name: each for each in _read(path)}
 
     def all(self) -> tuple[Alarm, ...]:
@@ -54,7 +57,7 @@ class AlarmBoard:
             if before is not None and before.cleared is None:
                 again = {"what": what, "latest": now, "times": before.times + 1}
                 self._alarms[name] = before.model_copy(update=again)
-                if before.what != what:
+                if before.what != what and time.monotonic() - self._kept_s > _KEEP_EVERY_S:
                     self._keep()
                 return
             alarm = Alarm(
@@ -102,6 +105,7 @@ class AlarmBoard:
             del self._alarms[each.name]
 
     def _keep(self) -> None:
+        self._kept_s = time.monotonic()
         try:
             write_file(self._path, to_json(Alarms(tuple(self._alarms.values())), indent=1).encode())
         except StorageError as error:  # it stands all the same, until this process ends

@@ -7,6 +7,7 @@ from collections import deque
 from platform_daemon.schemas import (
     AnyHappening,
     DeviceEvent,
+    FitEvent,
     InterlockEvent,
     JobEvent,
     JobState,
@@ -17,7 +18,7 @@ from platform_daemon.schemas import (
 from .board import AlarmBoard
 
 REFUSED_OF_LAST = 3, 10
-"""So many of the last so many excited shots must be refused."""
+"""So many of the last so many excited shots, or on-line fits, must be refused."""
 
 
 class Rules:
@@ -26,17 +27,23 @@ class Rules:
     def __init__(self, board: AlarmBoard) -> None:
         self._board = board
         self._shots: deque[bool] = deque(maxlen=REFUSED_OF_LAST[1])  # refused?
+        self._fits: deque[bool] = deque(maxlen=REFUSED_OF_LAST[1])
+        self._steps: set[str] = set()  # of procedures, which judge their fits themselves
 
     def see(self, what: AnyHappening) -> None:
         """Raise or clear what follows from it."""
         match what:
             case ShotEvent() if not what.blank:
                 self._shot(what)
+            case FitEvent() if what.job not in self._steps:
+                self._fit(what)
             case InterlockEvent():
                 self._stands("interlock", None if what.why is None else f"no power may go out: {what.why}")
             case DeviceEvent():
                 self._stands(f"device:{what.device}", what.error and f"the {what.device} does not answer: {what.error}")
-            case JobEvent() if what.within is None:
+            case JobEvent() if what.within is not None:
+                (self._steps.discard if what.state.final else self._steps.add)(what.job)
+            case JobEvent():
                 self._job(what)
             case ScheduleEvent():
                 self._schedule(what)
@@ -57,6 +64,16 @@ class Rules:
             self._board.notice("shots", f"{what}. Remedy: find the cause named; the shots are kept, marked refused")
         elif refused == 0:
             self._board.clear("shots")
+
+    def _fit(self, fit: FitEvent) -> None:
+        """A rotor that is stuck or out of its clamp leaves good shots with nothing in them."""
+        self._fits.append(fit.verdict == "refused")
+        refused = sum(self._fits)
+        if refused >= REFUSED_OF_LAST[0] and self._fits[-1]:
+            what = f"{refused} of the last {len(self._fits)} on-line fits were refused, the last: {fit.reason}"
+            self._board.notice("fits", f"{what}. Remedy: look at a shot (platform-daemon plot), and at the resonator")
+        elif refused == 0:
+            self._board.clear("fits")
 
     def _job(self, job: JobEvent) -> None:
         name = f"failed:{job.job_kind}"

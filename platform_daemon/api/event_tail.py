@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
-from collections.abc import AsyncGenerator
+from collections.abc import AsyncGenerator, Callable
 from pathlib import Path
 
 import structlog
@@ -27,10 +27,10 @@ _LOOK_S = 0.05
 
 
 class EventTail:
-    """For one event loop.  path: of the journal."""
+    """For one event loop.  path: of the journal; heard: called before any listener hears of what is new."""
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, heard: Callable[[], None] = lambda: None) -> None:
+        self._path, self._heard = path, heard
         self._reader: EventReader | None = None
         self._newest, self._listeners = 0, 0
         self._grown = asyncio.Condition()
@@ -81,6 +81,8 @@ class EventTail:
         asked = last, self._newest, live
         if self._last_page[0] != asked:
             self._last_page = asked, _page(reader, last, live=live)
+            if self._last_page[1]:
+                self._heard()
         return self._last_page[1]
 
     async def _look(self) -> None:

@@ -7,6 +7,7 @@ shots are.  One that waited for the hardware waits on; all others that waited ar
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -27,12 +28,14 @@ class JobRecords:
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
+        self._lock = threading.Lock()
 
     def save(self, job: AnyJob) -> None:
         """Write the job as it is now.  Raises StorageError."""
         if self._folder is not None:
-            record = to_json(record_of(job), indent=1, allow_nan=True)
-            write_file(self._folder / f"{job.identifier}.json", record.encode())
+            with self._lock:  # else what was read before might be written after what is newer
+                record = to_json(record_of(job), indent=1, allow_nan=True)
+                write_file(self._folder / f"{job.identifier}.json", record.encode())
 
     @property
     def kept(self) -> bool:
@@ -96,7 +99,8 @@ def record_of(job: AnyJob) -> StoredJob:
     times = JobTimes(created=iso(job.created), started=iso(job.started), finished=iso(job.finished))
     error = None if job.error is None else _error_record(job.error)
     names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings", "within", "place")
-    return StoredJob.model_validate({n: getattr(job, n) for n in names} | {"times": times, "error": error})
+    paused = {"paused": True} if job.state is JobState.QUEUED and job.pause_requested.is_set() else {}
+    return StoredJob.model_validate({n: getattr(job, n) for n in names} | paused | {"times": times, "error": error})
 
 
 def _job(record: AnyJobRecord) -> AnyJob:
@@ -120,6 +124,8 @@ def _job(record: AnyJobRecord) -> AnyJob:
     )
     if record.error is not None:
         job.error = _error(record.error)
+    if record.paused:
+        job.pause_requested.set()
     if job.state.final:
         job.ended.set()
     return job

@@ -133,6 +133,8 @@ class Job(Generic[RequestT, ResultT]):
         if again is not None:
             job.identifier, job.created = again.identifier, again.created
             job.result, job.done, job.place = again.result, again.done, again.place
+            if again.pause_requested.is_set() and not again.state.final:
+                job.pause_requested.set()
         if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
             job.within = within.identifier
             job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested
@@ -180,8 +182,10 @@ class Job(Generic[RequestT, ResultT]):
             elif self.state.final:
                 left = 0.0
             share = min(1.0, max(self.done, self._reached) / self.total) if self.total > 0 else 1.0
+            rests = self.state is JobState.QUEUED and self.within is None and self.pause_requested.is_set()
+            phase = "paused" if rests else self.phase
             return Progress(
-                done=self.done, total=self.total, unit=self.unit, phase=self.phase, fraction=share, time_left_s=left
+                done=self.done, total=self.total, unit=self.unit, phase=phase, fraction=share, time_left_s=left
             )
 
     def _left_s(self, worked_s: float) -> float | None:

@@ -26,7 +26,9 @@ class ShotLog:
     def fitted(self, number: int, fit: FrameFit) -> ShotReport:
         """The fit of a shot on disk, from 1; the shot with it."""
         with self._lock:
-            found = self._shots[number - 1] = self._shots[number - 1].model_copy(update={"fit": fit})
+            shot = self._shots[number - 1]  # of a step: its frame in the recording of the procedure
+            numbered = fit.model_copy(update={"frame": shot.frame})
+            found = self._shots[number - 1] = shot.model_copy(update={"fit": numbered})
             return found
 
     def page(self, after: int, limit: int) -> ShotPage:

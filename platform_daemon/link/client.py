@@ -24,10 +24,8 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
-    Root,
     Schedule,
     ScheduleRequest,
-    Schema,
     SelfTestRequest,
     ShotHarmonics,
     ShotPage,
@@ -40,7 +38,7 @@ from .jobs import ShownJob
 from .line import Line
 from .recent import Ended, Recent
 from .stopping import AWAY_S, PATIENCE_S, Stopper
-from .wire import methods
+from .wire import methods, plain
 
 MOST_IDLE = 16  # connections
 
@@ -77,6 +75,10 @@ class RemoteHardware:
     def cancel(self, kind: str, identifier: str) -> ShownJob:
         """See JobHolder."""
         return self._job_told("cancel", kind, identifier)
+
+    def has_happened(self) -> None:
+        """See Hardware."""
+        self._recent.forget()
 
     def status(self) -> PlatformStatus:
         """See Hardware."""
@@ -255,7 +257,7 @@ class RemoteHardware:
     def _call(self, method: str, *arguments: Any) -> Any:
         line = self._free_line()
         try:
-            line.send(LinkCall(method=method, arguments=tuple(map(_plain, arguments))))
+            line.send(LinkCall(method=method, arguments=tuple(map(plain, arguments))))
             answer = line.answer()
         except (OSError, ValueError) as error:
             line.close()
@@ -292,7 +294,3 @@ class RemoteHardware:
                 self._idle.append(line)
                 return
         line.close()
-
-
-def _plain(argument: Any) -> Any:
-    return argument.model_dump() if isinstance(argument, Schema | Root) else argument

@@ -54,6 +54,9 @@ class JobHolder(Protocol):
 class Hardware(JobHolder, Protocol):
     """The owner of the hardware.  Every method may raise HardwareAway, and DeviceError while devices are not open."""
 
+    def has_happened(self) -> None:
+        """Somebody is about to hear of something new: what was answered a moment ago does for nobody any more."""
+
     def status(self) -> PlatformStatus:
         """Devices as last read back, and the job that runs."""
 

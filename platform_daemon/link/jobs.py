@@ -118,6 +118,16 @@ def alive(job: AnyJob) -> AnyJob:
     return job
 
 
+def rest(job: AnyJob, *, pause: bool) -> None:
+    """Ask it to rest, or to go on; of one that waits it is kept, so that it does not begin after a restart either.
+
+    Raises DeviceStateError for one that has ended.
+    """
+    wish = alive(job).pause_requested
+    (wish.set if pause else wish.clear)()
+    job.on_change(job)
+
+
 def waiting(job: AnyJob) -> AnyJob:
     """Raises DeviceStateError for one that asks nothing."""
     if job.question is None:

@@ -49,7 +49,7 @@ from platform_daemon.schemas import (
 from platform_daemon.store import StorageError, check_room
 
 from .feasible import check_feasible
-from .jobs import LocalJobs, ShownJob, alive, waiting
+from .jobs import LocalJobs, ShownJob, rest, waiting
 from .mounted import Mounted
 from .queue import take_up_queue
 from .stopping import STOPPED
@@ -79,6 +79,9 @@ class OwnedHardware(LocalJobs):
         super().__init__(engine)
         self._engine, self._folders, self._schedules, self._damage = engine, folders, schedules, damage
         self._mounted = Mounted(folders.mounted, changes_itself=engine.platform.changes_resonators)
+
+    def has_happened(self) -> None:
+        """See Hardware: nothing is kept here."""
 
     def status(self) -> PlatformStatus:
         """See Hardware."""
@@ -155,14 +158,14 @@ class OwnedHardware(LocalJobs):
 
     def pause(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
-        return self._told(kind, identifier, lambda job: alive(job).pause_requested.set())
+        return self._told(kind, identifier, lambda job: rest(job, pause=True))
 
     def resume(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
         job = self._engine.job(kind, identifier)
         if job.state.final and job.kind == "acquisition":
             job = resume_series(self._engine, job, self._folders.recordings)
-        alive(job).pause_requested.clear()
+        rest(job, pause=False)
         return ShownJob.of(job)
 
     def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:

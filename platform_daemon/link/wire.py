@@ -11,7 +11,7 @@ from typing import Any, cast, get_type_hints
 
 from pydantic import TypeAdapter
 
-from platform_daemon.schemas import JobSnapshot
+from platform_daemon.schemas import JobSnapshot, Root, Schema
 
 from . import hardware
 from .jobs import ShownJob
@@ -70,3 +70,8 @@ def _from_snapshot(value: Any) -> Any:
 
 def _text(value: Any) -> str:
     return json.dumps(value)  # NaN as Python writes it, which pydantic reads
+
+
+def plain(argument: Any) -> Any:
+    """An argument as it goes over the wire."""
+    return argument.model_dump() if isinstance(argument, Schema | Root) else argument

@@ -57,10 +57,10 @@ class Scheduler:
                 self._follow(row, everyone[row.schedule], now)
         schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
         behind = [self._write_down(kept, now) for kept in schedules.values()]
-        if any(behind):
-            return True  # none is judged before all are known
         schedules = {kept.identifier: kept for kept in self._ledger.schedules()}
-        self._sort_out(schedules, now)
+        self._sort_out(schedules, now, all_known=not any(behind))
+        if any(behind):
+            return True
         started = [self._start_one(schedules, now, beside=beside) for beside in (False, True)]
         return any(started)
 
@@ -106,8 +106,9 @@ class Scheduler:
         self._coming[kept.identifier] = dues[-1][0], coming, after
         return after is not None and after <= now
 
-    def _sort_out(self, schedules: dict[str, Kept], now: float) -> None:
-        """End what is not to be started: off, past its deadline, or by the policy of its schedule."""
+    def _sort_out(self, schedules: dict[str, Kept], now: float, *, all_known: bool) -> None:
+        """End what is not to be started: off, past its deadline, or, once all that are due are known, by the policy of
+        its schedule.  After years without the daemon millions are past it, which must not wait for each other."""
         rows = self._ledger.open_rows()
         running = {row.schedule for row in rows if row.state == "started"}
         ends: list[tuple[Row, str, str]] = []
@@ -120,7 +121,7 @@ class Scheduler:
                 ends.append((row, "skipped", kept.off))  # nobody misses it, though the daemon was away
             elif now > row.deadline:
                 ends.append((row, "missed", f"nothing could start it until its deadline, {_why(row)}"))
-            elif row.asked or now < row.begins:
+            elif row.asked or now < row.begins or not all_known:
                 continue
             elif kept.request.policy == "skip" and row.schedule in running:
                 ends.append((row, "skipped", "the one before it was still running"))

@@ -44,7 +44,8 @@ named_in: Ids that the files of a folder name.
 old_recordings: Those that may go.
 recover_all: Put together every series whose writer died.
 StorageError: The disk refused to keep data.
-stored_frame: Where a frame of a recording is, or of a series that runs.
+StoredFrame: Where a frame can be read.
+read_frame: Something of a frame of a recording, or of a series that runs.
 describe_running: What a series that runs holds so far.
 UnknownRecording: No recording of that id exists in the folder.
 FitTable: Fit results of a series under one window and model, one row per frame.

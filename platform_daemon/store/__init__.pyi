@@ -56,8 +56,9 @@ from .retention import move_away as move_away
 from .retention import named_in as named_in
 from .retention import old_recordings as old_recordings
 from .room import check_room as check_room
+from .running import StoredFrame as StoredFrame
 from .running import describe_running as describe_running
-from .running import stored_frame as stored_frame
+from .running import read_frame as read_frame
 from .series_writer import SeriesWriter as SeriesWriter
 from .tokens import TokenFile as TokenFile
 from .tokens import has_expired as has_expired

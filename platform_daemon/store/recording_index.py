@@ -25,7 +25,7 @@ from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexUpdate, W
 INDEX = ".index.db"
 """In the folder of the recordings: a name that no recording has."""
 log = structlog.get_logger()
-_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 4, 10.0  # "MMRI"
+_APPLICATION, _VERSION, _BUSY_S = 0x4D4D5249, 5, 10.0  # "MMRI"
 _COLUMNS = "identifier, begun, specimen, operator, frames, good, calibration, fit, resonator"
 _TABLES = """
 CREATE TABLE recordings (identifier TEXT PRIMARY KEY, file TEXT NOT NULL, size INTEGER NOT NULL,

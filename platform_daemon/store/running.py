@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
+from drivers.errors import PlatformError
 from platform_daemon.schemas import RecordingInfo
 
 from .description import describe
@@ -13,6 +16,7 @@ from .index import resolve
 from .reader import open_recording
 from .staging import staging_folders, target_of
 
+FoundT = TypeVar("FoundT")
 MOST_DESCRIBED = 1000
 """Shots of a running series: each is a file that must be opened."""
 
@@ -25,19 +29,31 @@ class StoredFrame:
     frame: int
 
 
-def stored_frame(folder: Path, identifier: str, frame: int) -> StoredFrame:
-    """Where a frame of a recording is, or of a series that runs.  Raises UnknownRecording.
+def read_frame(folder: Path, identifier: str, frame: int, read: Callable[[StoredFrame], FoundT]) -> FoundT:
+    """What `read` makes of a frame of a recording, or of a series that runs, a resumed one too.
 
-    A frame that does not exist in a recording is for its reader to refuse.
+    It is read once more where the shots were put together meanwhile.  Raises UnknownRecording, and what `read` raises:
+    a frame that does not exist in a recording is for it to refuse.
     """
+    found = _stored_frame(folder, identifier, frame)
+    try:
+        return read(found)
+    except (PlatformError, OSError):
+        if found.path.exists():
+            raise
+    return read(_stored_frame(folder, identifier, frame))
+
+
+def _stored_frame(folder: Path, identifier: str, frame: int) -> StoredFrame:
+    """Raises UnknownRecording."""
     for _ in range(2):  # it may be put together between the two looks
+        shots = _shots(folder, identifier)
+        if 0 <= frame < len(shots) and shots[frame].exists():
+            return StoredFrame(shots[frame], 0)
         try:
             return StoredFrame(resolve(folder, identifier), frame)
         except UnknownRecording as error:
             unknown = error
-        shots = _shots(folder, identifier)
-        if 0 <= frame < len(shots) and shots[frame].exists():
-            return StoredFrame(shots[frame], 0)
         if shots:
             unknown = UnknownRecording(
                 f"{identifier!r} has {len(shots)} shots so far, and no frame {frame}",

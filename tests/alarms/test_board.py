@@ -10,11 +10,13 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 import pytest
 
 from drivers.errors import ConfigError, DeviceStateError, InputError
+from platform_daemon.alarms import board as module
 from platform_daemon.alarms.board import MOST_CLEARED, AlarmBoard, UnknownAlarm
 from platform_daemon.alarms.caller import Caller
 from platform_daemon.alarms.rules import Rules
 from platform_daemon.schemas import (
     DeviceEvent,
+    FitEvent,
     InterlockEvent,
     JobEvent,
     JobState,
@@ -80,6 +82,13 @@ def shot(verdict, *, blank=False):
     )  # fmt: skip
 
 
+def fit(verdict, job="acquisition-1"):
+    return FitEvent(
+        job=job, shot=1, verdict=verdict, reason="no oscillation", f_nat_hz=None, f_nat_std_hz=None, phi_max_rad=None,
+        nrmse=None, chi2_per_dof=None, whiteness=None, warnings=(), seconds=0.01,
+    )  # fmt: skip
+
+
 def job(state, error=None, done=0.0, within=None):
     progress = Progress(done=done, total=4.0, unit="shots", phase="", fraction=done / 4, time_left_s=None)
     return JobEvent(
@@ -96,6 +105,7 @@ def row(state):
     ("raising", "name", "text", "clearing"),
     [
         ([shot("refused")] * 3, "shots", "3 of the last 3 shots were refused", [shot("good")] * 10),
+        ([fit("refused")] * 3, "fits", "3 of the last 3 on-line fits were refused", [fit("good")] * 10),
         ([InterlockEvent(why="the door")], "interlock", "the door", [InterlockEvent(why=None)]),
         ([DeviceEvent(device="card", error="gone")], "device:card", "gone", [DeviceEvent(device="card", error=None)]),
         ([job(JobState.FAILED, "x")], "failed:acquisition", "died at its launch: x", [job(JobState.DONE)]),
@@ -122,7 +132,19 @@ def test_blank_shots_single_refusals_and_steps_of_procedures_raise_none(board):
         rules.see(each)
     rules.see(job(JobState.FAILED, "x", within="procedure-1"))
     rules.see(row("skipped"))
+    rules.see(job(JobState.RUNNING, within="procedure-1"))
+    for each in [fit("refused")] * 5:  # what a procedure tries out
+        rules.see(each)
     assert board.standing() == ()
+
+
+def test_a_storm_does_not_wait_for_the_disk_each_time(board, monkeypatch):
+    written = []
+    monkeypatch.setattr(module, "write_file", lambda path, content: written.append(content))
+    for k in range(2000):
+        board.notice("schedule:nightly", f"start {k} was missed")
+    assert board.all()[0].times == 2000
+    assert len(written) < 20
 
 
 def test_a_command_gets_the_alarm_and_a_bad_one_is_refused(tmp_path):

@@ -70,6 +70,23 @@ def test_only_so_many_listen_and_who_leaves_makes_room(path, monkeypatch):
     asyncio.run(listened())
 
 
+def test_nobody_hears_of_anything_before_what_was_known_without_it_is_forgotten(path):
+    async def listened():
+        heard = []
+        tail = EventTail(path, lambda: heard.append(None))
+        events = tail.follow(None)
+        first = asyncio.ensure_future(anext(events))
+        await asyncio.sleep(0.2)
+        assert heard == []
+        await asyncio.to_thread(tell, path, [7])
+        assert error(await first) == 7
+        tail.close()
+        await events.aclose()
+        return heard
+
+    assert asyncio.run(listened()) == [None]
+
+
 def test_whoever_comes_then_is_told_to_come_again():
     context = SimpleNamespace(events=SimpleNamespace(full=True), hardware=SimpleNamespace(outputs_off=None))
     answer = TestClient(create_api(context), base_url="http://127.0.0.1").get("/events")

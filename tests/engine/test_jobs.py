@@ -7,6 +7,7 @@ from drivers.errors import DeviceFault
 from platform_daemon.engine import job_registry
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Cancelled, Job
+from platform_daemon.link.jobs import rest
 from platform_daemon.schemas.acquisitions import AcquisitionResult
 from platform_daemon.schemas.analysis_requests import RecordingFitRequest
 from platform_daemon.schemas.base import EXAMPLES, NoResult
@@ -20,6 +21,13 @@ ASKED = AcquisitionRequest(resonator="jewel")
 
 def a_fit():
     return Job("fit", RecordingFitRequest(recording="a"), NoResult(), 1, "frames")
+
+
+class Series:
+    kind, request, total, unit, no_result = "acquisition", ASKED, 3, "shots", AcquisitionResult()
+
+    def __call__(self, job):
+        pass
 
 
 def raises(error):
@@ -110,6 +118,21 @@ def test_a_job_that_was_cut_off_answers_after_a_restart_as_failed_with_the_reaso
     assert back.state is JobState.FAILED
     assert "stopped while" in str(back.error)
     assert [j.state for j in JobRecords(tmp_path).load()] == [JobState.FAILED]
+
+
+def test_one_that_somebody_has_paused_before_it_began_rests_after_a_restart_too(tmp_path):
+    job = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots")
+    records = JobRecords(tmp_path)
+    job.on_change = records.save
+    rest(job, pause=True)
+    waits = frozenset({"acquisition"})
+    (back,) = JobRecords(tmp_path).load(waits, waits)
+    again = Job.of(Series(), again=back)
+    assert (again.pause_requested.is_set(), again.progress().phase) == (True, "paused")
+    rest(job, pause=False)
+    assert job.progress().phase == "waiting"
+    (back,) = JobRecords(tmp_path).load(waits, waits)
+    assert not Job.of(Series(), again=back).pause_requested.is_set()
 
 
 def test_a_broken_job_record_does_not_keep_the_others_from_loading(tmp_path):

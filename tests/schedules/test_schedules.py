@@ -11,8 +11,10 @@ from itertools import islice, pairwise
 import pytest
 
 from drivers.errors import DeviceLost, InputError, PlatformError
-from platform_daemon.schedules import JobOutcome, Schedules
+from platform_daemon.schedules import JobOutcome, Schedules, scheduler
 from platform_daemon.schedules.calendar import Calendar
+from platform_daemon.schedules.ledger import Ledger
+from platform_daemon.schedules.scheduler import Scheduler
 from platform_daemon.schemas import ScheduleRequest
 from platform_daemon.store import StorageError
 
@@ -408,6 +410,21 @@ def test_a_schedule_for_one_resonator_does_not_measure_another_one_in_its_name(t
     bench.owner.mounted = "thread"
     bench.until(T0 + 3800)
     assert bench.owner.began_with == ["thread"]
+    bench.all.close()
+
+
+def test_starts_of_years_without_the_daemon_do_not_wait_for_each_other(tmp_path, monkeypatch):
+    monkeypatch.setattr(scheduler, "AT_ONCE", 50)
+    ledger = Ledger(tmp_path / "schedules.db")
+    bench = Bench(tmp_path)
+    made = bench.all.add(asked({"every_s": 60.0}, grace_s=600.0))
+    steps, most = Scheduler(ledger, bench.owner), 0
+    while steps.step(T0 + 60_000.0):
+        most = max(most, len(ledger.open_rows()))
+    assert most <= 50 + 11
+    states = Counter(row.state for row in bench.rows(made.identifier))
+    assert (states["missed"], states["skipped"], states["started"]) == (990, 10, 1)
+    ledger.close()
     bench.all.close()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from platform_daemon.estimation import RODRIGUES
 from platform_daemon.schemas import ChangeName, TrendChange, definition_of
 
-from .charts import ChartedStretch
+from .charts import ChartedStretch, in_order
 from .points import Point
 
 _MOVED = 2.6
@@ -51,15 +51,15 @@ def _noticed(stretch: ChartedStretch) -> _Noticed | None:
     alarm = stretch.chart.alarm
     if alarm is None:
         return None
-    start = stretch.places.start
-    return _Noticed(stretch, start + alarm.since, start + alarm.noticed, alarm.shift > 0, alarm.stands)
+    first, noticed = (int(stretch.places[k]) for k in (alarm.since, alarm.noticed))
+    return _Noticed(stretch, first, noticed, alarm.shift > 0, alarm.stands)
 
 
 def _moves(change: _Noticed, stretches: Mapping[str, Sequence[ChartedStretch]]) -> dict[str, float]:
     """How far each quantity has moved since the change, in standard deviations of the mean of its scores."""
     found = {}
     for name, parts in stretches.items():
-        scores = np.concatenate([part.chart.score for part in parts])[change.first :]
+        scores = in_order(parts, [part.chart.score for part in parts])[change.first :]
         scores = scores[np.isfinite(scores)]
         if scores.size:
             found[name] = float(scores.mean() * np.sqrt(scores.size))
@@ -101,9 +101,10 @@ def _told(
     name: ChangeName, what: str, change: _Noticed, along: tuple[str, ...], points: Sequence[Point], *, stands: bool
 ) -> TrendChange:
     stretch = change.stretch
-    apart = (stretch.y - stretch.expected)[change.first - stretch.places.start :]
+    apart = (stretch.y - stretch.expected)[stretch.places >= change.first]
     newest = apart[np.isfinite(apart)][-10:]
-    moved = float(np.mean(newest)) if newest.size else float("nan")
+    before = stretch.expected[stretch.places >= change.first][np.isfinite(apart)][-10:]
+    moved = float(np.mean(newest)) * stretch.relative_to(float(np.mean(before))) if newest.size else float("nan")
     return TrendChange(
         name=name,
         what=what,

@@ -20,7 +20,8 @@ from .points import points_in
 PREFERRED = "d30"
 """The on-line fits that are taken if there are several."""
 NOISE_FROM_HZ, BESIDE_HZ, HARMONICS = 20.0, 8.0, 30
-"""The noise is what lies above the first frequency and not within the second of one of so many harmonics of f_nat."""
+"""The noise is what lies above the first frequency and not within the second (in a second; further where there is less)
+of one of so many harmonics of the swing."""
 _TAG = re.compile(r"#\w[\w.:-]{0,60}")
 _BESIDE_A_WORD = ".,;:!?()[]{}\"'"  # "#keep, #night." are two tags
 _NOISE_S = 1.0  # of the end of the RX window
@@ -65,7 +66,7 @@ def _shots(recording: Recording, table: FitTable) -> list[IndexedShot]:
         estimated = np.isfinite(table.values[k]) & np.isfinite(table.std[k])
         values = {name: float(table.values[k, j]) for j, name in enumerate(table.parameters) if estimated[j]}
         values["nrmse"] = float(table.nrmse[k])
-        values |= _noise(recording, k, values.get("f_nat_hz"))
+        values |= _noise(recording, k, values.get("f_nat_hz"), values.get("phi_max_rad", 0.0))
         field_t = None if info.excitation is None else info.excitation.field_t
         at = _utc(info.time_stamp, recording.path)
         kept = {name: value for name, value in values.items() if math.isfinite(value)}
@@ -73,30 +74,39 @@ def _shots(recording: Recording, table: FitTable) -> list[IndexedShot]:
     return found
 
 
-def _noise(recording: Recording, k: int, f_nat_hz: float | None) -> dict[str, float]:
+def _noise(recording: Recording, k: int, f_nat_hz: float | None, phi_max_rad: float) -> dict[str, float]:
     """Volts RMS of each channel beside the ring-down, `noise_CHANNEL_v`; nothing in windows too short for it."""
     rate = recording.sequence.rate_hz
     volts = recording.rx_volts(k)
     volts = volts[:, -min(volts.shape[1], round(_NOISE_S * rate)) :]
-    levels = noise_beside(volts, rate, f_nat_hz)
+    levels = noise_beside(volts, rate, f_nat_hz, phi_max_rad)
     said = recording.provenance
     names = said.channel_names if said is not None and said.channel_names else tuple(map(str, range(len(volts))))
     return {} if levels is None else {f"noise_{name}_v": float(v) for name, v in zip(names, levels, strict=True)}
 
 
-def noise_beside(volts: NDArray[np.float64], rate_hz: float, f_nat_hz: float | None) -> NDArray[np.float64] | None:
-    """RMS (channels,) of volts (channels, n) outside of the harmonics of f_nat; None if nothing lies there."""
+def noise_beside(
+    volts: NDArray[np.float64], rate_hz: float, f_nat_hz: float | None, phi_max_rad: float = 0.0
+) -> NDArray[np.float64] | None:
+    """RMS (channels,) of volts (channels, n) outside of the harmonics of the swing, as if it were as dense within them;
+    None if nothing lies there.
+
+    A large swing is slower than f_nat (at 55 degrees by 12 Hz), and comes up to it: each harmonic is a band.
+    """
     n = volts.shape[1]
     frequency = np.fft.rfftfreq(n, 1.0 / rate_hz)
-    beside = frequency >= NOISE_FROM_HZ
+    whole = beside = frequency >= NOISE_FROM_HZ
     if f_nat_hz is not None:
-        order = np.round(frequency / f_nat_hz)
-        beside &= (np.abs(frequency - order * f_nat_hz) > BESIDE_HZ) | (order > HARMONICS)
+        slowest_hz = f_nat_hz / (1.0 + phi_max_rad**2 / 16.0 + 11.0 * phi_max_rad**4 / 3072.0)  # of a pendulum
+        aside_hz = BESIDE_HZ * max(1.0, _NOISE_S * rate_hz / n)
+        order = np.maximum(np.ceil((frequency - aside_hz) / f_nat_hz), 1.0)  # the first whose band ends above it
+        beside = whole & ((order * slowest_hz - aside_hz > frequency) | (order > HARMONICS))
     if not beside.any():
         return None
     window = np.hanning(n + 1)[:-1]  # periodic.  numpy's, because scipy.signal would be loaded at every start
     power = np.abs(np.fft.rfft((volts - volts.mean(axis=1, keepdims=True)) * window, axis=1)) ** 2
-    found: NDArray[np.float64] = np.sqrt(2.0 * power[:, beside].sum(axis=1) / (n * np.sum(window**2)))
+    share = np.count_nonzero(beside) / np.count_nonzero(whole)
+    found: NDArray[np.float64] = np.sqrt(2.0 * power[:, beside].sum(axis=1) / (n * np.sum(window**2)) / share)
     return found
 
 

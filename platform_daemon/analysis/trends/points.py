@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from platform_daemon import estimation  # not its parts, which load numba
 from platform_daemon.estimation import RODRIGUES
@@ -78,11 +78,15 @@ def conditions_for(name: str, conditions: Conditions) -> Conditions:
     )
 
 
-def stretches(name: str, points: Sequence[Point]) -> Iterator[slice]:
-    """Neighbours under one condition of a quantity."""
-    keys = [conditions_for(name, point.conditions) for point in points]
-    cuts = [0, *(k + 1 for k, (a, b) in enumerate(pairwise(keys)) if a != b), len(keys)]
-    return (slice(a, b) for a, b in pairwise(cuts) if b > a)
+def stretches(name: str, points: Sequence[Point]) -> list[NDArray[np.int_]]:
+    """Places of the points under each condition of a quantity, that of the newest point last.
+
+    They may take turns: a quick look in another window must not make what was learned in months begin anew.
+    """
+    found: dict[Conditions, list[int]] = {}
+    for place, point in enumerate(points):
+        found.setdefault(conditions_for(name, point.conditions), []).append(place)
+    return [np.array(places) for places in sorted(found.values(), key=lambda places: places[-1])]
 
 
 def _together(shots: Sequence[IndexedShot]) -> list[list[IndexedShot]]:

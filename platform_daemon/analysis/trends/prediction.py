@@ -9,16 +9,20 @@ Hawkins, The Statistician 36 (1987) 299).
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from operator import mul
 
 import numpy as np
 import scipy  # see ewma.py
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Kinds = NDArray[np.int_]
 LEARNED_FROM = 8
-"""Prediction errors before the first score."""
+"""Prediction errors of a kind before its first score."""
 MOST_SCORE = 4.0
 """What lies further out counts as this: one wild point is no change."""
 _HIGHEST_LEVERAGE = 4.0  # a prediction further outside of what was seen says nothing
@@ -38,13 +42,13 @@ def temperature_terms(temperature_c: Array) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Learned:
-    """What a stretch of points has taught: normal equations (k, k), (k,), sum of the squared errors of `errors`
-    predictions."""
+    """What a stretch of points has taught: normal equations (k, k), (k,); of each kind of points the sum of the squared
+    errors of its predictions, (c,), and their number, (c,)."""
 
     normal: Array
     right: Array
-    squares: float
-    errors: int
+    squares: Array
+    errors: NDArray[np.int_]
 
     @property
     def coefficients(self) -> Array:
@@ -52,62 +56,127 @@ class Learned:
         return np.asarray(np.linalg.solve(self.normal, self.right), np.float64)
 
     @property
+    def count(self) -> int:
+        """Predictions whose errors are known."""
+        return int(self.errors.sum())
+
+    @property
     def std(self) -> float:
-        """Standard deviation of y about the model; NaN before it is known."""
-        return float(np.sqrt(self.squares / self.errors)) if self.errors >= LEARNED_FROM else float("nan")
+        """Standard deviation of y about the model, over all kinds; NaN before it is known."""
+        return float(np.sqrt(self.squares.sum() / self.count)) if self.count >= LEARNED_FROM else float("nan")
 
-    def leverage(self, x: Array) -> float:
-        """h of a row x."""
-        return float(x @ np.linalg.solve(self.normal, x))
-
-    def error(self, x: Array, y: float) -> float:
-        """w of a point; NaN if it is outside of what was seen."""
-        h = self.leverage(x)
-        return float((y - x @ self.coefficients) / np.sqrt(1.0 + h)) if h < _HIGHEST_LEVERAGE else float("nan")
-
-    def with_point(self, x: Array, y: float) -> Learned:
-        """One more point; a wild one counts as far as MOST_SCORE standard deviations."""
-        error, squares, errors = self.error(x, y), self.squares, self.errors
-        if np.isfinite(error):
-            most = _most(errors) * self.std if self.std > 0 else np.inf
-            if abs(error) > most:
-                y -= float(np.sign(error) * (abs(error) - most) * np.sqrt(1.0 + self.leverage(x)))
-                error = most
-            squares, errors = squares + error**2, errors + 1
-        return Learned(self.normal + np.outer(x, x), self.right + x * y, squares, errors)
+    @property
+    def stds(self) -> Array:
+        """That of each kind, (c,), none below that of all: what scattered points have taught is not known better than
+        they are."""
+        known = self.errors >= LEARNED_FROM
+        own = np.sqrt(self.squares / np.maximum(self.errors, 1))
+        return np.where(known, np.maximum(own, self.std), np.nan)
 
 
-@lru_cache(None)
-def _most(errors: int) -> float:
-    """MOST_SCORE of a standard deviation that is known from so many errors."""
-    return float(scipy.stats.t.isf(scipy.stats.norm.sf(MOST_SCORE), errors))
+@dataclass(frozen=True, eq=False)
+class Course:
+    """What was known before each of n points, and after the last.
+
+    used: (n,), points that have a value and a temperature; normals (m + 1, k, k), rights (m + 1, k), squares (m + 1,
+    c), errors (m + 1, c): as in Learned, before each of those m and after the last.
+    """
+
+    used: NDArray[np.bool_]
+    normals: Array
+    rights: Array
+    squares: Array
+    errors: NDArray[np.int_]
+
+    def before(self, i: int) -> Learned:
+        """What the points before point i have taught; i = n: all of them."""
+        k = int(np.count_nonzero(self.used[:i]))
+        return Learned(self.normals[k], self.rights[k], self.squares[k], self.errors[k])
 
 
-def nothing_learned(terms: int) -> Learned:
-    """Before the first point."""
-    return Learned(np.eye(terms) * _UNSEEN, np.zeros(terms), 0.0, 0)
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Of m points: x (m, k), x (X^T X)^-1 (m, k) and h (m,) by those before, kind (m,)."""
+
+    x: Array
+    gains: Array
+    leverage: Array
+    kinds: Kinds
 
 
-def course_of(x: Array, y: Array) -> tuple[list[Learned], Array]:
-    """What was known before each point, (n + 1) of them, and the score of each, (n,), NaN for one that has none."""
-    known, scores = [nothing_learned(x.shape[1])], np.full(len(y), np.nan)
-    for i, (row, value) in enumerate(zip(x, y, strict=True)):
-        before = known[-1]
-        if not np.isfinite(value) or not np.isfinite(row).all():
-            known.append(before)
-            continue
-        scores[i] = before.error(row, value) / before.std if before.std > 0 else np.nan
-        known.append(before.with_point(row, value))
-    return known, normal_scores(scores, np.array([each.errors for each in known[:-1]]))
+def course_of(x: Array, y: Array, kinds: Kinds) -> tuple[Course, Array]:
+    """What was known before each point, and the score of each, (n,), NaN for one that has none.
+
+    kinds: (n,), from 0: each has a standard deviation of its own.
+    """
+    used = np.isfinite(y) & np.isfinite(x).all(axis=1)
+    rows = x[used]
+    size = x.shape[1]
+    # Sums of rows alone, for all points at once: a trend of years is judged after each of its recordings.
+    seen = np.cumsum(rows[:, :, None] * rows[:, None, :], axis=0)
+    normals = np.concatenate([np.zeros((1, size, size)), seen]) + np.eye(size) * _UNSEEN
+    gains = np.asarray(np.linalg.solve(normals[:-1], rows[:, :, None])[:, :, 0], np.float64)
+    leverage: Array = np.einsum("ij,ij->i", rows, gains)
+    taught, squares, errors, scores = _taught(
+        _Rows(rows, gains, leverage, kinds[used]), y[used], int(kinds.max(initial=0))
+    )
+    rights = np.concatenate([np.zeros((1, size)), np.cumsum(rows * taught[:, None], axis=0)])
+    found = np.full(len(y), np.nan)
+    found[used] = normal_scores(scores, np.take_along_axis(errors[:-1], kinds[used][:, None], 1)[:, 0])
+    return Course(used, normals, rights, squares, errors), found
 
 
-def later_scores(learned: Learned, x: Array, y: Array) -> Array:
+def _taught(rows: _Rows, y: Array, highest: int) -> tuple[Array, Array, NDArray[np.int_], Array]:
+    """Values that are learned from, a wild one as far as MOST_SCORE standard deviations; sums of squared errors and
+    their number before each point and after the last; errors over the standard deviation before each."""
+    most = _most_of(len(y))
+    widths, seen = np.sqrt(1.0 + rows.leverage).tolist(), (rows.leverage < _HIGHEST_LEVERAGE).tolist()
+    right = [0.0] * rows.x.shape[1]
+    taught, scores = y.tolist(), [math.nan] * len(y)
+    squares, errors = [[0.0] * (highest + 1)], [[0] * (highest + 1)]
+    for i, (row, gain, kind) in enumerate(zip(rows.x.tolist(), rows.gains.tolist(), rows.kinds.tolist(), strict=True)):
+        square, known = squares[-1].copy(), errors[-1].copy()
+        if seen[i]:
+            error = (taught[i] - sum(map(mul, gain, right))) / widths[i]
+            std = _std_of(kind, square, known)
+            if std > 0.0:
+                scores[i] = error / std
+                if abs(scores[i]) > most[known[kind]]:
+                    kept = math.copysign(most[known[kind]] * std, error)
+                    taught[i] -= (error - kept) * widths[i]
+                    error = kept
+            square[kind] += error**2
+            known[kind] += 1
+        squares.append(square)
+        errors.append(known)
+        right = [r + each * taught[i] for r, each in zip(right, row, strict=True)]
+    return np.array(taught), np.array(squares), np.array(errors), np.array(scores)
+
+
+def _std_of(kind: int, squares: Sequence[float], errors: Sequence[int]) -> float:
+    """As `Learned.stds`; 0: not known yet."""
+    if errors[kind] < LEARNED_FROM:
+        return 0.0
+    return math.sqrt(max(squares[kind] / errors[kind], sum(squares) / sum(errors)))
+
+
+def _most_of(points: int) -> Array:
+    """MOST_SCORE of a standard deviation that is known from 0, 1, ... `points` errors."""
+    return _most_to(1 << points.bit_length())
+
+
+@lru_cache(32)
+def _most_to(errors: int) -> Array:
+    return np.asarray(scipy.stats.t.isf(scipy.stats.norm.sf(MOST_SCORE), np.arange(errors + 1)), np.float64)
+
+
+def later_scores(learned: Learned, x: Array, y: Array, kinds: Kinds) -> Array:
     """Scores of points that are not learned from."""
-    found = [
-        learned.error(row, value) / learned.std if np.isfinite(value) and np.isfinite(row).all() else np.nan
-        for row, value in zip(x, y, strict=True)
-    ]
-    return normal_scores(np.array(found), np.full(len(y), learned.errors))
+    leverage = np.sum(x * np.linalg.solve(learned.normal, x.T).T, axis=1)
+    with np.errstate(invalid="ignore"):
+        errors = (y - x @ learned.coefficients) / np.sqrt(1.0 + leverage) / learned.stds[kinds]
+    errors[~(leverage < _HIGHEST_LEVERAGE)] = np.nan
+    return normal_scores(errors, learned.errors[kinds])
 
 
 def normal_scores(errors: Array, freedom: NDArray[np.int_]) -> Array:

@@ -63,11 +63,12 @@ def _notes(points: Sequence[Point], by_quantity: dict[str, list[ChartedStretch]]
         notes.append("no temperature was measured: what it does looks like a change of the specimen")
     elif measured < len(points):
         notes.append(f"{len(points) - measured} points have no temperature and are not held against the others")
-    learning = [name for name, parts in by_quantity.items() if not parts[-1].chart.learned.errors > LEARNED_FROM]
+    learning = [name for name, parts in by_quantity.items() if not parts[-1].chart.learned.count > LEARNED_FROM]
     if learning:
         notes.append(f"still learning, no change can be seen yet: {', '.join(learning)}")
     for name, parts in by_quantity.items():
         if len(parts) > 1:
-            at = points[parts[-1].places.start].at
-            notes.append(f"{name}: fits, calibration or field have changed {len(parts) - 1} times; begun anew at {at}")
+            at = points[parts[-1].places[0]].at
+            what = f"{len(parts)} kinds of fits, calibrations or fields, a chart for each"
+            notes.append(f"{name}: {what}; that of the newest point begins at {at}")
     return notes

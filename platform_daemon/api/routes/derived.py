@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from collections.abc import Callable
+from typing import Annotated, Literal, TypeVar
 
 from fastapi import APIRouter, Query, Response
 
@@ -21,8 +22,8 @@ from platform_daemon.schemas import (
     ShotHarmonics,
     SlidingReport,
 )
+from platform_daemon.store import StoredFrame, read_frame
 from platform_daemon.store import resolve as path_of
-from platform_daemon.store import stored_frame
 from platform_daemon.workers import Call
 
 from ..context import Context, Frame, JobId, RecordingId, Shared
@@ -33,6 +34,7 @@ from ..problems import problems
 from .design import PNG
 
 router = APIRouter(tags=["derived"], route_class=GuardedRoute)
+FoundT = TypeVar("FoundT")
 Length = Annotated[float | None, Query(gt=0, le=1e6)]
 
 
@@ -93,11 +95,9 @@ def get_sliding(
     Default: windows of an eighth of D30 that do not overlap.  `lambda` of a jewel: held at the D30 value never
     (`free`), always (`fixed`), or where a window cannot tell it from the friction (`auto`).  Refused windows say why.
     """
-    stored = stored_frame(context.recordings, identifier, frame)
-    check_file(stored.path)
     most = MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES
-    asked = stored.path, stored.frame, variant, window_s, step_s, damping, tuple(term or ()), most
-    found = context.computed(Call(analysis.preview_sliding, asked))
+    how = variant, window_s, step_s, damping, tuple(term or ()), most
+    found = _computed(context, identifier, frame, analysis.preview_sliding, *how)
     return found.model_copy(update={"recording": identifier, "frame": frame})
 
 
@@ -106,9 +106,7 @@ def get_sliding(
 )
 def get_harmonics(identifier: RecordingId, frame: Frame, context: Shared) -> ShotHarmonics:
     """f_nat, m_r, amplitude, orientation and decay from the harmonics of the first 24 periods; constant cost."""
-    stored = stored_frame(context.recordings, identifier, frame)
-    check_file(stored.path)
-    found = context.computed(Call(analysis.preview_harmonics, (stored.path, stored.frame)))
+    found = _computed(context, identifier, frame, analysis.preview_harmonics)
     return ShotHarmonics(found.root.model_copy(update={"recording": identifier, "frame": frame}))
 
 
@@ -129,12 +127,8 @@ def draw_frame(
 
     Also of a series that runs, as soon as the shot counts.
     """
-    stored = stored_frame(context.recordings, identifier, frame)
-    check_file(stored.path)
-    title, models = f"{identifier}, frame {frame}", context.models
-    drawn = context.computed(
-        Call(analysis.preview_picture, (stored.path, stored.frame, variant, models, window, title))
-    )
+    how = variant, context.models, window, f"{identifier}, frame {frame}"
+    drawn = _computed(context, identifier, frame, analysis.preview_picture, *how)
     return Response(reports.ring_down_png(drawn), media_type="image/png")
 
 
@@ -161,3 +155,13 @@ def predict(body: PredictionRequest, context: Shared) -> PredictionReport:
         "expected": body.expected,
     }
     return context.computed(Call(analysis.planned_precision, (specimen, body.windows), asked))
+
+
+def _computed(context: Context, identifier: str, frame: int, what: Callable[..., FoundT], *how: object) -> FoundT:
+    """Of a frame, from its file and its number there.  Raises UnknownRecording, RecordingError, TooCostly."""
+
+    def read(stored: StoredFrame) -> FoundT:
+        check_file(stored.path)
+        return context.computed(Call(what, (stored.path, stored.frame, *how)))
+
+    return read_frame(context.recordings, identifier, frame, read)

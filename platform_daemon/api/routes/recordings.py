@@ -27,14 +27,15 @@ from platform_daemon.schemas import (
 from platform_daemon.store import (
     Broken,
     Recording,
+    StoredFrame,
     describe,
     describe_running,
     dmdt_file,
     kept_series,
     open_recording,
+    read_frame,
     recover_all,
     resolve,
-    stored_frame,
 )
 from platform_daemon.store import list_recordings as recordings_in
 
@@ -207,12 +208,8 @@ def get_dmdt_h5(
 
 def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: float | None) -> _Cut:
     """Raises UnknownRecording, RecordingError, TooCostly, InputError for a range without samples."""
-    found = stored_frame(context.recordings, identifier, frame)
-    recording = open_recording(found.path)
-    check_frame(recording)
+    recording, record, assumed = read_frame(context.recordings, identifier, frame, _calibrated)
     rate = recording.sequence.rate_hz
-    signal = analysis.calibrated_signal(recording.rx_volts(found.frame), rate, recording.calibration)
-    record, assumed = signal.record, signal.notes
     samples = record.samples.shape[1]
     first, last = round(start_s * rate), samples if stop_s is None else round(stop_s * rate)
     if not 0 <= first < last <= samples:
@@ -220,6 +217,15 @@ def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: f
         raise InputError("the time range holds no samples of this frame", where="start_s, stop_s", remedy=remedy)
     bare = () if record.quantity == "dmdt" else ("the recording has no calibration: these are volts at the ADC input",)
     return _Cut(identifier, frame, recording, record, record.samples[:, first:last], first, (*bare, *assumed))
+
+
+def _calibrated(stored: StoredFrame) -> tuple[Recording, RingDownRecord, tuple[str, ...]]:
+    """Its recording, its samples, and what was assumed.  Raises RecordingError, TooCostly."""
+    recording = open_recording(stored.path)
+    check_frame(recording)
+    volts = recording.rx_volts(stored.frame)
+    signal = analysis.calibrated_signal(volts, recording.sequence.rate_hz, recording.calibration)
+    return recording, signal.record, signal.notes
 
 
 def _points(cut: _Cut, points: int) -> DmdtSeries:

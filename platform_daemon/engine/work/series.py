@@ -190,6 +190,7 @@ class SeriesWork:
         job.result = AcquisitionResult(
             recording=series.target.stem, file=series.target.name, shots=stored, refused=self._refused or None
         )
+        job.at(stored, job.phase)  # whoever hears of it, or finds it after a crash, is told a whole shot
         job.on_change(job)
         report = shot_report(shot, stored, series.frames - 1)
         job.shots.stored(report)

@@ -1,5 +1,7 @@
 """Control charts against what is known of them: run lengths, regression, and simulated changes."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,7 @@ def test_scores_of_what_follows_the_temperature_are_independent_and_normal():
     scores = []
     for _ in range(20):
         y = 5.0 + 1e-3 * warm + 2e-6 * warm**2 + 1e-5 * rng.standard_normal(600)
-        scores.append(course_of(temperature_terms(warm), y)[1])
+        scores.append(course_of(temperature_terms(warm), y, np.zeros(600, int))[1])
     found = np.array(scores)[:, 30:]
     assert np.isfinite(found).mean() > 0.98
     found = found[np.isfinite(found)]
@@ -108,3 +110,34 @@ def test_points_that_never_vary_or_are_none_are_no_change(y):
     found = chart(y, np.full(len(y), 20.0), 20_000.0)
     assert found.alarm is None
     assert len(found.score) == len(y)
+
+
+@pytest.mark.parametrize(("at", "sigma", "least"), [(40, 5.0, 18), (60, 3.0, 18)])
+def test_a_step_soon_after_the_beginning_is_no_reason_to_look_away(at, sigma, least):
+    rng, found = np.random.default_rng(9), []
+    for _ in range(20):
+        y = 1e-5 * rng.standard_normal(300)
+        y[at:] += sigma * 1e-5
+        alarm = chart(y, np.full(300, np.nan), 240_000.0).alarm
+        found += [] if alarm is None else [alarm.noticed - at]
+    assert len(found) >= least
+    assert 0 <= np.median(found) < 12
+
+
+@pytest.mark.parametrize("shots", [(16, 1), (1, 16), (16, 1, 16, 1, 16, 1)])
+def test_recordings_of_more_or_fewer_shots_than_those_before_are_no_change(shots):
+    rng, alarms = np.random.default_rng(10), 0
+    many = np.repeat(shots, 600 // len(shots))
+    for _ in range(30):
+        warm = 20.0 + np.cumsum(rng.normal(0.0, 0.2, 600))
+        y = 1e-3 * warm + 1e-5 * rng.standard_normal(600) / np.sqrt(many)
+        alarms += chart(y, warm, 240_000.0, many).alarm is not None
+    assert alarms <= 1
+
+
+def test_the_chart_of_ten_years_takes_no_second():
+    rng = np.random.default_rng(11)
+    warm = 20.0 + 3.0 * np.sin(np.arange(10_000) / 30.0)
+    begun = time.process_time()
+    chart(1e-3 * warm + 1e-5 * rng.standard_normal(10_000), warm, 240_000.0)
+    assert time.process_time() - begun < 1.0

@@ -169,6 +169,17 @@ def test_the_noise_beside_a_ring_down_is_that_of_the_channel():
     assert noise_beside(humming, rate, 213.0)[0] == pytest.approx(math.hypot(1e-3, 4e-3), rel=0.05)
 
 
+def test_a_large_swing_which_is_slower_than_f_nat_is_no_noise():
+    rate, n, largest = 61_035.0, 36_621, 0.96
+    t = np.arange(n) / rate
+    swing = largest * np.exp(-1.5 * t)
+    phase = np.cumsum(2 * np.pi * 213.0 / (1.0 + swing**2 / 16.0 + 11.0 * swing**4 / 3072.0)) / rate
+    ring = 0.6 * swing * np.sin(phase) + 0.03 * swing**3 * np.sin(3 * phase)
+    volts = ring + np.random.default_rng(10).normal(0, 7e-4, (3, n))
+    assert noise_beside(volts, rate, 213.0, largest) == pytest.approx([7e-4] * 3, rel=0.08)
+    assert noise_beside(volts, rate, 213.0).min() > 5e-3  # as if nobody knew how far it swings
+
+
 def test_a_recording_that_is_refused_or_blank_is_no_point(tmp_path):
     write_series(tmp_path / "plain.h5", 2)
     update_index(tmp_path)

@@ -1,5 +1,6 @@
 """Shots of one recording in points, and the points of many recordings on one mirror image."""
 
+from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from platform_daemon.analysis.trends.points import points_in, points_of
+from platform_daemon.analysis.trends.trend import specimen_trend
 from platform_daemon.estimation import RODRIGUES
 from platform_daemon.store import IndexedRecording, IndexedShot
 
@@ -48,3 +50,41 @@ def test_orientations_of_many_recordings_are_of_one_mirror_image_whichever_each_
         for reference in (Rotation.from_rotvec(TURNED), Rotation.from_rotvec(TURNED) * half_turn)
     )
     assert either < 3e-3
+
+
+def test_a_quick_look_in_another_window_now_and_then_makes_nothing_begin_anew():
+    rng = np.random.default_rng(1)
+
+    def one(k):
+        quick = k % 7 == 3  # half a hertz off, as the model says less there
+        f_nat = 213.0 * (1.0 + rng.normal(0.0, 1e-5) - (1e-4 if k >= 200 else 0.0)) + (0.5 if quick else 0.0)
+        made = recording(k, [shot(0, f_nat=f_nat, temperature=21.0 + rng.normal(0.0, 0.1))])
+        later = replace(made.points[0], at=(BEGIN + timedelta(hours=k)).isoformat())
+        return replace(made, fit="n50 jewel" if quick else "d30 jewel", points=(later,))
+
+    report = specimen_trend("T", [one(k) for k in range(260)])
+    (change,) = [each for each in report.changes if "f_nat_hz" in each.quantities]
+    assert (change.name, change.since_recording, change.stands) == ("drift", "r200", True)
+    assert change.relative == pytest.approx(-1e-4, rel=0.2)
+    (chart,) = [each for each in report.charts if each.quantity == "f_nat_hz"]
+    assert len(chart.value) == len(chart.corrected) == len(chart.score) == 260
+    assert max(abs(a - b) for a, b in zip(chart.value, chart.corrected, strict=True)) < 0.05
+    assert any("2 kinds of fits" in note for note in report.notes)
+
+
+def test_what_is_below_zero_now_and_then_is_told_relative_to_its_value_too():
+    rng = np.random.default_rng(2)
+
+    def one(k):
+        warm = 22.0 + 4.0 * np.sin(k / 20.0)
+        made = recording(k, [shot(0, temperature=warm)])
+        damping = 0.1 * (1.0 + 0.05 * (warm - 22.0) + (1.0 if k >= 200 else 0.0)) + 0.05 * rng.normal()
+        later = (BEGIN + timedelta(hours=k)).isoformat()
+        point = replace(made.points[0], at=later, values={"lambda_per_s": damping})
+        return replace(made, points=(point,))
+
+    report = specimen_trend("T", [one(k) for k in range(300)])
+    (chart,) = report.charts
+    assert min(chart.value) < 0.0
+    assert abs(chart.relative_per_k - 0.05) < 4.0 * chart.relative_per_k_std < 0.1
+    assert report.changes[0].relative == pytest.approx(1.0, abs=0.4)

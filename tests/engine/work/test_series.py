@@ -233,6 +233,7 @@ def test_the_record_of_a_running_job_says_where_its_shots_are(engine_with, tmp_p
     assert record["state"] == "running"
     assert record["times"]["started"]
     assert record["result"]["recording"] == "a"
+    assert record["done"] == record["result"]["shots"]
 
 
 def test_three_refused_shots_in_a_row_end_the_series(engine_with, tmp_path):
