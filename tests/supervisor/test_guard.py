@@ -13,7 +13,7 @@ import pytest
 from drivers.errors import InterlockError
 from drivers.power_guard import NoGuard
 from platform_daemon.settings import load_platform
-from platform_daemon.supervisor import guard_for, owner_of, place_of
+from platform_daemon.supervisor import guard_for, owner, owner_of, place_of
 from platform_daemon.supervisor.lock_file import Cause
 from platform_daemon.supervisor.owner import GuardProcess
 from platform_daemon.supervisor.watch import LEASE_S
@@ -87,6 +87,22 @@ def test_a_guard_that_died_is_replaced_before_the_next_power_and_told_in_the_sho
     assert guard.pid != first
     guard.alive()
     guard.power_is_off()
+
+
+def test_a_guard_that_is_halted_is_replaced_before_the_next_power_and_owns_nothing_afterwards(lab, guard, monkeypatch):
+    monkeypatch.setattr(owner, "_HEARD_S", 0.5)
+    monkeypatch.setattr(owner, "_END_S", 0.2)
+    guard.power_may_come()
+    guard.power_is_off()
+    first = guard.pid
+    os.kill(first, signal.SIGSTOP)
+    guard.power_may_come()
+    assert guard.pid != first
+    guard.power_is_off()
+    assert not os.path.exists(f"/proc/{first}")
+    os.kill(guard.pid, signal.SIGSTOP)
+    guard.close()
+    guard_for(lab.file().section).close()
 
 
 def test_a_guard_ends_when_the_devices_have_been_let_go(lab):
