@@ -117,7 +117,7 @@ def apply_override(tables: dict[str, Any], override: str) -> None:
     key, _, value = override.partition("=")
     try:
         parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         remedy = "write KEY=VALUE with a TOML value, text in quotes"
         raise ConfigError(f"cannot read {override!r}", where="--set", why=str(error), remedy=remedy) from None
     *parents, last = key.strip().split(".")
@@ -186,5 +186,5 @@ def _read(path: Path) -> Any:
     except OSError as error:
         why = error.strerror or str(error)
         raise ConfigError("the endpoints cannot be read", where=str(path), why=why, remedy=REMEDY) from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ConfigError("the endpoints are not JSON", where=str(path), why=str(error), remedy=REMEDY) from None

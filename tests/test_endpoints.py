@@ -40,7 +40,7 @@ def test_a_reference_to_nothing_is_named(file, path):
         with_endpoints({"a": f"${{{path}}}"}, file)
 
 
-@pytest.mark.parametrize("text", ["{", "not json"])
+@pytest.mark.parametrize("text", ["{", "not json", pytest.param("[" * 100_000, id="deep")])
 def test_a_file_that_is_no_json_is_named(tmp_path, text):
     path = tmp_path / "broken.json"
     path.write_text(text)

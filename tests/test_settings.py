@@ -44,7 +44,7 @@ def test_overrides_reach_nested_keys_and_are_kept_in_the_text():
     assert "# override: backends.simulated.seed=12" in file.text
 
 
-@pytest.mark.parametrize("text", ["seed", "a=", "a=b", "a.b.c=1"])
+@pytest.mark.parametrize("text", ["seed", "a=", "a=b", "a.b.c=1", pytest.param("a=" + "[" * 50_000, id="deep")])
 def test_an_override_that_is_no_key_and_value_is_refused(text):
     with pytest.raises(ConfigError):
         apply_override({"a": {"b": 1}}, text)

@@ -53,7 +53,7 @@ def planned_from(file: Path, keys: dict[str, Any]) -> dict[str, Any]:
     try:
         content = json.loads(file.read_text(encoding="utf-8"))
         report = SeriesReport.model_validate(content).fit if "shots" in content else FitReport.model_validate(content)
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, RecursionError) as error:
         remedy = "give what `platform-daemon fit FILE --json` or `measure --json` has written for one recording"
         why = str(error).splitlines()[0]
         raise InputError(f"{file} holds no fits", where="--plan-from", why=why, remedy=remedy) from None

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import multiprocessing
 import os
 import signal
 import sys
+import termios
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import util
@@ -36,7 +38,21 @@ def heed_one_interrupt() -> None:
 def _first(number: int, frame: FrameType | None) -> None:
     for each in _ENDING:
         signal.signal(each, signal.SIG_IGN)
+    if number == signal.SIGHUP:
+        _let_go_of_a_closed_terminal()
     raise KeyboardInterrupt
+
+
+def _let_go_of_a_closed_terminal() -> None:
+    """What is still said on the way out is lost there; it must not end the way out."""
+    for stream in range(3):
+        try:
+            termios.tcgetattr(stream)
+        except termios.error as error:
+            if error.args[0] == errno.EIO:
+                nowhere = os.open(os.devnull, os.O_RDWR)
+                os.dup2(nowhere, stream)
+                os.close(nowhere)
 
 
 @contextmanager

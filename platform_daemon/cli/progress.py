@@ -72,7 +72,18 @@ class ProgressDisplay:
         return str(answer)
 
     def watch(self, job: Job) -> None:
-        """Until the job has ended: a line for each shot of it; the operator's part is asked for."""
+        """Until the job has ended: a line for each shot of it; the operator's part is asked for.
+
+        Whatever else ends this cancels the job, before the display is taken away: a terminal that is halted (Ctrl-S)
+        lets nobody do that, and power would stay on meanwhile.
+        """
+        try:
+            self._watch(job)
+        except BaseException:
+            job.request_cancel()
+            raise
+
+    def _watch(self, job: Job) -> None:
         self.begin("waiting", job.total, job.unit)
         lines = ShotLines(job)
         while not job.ended.wait(timeout=0.1):

@@ -207,7 +207,7 @@ def _work(file: Path | None, resonators: list[str] | None, shots: int) -> dict[s
     try:
         text = file.read_text(encoding="utf-8")
         found = tomllib.loads(text) if file.suffix == ".toml" else json.loads(text)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         remedy = "write JSON or TOML with `kind` and `request`"
         raise InputError("the work cannot be read", where=str(file), why=str(error), remedy=remedy) from None
     if not isinstance(found, dict):

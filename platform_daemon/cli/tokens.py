@@ -12,7 +12,7 @@ import typer
 from drivers.errors import InputError
 from platform_daemon.schemas import Role
 
-from .auditing import audit
+from .auditing import audit_done
 from .options import ForceOption, JsonOption
 from .output import must_not_exist, write_json
 
@@ -34,8 +34,9 @@ def add(name: NameArgument, role: RoleOption, expires: ExpiresOption = None, dat
 
     until = None if expires is None else _moment(expires)
     token = tokens_in(data).add(name, role, until)
-    audit(data, "token_add", f"{name}: {role}, " + ("for ever" if until is None else f"until {until.isoformat()}"))
-    print(token)
+    print(token, flush=True)  # nobody can ask for it again, whatever becomes of the line in the log
+    period = "for ever" if until is None else f"until {until.isoformat()}"
+    audit_done(data, "token_add", f"{name}: {role}, {period}")
 
 
 @token_app.command("list")
@@ -60,7 +61,7 @@ def revoke(name: NameArgument, data: DataOption = Path("data")) -> None:
     from platform_daemon.store import tokens_in
 
     gone = tokens_in(data).revoke(name)
-    audit(data, "token_revoke", f"{name}: {gone.role}")
+    audit_done(data, "token_revoke", f"{name}: {gone.role}")
     print(f"{name} is revoked")
 
 

@@ -13,41 +13,55 @@ from pathlib import Path
 NAME = "hardware.sock"
 
 
+def folder_of(path: Path) -> int:
+    """A descriptor of the folder of a socket, which stays its folder wherever that is moved.  Raises OSError."""
+    return os.open(path.parent, os.O_PATH | os.O_DIRECTORY | os.O_CLOEXEC)
+
+
 def through_folder(path: Path, use: Callable[[str], None]) -> None:
     """Call `use` with a short address of the socket `path`.  Raises OSError."""
-    folder = os.open(path.parent, os.O_PATH | os.O_DIRECTORY)
+    folder = folder_of(path)
     try:
-        use(f"/proc/self/fd/{folder}/{path.name}")
+        use(_address(folder, path))
     finally:
         os.close(folder)
 
 
-def connected(path: Path, timeout_s: float | None) -> socket.socket:
-    """A connection to whoever listens there.  Raises OSError."""
+def connected(path: Path, timeout_s: float | None, folder: int | None = None) -> socket.socket:
+    """A connection to whoever listens there; folder: that of the path as it was once, see `folder_of`.
+
+    Raises OSError.
+    """
     connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
     try:
         connection.settimeout(timeout_s)
-        through_folder(path, connection.connect)
+        if folder is None:
+            through_folder(path, connection.connect)
+        else:
+            connection.connect(_address(folder, path))
     except BaseException:
         connection.close()
         raise
     return connection
 
 
-def listening(path: Path) -> socket.socket:
-    """A socket that only this user can connect to; one that a dead process has left behind is replaced.
+def _address(folder: int, path: Path) -> str:
+    return f"/proc/self/fd/{folder}/{path.name}"
+
+
+def listening(path: Path, *, replace: bool = True) -> socket.socket:
+    """A socket that only this user can connect to; replace: one that a dead process has left behind goes.
 
     Raises OSError.
     """
-    path.unlink(missing_ok=True)
+    if replace:
+        path.unlink(missing_ok=True)
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-    before = os.umask(0o177)
     try:
+        os.fchmod(listener.fileno(), 0o600)  # what is bound gets it; a umask would be that of all threads meanwhile
         through_folder(path, listener.bind)
     except BaseException:
         listener.close()
         raise
-    finally:
-        os.umask(before)
     listener.listen(128)
     return listener

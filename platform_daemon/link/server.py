@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import select
 import socket
 import threading
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -20,6 +23,8 @@ from .line import ALIVE, Line
 from .wire import methods
 
 log = structlog.get_logger()
+_LOOK_S = 1.0
+_AGAIN_S = 0.1
 
 
 class LinkServer:
@@ -34,7 +39,8 @@ class LinkServer:
     ) -> None:
         self._hardware, self._stopped = hardware, stopped
         self.path = folder / NAME
-        self._listener = listening(self.path)
+        self._listener, self._closed = listening(self.path), threading.Event()
+        self._at = _identity(self.path)
         self._connections: set[socket.socket] = set()
         self._lock = threading.Lock()
         self._thread = threading.Thread(target=self._accept, name="link", daemon=True)
@@ -42,22 +48,40 @@ class LinkServer:
 
     def close(self) -> None:
         """Nobody is answered any more.  Idempotent."""
-        with contextlib.suppress(OSError):
-            self._listener.shutdown(socket.SHUT_RDWR)
-        self._listener.close()
+        self._closed.set()
         with self._lock:
+            with contextlib.suppress(OSError):
+                self._listener.shutdown(socket.SHUT_RDWR)
+            self._listener.close()
             for each in self._connections:
                 with contextlib.suppress(OSError):
                     each.shutdown(socket.SHUT_RDWR)
-        self.path.unlink(missing_ok=True)
+            if _identity(self.path) == self._at:  # not another daemon's, whose folder has come to be here
+                self.path.unlink(missing_ok=True)
 
     def _accept(self) -> None:
-        while True:
+        """One that cannot be accepted, for want of descriptors or threads, is not the last one."""
+        while not self._closed.is_set():
             try:
+                if not select.select([self._listener], [], [], _LOOK_S)[0]:
+                    self._be_there()
+                    continue
                 connection, _ = self._listener.accept()
-            except OSError:
+                threading.Thread(target=self._serve, args=(connection,), name="link-connection", daemon=True).start()
+            except (OSError, ValueError, RuntimeError) as error:  # ValueError: it was closed
+                if not self._closed.is_set():
+                    log.error("link_refused", error=str(error))
+                    time.sleep(_AGAIN_S)
+
+    def _be_there(self) -> None:
+        """Whoever tidies the folder up removes the socket; without one nobody could stop anything.  Raises OSError."""
+        with self._lock:
+            if self._closed.is_set() or _identity(self.path) is not None or not self.path.parent.is_dir():
                 return
-            threading.Thread(target=self._serve, args=(connection,), name="link-connection", daemon=True).start()
+            gone, self._listener = self._listener, listening(self.path, replace=False)
+            self._at = _identity(self.path)
+            gone.close()
+        log.warning("socket_made_anew", path=str(self.path))
 
     def _serve(self, connection: socket.socket) -> None:
         with self._lock:
@@ -84,3 +108,12 @@ class LinkServer:
             return LinkAnswer(value=method.written(value), error=None)
         except Exception as error:  # whatever it is, the one who asked hears of it
             return LinkAnswer(value=None, error=error_on_wire(error))
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """Which file is there; None: none, or nobody can tell."""
+    try:
+        found = os.lstat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino

@@ -5,14 +5,16 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import socket
 import time
+import weakref
 from pathlib import Path
 
 import structlog
 
 from platform_daemon.schemas import LinkCall, StopReport
 
-from .address import NAME, connected
+from .address import NAME, connected, folder_of
 from .errors import HardwareAway, error_from_wire
 from .line import ALIVE, Line
 
@@ -35,11 +37,17 @@ class Stopper:
 
     One that is silent for `silent_s` is killed: its guard sees that at once and switches off what has power, sooner
     than by its lease.  away_s: how long nobody need answer.  For any number of threads.
+
+    Made while the folder is there: should that be moved, or its disk taken away, its socket is asked all the same.
     """
 
     def __init__(self, folder: Path, silent_s: float = SILENT_S, away_s: float = AWAY_S) -> None:
         self._folder, self._path = folder, folder / NAME
         self._silent_s, self._away_s = silent_s, away_s
+        self._kept: int | None = None
+        with contextlib.suppress(OSError):
+            self._kept = folder_of(self._path)
+            weakref.finalize(self, os.close, self._kept)
 
     def outputs_off(self) -> StopReport:
         """Everything off, proved by a process that owns the hardware, and what moves something or waits cancelled.
@@ -66,7 +74,7 @@ class Stopper:
 
     def _told(self, *, hung: bool) -> StopReport:
         """Raises Hangs, OSError, ValueError, what the owner does."""
-        with contextlib.closing(Line(connected(self._path, PATIENCE_S))) as line:
+        with contextlib.closing(Line(self._connected(PATIENCE_S))) as line:
             owner = line.peer()
             try:
                 line.send(LinkCall(method="outputs_off", arguments=()))
@@ -81,6 +89,15 @@ class Stopper:
             raise error_from_wire(answer.error)
         report = StopReport.model_validate(answer.value)
         return _after_a_hang(report) if hung else report
+
+    def _connected(self, timeout_s: float) -> socket.socket:
+        """Raises OSError."""
+        try:
+            return connected(self._path, timeout_s)
+        except OSError:
+            if self._kept is None:
+                raise
+            return connected(self._path, timeout_s, self._kept)
 
     def _wait(self, line: Line, owner: int | None) -> None:
         """Until it answers; switching off may take as long as its devices do, if only the process itself lives."""
@@ -98,7 +115,7 @@ class Stopper:
         """Does it answer anything at all?  Another thread of it does than that which switches off."""
         left_s = self._silent_s - _LOOK_S
         try:
-            with contextlib.closing(Line(connected(self._path, left_s))) as line:
+            with contextlib.closing(Line(self._connected(left_s))) as line:
                 line.send(LinkCall(method=ALIVE, arguments=()))
                 return line.has_said(left_s) and line.answer() is not None
         except (OSError, ValueError):

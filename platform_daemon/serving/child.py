@@ -58,7 +58,12 @@ class Child:
             pass_fds=sockets,
         )
         self.started_s = time.monotonic()
-        self._pidfd = os.pidfd_open(self.process.pid)
+        try:
+            self._pidfd = os.pidfd_open(self.process.pid)
+        except OSError:
+            with self.process:  # nobody would wait for its end
+                self.process.kill()
+            raise
         assert self.process.stdout is not None
         self._pulse = Pulse(self.process.stdout.fileno(), _START_S)
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import select
 import socket
-import sys
 import time
 from collections.abc import Callable
 
@@ -55,8 +54,7 @@ class Daemon:
             for child in ended:
                 self._bury(child)
             for name in [name for name, due_s in self._again_s.items() if due_s <= time.monotonic()]:
-                del self._again_s[name]
-                self._begun(name).go()
+                self._begin_again(name)
             halted = [child for child in self._children.values() if child.hangs()]
             for child in halted:  # one that has power out is ended sooner, by its guard
                 log.error("process_hangs", process=child.name)
@@ -75,6 +73,17 @@ class Daemon:
         child = self._children[name] = Child(name, self._options, handed)
         return child
 
+    def _begin_again(self, name: str) -> None:
+        """A computer that has no memory or descriptors for it now may have them later: the others go on meanwhile."""
+        del self._again_s[name]
+        try:
+            child = self._begun(name)
+        except OSError as error:
+            log.error("process_not_started", process=name, error=str(error), again_in_s=_SHORTEST_WAIT_S)
+            self._again_s[name] = time.monotonic() + _SHORTEST_WAIT_S
+        else:
+            child.go()
+
     def _bury(self, child: Child) -> None:
         """It starts anew at once; one that dies again soon after its start waits longer every time."""
         lived_s = time.monotonic() - child.started_s
@@ -84,4 +93,3 @@ class Daemon:
         self._waits_s[child.name] = wait_s
         self._again_s[child.name] = time.monotonic() + wait_s
         log.error("process_died", process=child.name, code=code, lived_s=round(lived_s, 1), again_in_s=wait_s)
-        sys.stderr.flush()

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import atexit
+import io
 import json
 import logging
+import os
 import queue
 import sys
+import threading
+from contextlib import suppress
 from logging.handlers import QueueHandler, QueueListener, RotatingFileHandler
 from pathlib import Path
+from typing import TextIO, cast
 
 import structlog
 from structlog.typing import EventDict, WrappedLogger
@@ -16,12 +21,14 @@ from structlog.typing import EventDict, WrappedLogger
 LOGS = "logs"
 """Their folder in the data folder."""
 _BYTES, _FILES, _WAITING = 10_000_000, 5, 10_000
+_END_S = 1.0
 _kept = logging.getLogger("platform_daemon.kept")
 _kept.propagate = False
 
 
 def log_from(level: int) -> None:
-    """Log events of at least this level, one per line, on stderr."""
+    """Log events of at least this level, one per line, on stderr; one that refuses them loses them only."""
+    _terminal.to = sys.stderr
     structlog.configure(
         processors=[
             structlog.processors.add_log_level,
@@ -31,15 +38,16 @@ def log_from(level: int) -> None:
             structlog.processors.KeyValueRenderer(key_order=["timestamp", "level", "event"]),
         ],
         wrapper_class=structlog.make_filtering_bound_logger(level),
-        logger_factory=structlog.PrintLoggerFactory(sys.stderr),
+        logger_factory=structlog.WriteLoggerFactory(cast(TextIO, _terminal)),
     )
 
 
 def keep_log(folder: Path, name: str) -> None:
     """From now on they are also in `folder`/`name`.jsonl, at most 60 MB of them; a disk that refuses loses them only.
 
-    Who logs waits for no disk: a thread writes.  For one process; another one writes another name.
+    Who logs waits for no disk and no terminal: threads write.  For one process; another one writes another name.
     """
+    _terminal.write_beside()
     try:
         folder.mkdir(exist_ok=True)
         file = _File(folder / f"{name}.jsonl", maxBytes=_BYTES, backupCount=_FILES, encoding="utf-8", delay=True)
@@ -52,6 +60,60 @@ def keep_log(folder: Path, name: str) -> None:
     listener = QueueListener(waiting, file)
     listener.start()
     atexit.register(listener.stop)
+
+
+class _Terminal:
+    """Where log events are shown, as structlog wants it.
+
+    A terminal that is closed or halted (Ctrl-S), a pipe that nobody reads and a full disk would end or hold up whoever
+    logs: the thread that moves a shot, and the parent of all processes.
+    """
+
+    def __init__(self) -> None:
+        self.to: TextIO | None = None
+        self._waiting: queue.Queue[str | None] | None = None
+
+    def write(self, line: str) -> None:
+        """It is written at once, or taken to be; what cannot be written is lost."""
+        if self._waiting is None:
+            self._write(line)
+        else:
+            with suppress(queue.Full):
+                self._waiting.put_nowait(line)
+
+    def flush(self) -> None:
+        """Nothing is kept back."""
+
+    def write_beside(self) -> None:
+        """From now on a thread writes.  Idempotent."""
+        if self._waiting is None:
+            self._waiting = queue.Queue(_WAITING)
+            thread = threading.Thread(target=self._work, args=(self._waiting,), name="terminal", daemon=True)
+            thread.start()
+            atexit.register(self._end, self._waiting, thread)
+
+    def _write(self, line: str) -> None:
+        """Past the buffer of the stream: what is left there is tried again at the end, and its lock is missed then."""
+        with suppress(OSError, ValueError, AttributeError):  # the last two: it is closed, there is none
+            try:
+                number = self.to.fileno()  # type: ignore[union-attr]
+            except io.UnsupportedOperation:
+                self.to.write(line)  # type: ignore[union-attr]
+            else:
+                os.write(number, line.encode(errors="backslashreplace"))
+
+    def _work(self, waiting: queue.Queue[str | None]) -> None:
+        while (line := waiting.get()) is not None:
+            self._write(line)
+
+    @staticmethod
+    def _end(waiting: queue.Queue[str | None], thread: threading.Thread) -> None:
+        with suppress(queue.Full):
+            waiting.put_nowait(None)
+        thread.join(_END_S)
+
+
+_terminal = _Terminal()
 
 
 class _File(RotatingFileHandler):

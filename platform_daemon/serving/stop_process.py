@@ -22,10 +22,10 @@ def run_stop(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> Non
     with contextlib.suppress(PermissionError):  # most accounts may not; then it waits its turn like all others
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
     network, certificate = rules_for(options)
-    app = create_stop_api(Stopper(options.data).outputs_off, network)
     (listener,) = (socket.socket(fileno=number) for number in sockets)
     if not life.wait_to_go():
         return
+    app = create_stop_api(Stopper(options.data).outputs_off, network)
     life.follow()
     keep_log(options.data / LOGS, "stop")
     with served(app, listener, network.limits, certificate) as server:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import hmac
 import json
+import os
 import re
 import secrets
 import stat
@@ -18,6 +19,7 @@ from drivers.errors import ConfigError, InputError
 from platform_daemon.schemas import TOKEN_NAME, Role, TokenRecord, TokenRecords, to_json
 
 from .durable import write_file
+from .errors import StorageUnusable
 
 RESERVED = ("local",)
 """Names that the audit log gives to those without a token."""
@@ -34,13 +36,17 @@ class TokenFile:
 
     @property
     def exists(self) -> bool:
-        """Has anybody ever made a token here?"""
-        return self.path.exists()
+        """Has anybody ever made a token here?  Of a folder that may not be looked into nobody knows."""
+        try:
+            return self.path.exists()
+        except OSError:
+            return False
 
     def records(self) -> tuple[TokenRecord, ...]:
         """All tokens, oldest first; none if there is no file.
 
-        Raises ConfigError if the file cannot be read, is damaged, or can be written by other users.
+        Raises ConfigError if the file cannot be read, is damaged, can be written by other users, or is not there any
+        more: the disk may have gone with it, and who may stop must be able to then.
         """
         try:
             state = self.path.stat()
@@ -48,15 +54,23 @@ class TokenFile:
             known, records = self._known
             if seen == known:
                 return records
-            text = self.path.read_bytes()
+            text, ours = self.path.read_bytes(), (0, os.geteuid(), self.path.parent.stat().st_uid)
         except (FileNotFoundError, NotADirectoryError):  # the latter: who opens the data folder says what is wrong
-            self._known = (None, ())
-            return ()
+            if self._known[0] is None:
+                return ()
+            remedy = "look whether the disk of the data folder is there; put back a copy, or make the tokens anew"
+            raise ConfigError("the tokens are gone", where=str(self.path), remedy=remedy) from None
         except OSError as error:
             remedy = "make it readable for the user of the daemon, with mode 0600"
             raise ConfigError(
                 "the tokens cannot be read", where=str(self.path), why=str(error), remedy=remedy
             ) from None
+        if state.st_uid not in ours:  # whoever may write the folder can put a file of their own in the place of ours
+            what, remedy = (
+                "somebody else made this file of tokens",
+                "look at who is in it, and who may write the folder",
+            )
+            raise ConfigError(what, where=str(self.path), why=f"it belongs to uid {state.st_uid}", remedy=remedy)
         if state.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
             what, remedy = (
                 "other users could give themselves a token",
@@ -83,7 +97,8 @@ class TokenFile:
     def add(self, name: str, role: Role, expires: datetime | None = None) -> str:
         """A new token, which is nowhere but in the answer.
 
-        Raises InputError for a name that is taken or cannot be one, or a moment that is past; StorageError.
+        Raises InputError for a name that is taken or cannot be one, or a moment that is past; StorageError,
+        StorageUnusable where there can be no such folder.
         """
         if not re.fullmatch(TOKEN_NAME, name) or name in RESERVED:
             remedy = "letters, digits, _ . and -, at most 60, not 'local'"
@@ -95,7 +110,12 @@ class TokenFile:
         token = f"pd_{secrets.token_urlsafe(32)}"
         made = datetime.now(UTC).isoformat(timespec="seconds")
         until = None if expires is None else expires.isoformat(timespec="seconds")
-        self.path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            why, remedy = error.strerror or str(error), "give the data folder of the server with --data"
+            what = "the data folder cannot be used"
+            raise StorageUnusable(what, where=str(self.path.parent), why=why, remedy=remedy) from None
         with self._alone():
             before = self.records()
             if any(record.name == name for record in before):

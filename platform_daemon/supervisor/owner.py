@@ -17,10 +17,11 @@ from drivers.registry import PlatformSection
 from .lock_file import clear, refuse
 from .ownership import take
 from .places import place_of
-from .watch import ALIVE, ENDED, MAY_COME, OFF, READY, SWITCHING_OFF
+from .watch import ALIVE, ENDED, HEARD, MAY_COME, OFF, READY, SWITCHING_OFF
 
 _START_S = 20.0
 _END_S = 2.0
+_HEARD_S = 2.0  # for one byte; a busy computer was never seen to take 0.3 s
 _IN_PROCESS = {"simulated"}  # devices that die with it
 
 
@@ -100,11 +101,13 @@ class GuardProcess:
             if refusal is not None:
                 raise refusal
             process = self._watching()
-            if process.poll() is not None:
-                self._let_go(process)
-                self._process = self._started()
             self._ownership.power(may_be_on=True)
-            self._power = self._is_ready() and self._said(MAY_COME)
+            self._power = process.poll() is None and self._hears()
+            if not self._power:  # dead, or halted
+                process.kill()
+                self._let_go(process)
+                process = self._process = self._started()
+                self._power = self._hears()
             if not self._power:
                 raise InterlockError(
                     "nobody would switch the amplifier off if this process died",
@@ -171,13 +174,16 @@ class GuardProcess:
 
     @staticmethod
     def _let_go(process: subprocess.Popen[bytes]) -> None:
-        """Its pipes are closed and its end is waited for, but not for ever."""
+        """Its pipes are closed and its end is waited for, but not for ever: a halted one would own the devices."""
         for pipe in (process.stdin, process.stdout):
             assert pipe is not None
             with contextlib.suppress(OSError):
                 pipe.close()
-        with contextlib.suppress(subprocess.TimeoutExpired):
+        try:
             process.wait(_END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
     def _is_ready(self) -> bool:
         pipe = self._watching().stdout
@@ -185,6 +191,14 @@ class GuardProcess:
         if not self._ready and select.select([pipe], [], [], _START_S)[0]:
             self._ready = os.read(pipe.fileno(), len(READY)) == READY
         return self._ready
+
+    def _hears(self) -> bool:
+        """It is told that power may come, and has answered."""
+        if not (self._is_ready() and self._said(MAY_COME)):
+            return False
+        pipe = self._watching().stdout
+        assert pipe is not None
+        return bool(select.select([pipe], [], [], _HEARD_S)[0]) and os.read(pipe.fileno(), 1) == HEARD
 
     def _said(self, word: bytes) -> bool:
         """False: nobody listens."""

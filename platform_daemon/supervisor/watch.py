@@ -22,6 +22,8 @@ LEASE_S = 6.0  # unless the platform file says another; longer than any single a
 OFF_LEASE_S = 30.0  # while outputs are being switched off, which has deadlines of its own
 MAY_COME, ALIVE, SWITCHING_OFF, OFF, ENDED = b"+", b".", b"o", b"-", b"q"
 READY = b"ready\n"
+HEARD = b"+"
+"""Answered to MAY_COME: a guard that is halted is none, and the pipe to it takes whatever is said."""
 
 
 class Lease:
@@ -94,6 +96,8 @@ def _watch(owner: int, pipe: int, lease: Lease) -> bool:
         if pipe in ready:
             said = os.read(pipe, 4096)
             lease.heard(said, time.monotonic())
+            with contextlib.suppress(OSError):  # the owner has died: its pidfd says so, too
+                os.write(sys.stdout.fileno(), HEARD * said.count(MAY_COME))
             if lease.ended:
                 return hung
             if not said:

@@ -1,5 +1,6 @@
 """Ctrl-C that strikes where Python lets no exception out."""
 
+import os
 import subprocess
 import sys
 
@@ -116,3 +117,29 @@ def test_a_key_held_down_does_not_disturb_the_way_out():
     done = python(HELD_DOWN)
     assert done.stdout == "outputs off\n"
     assert done.returncode == 0
+
+
+CLOSED = """
+import sys, time
+from platform_daemon.cli.interrupts import heed_one_interrupt
+heed_one_interrupt()
+try:
+    print("there", flush=True)
+    time.sleep(30)
+except KeyboardInterrupt:
+    print("outputs are off", flush=True)
+    print("outputs are off", file=sys.stderr, flush=True)
+    sys.exit(130)
+"""
+
+
+def test_a_terminal_that_was_closed_does_not_disturb_the_way_out():
+    ours, theirs = os.openpty()
+    process = subprocess.Popen(
+        [sys.executable, "-c", f"import fcntl, termios; fcntl.ioctl(0, termios.TIOCSCTTY, 0)\n{CLOSED}"],
+        stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True,
+    )  # fmt: skip
+    os.close(theirs)
+    assert b"there" in os.read(ours, 100)
+    os.close(ours)
+    assert process.wait(60) == 130

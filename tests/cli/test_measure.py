@@ -102,5 +102,11 @@ def test_a_drive_that_cannot_be_is_one_line(options, words):
     assert_one_line_error(here("measure", *QUICK, "--dry-run", *options), 2, *words)
 
 
+def test_fits_that_are_no_json_are_one_line(tmp_path):
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    done = here("measure", *QUICK, "--dry-run", "--plan-from", tmp_path / "deep.json")
+    assert_one_line_error(done, 2, "--plan-from", "holds no fits")
+
+
 def test_without_a_name_for_the_recording_nothing_moves():
     assert_one_line_error(here("measure", *QUICK), 2, "--out", "--dry-run")

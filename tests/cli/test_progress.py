@@ -76,6 +76,20 @@ def test_a_job_is_watched_to_its_end_and_its_question_is_put_to_the_operator(see
     assert (task.total, task.fields["unit"]) == (2.0, "points")
 
 
+@pytest.mark.parametrize("ends", [KeyboardInterrupt, OSError])
+def test_what_ends_the_watch_cancels_the_job_before_a_terminal_that_is_halted_can_hold_that_up(seen, monkeypatch, ends):
+    display, _, _ = seen
+    job = Job("calibration", {}, {}, 2.0, "points")
+
+    def refuse(*args):
+        raise ends
+
+    monkeypatch.setattr(display, "at", refuse)
+    with pytest.raises(ends):
+        display.watch(job)
+    assert job.cancel_requested.is_set()
+
+
 def shot(number, **keys):
     known = {"blank": False, "verdict": "good", "reason": None, "fit": None}
     return ShotReport(shot=number, frame=number - 1, time_stamp=None, temperature_c=None, **known | keys)

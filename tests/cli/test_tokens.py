@@ -44,6 +44,21 @@ def test_a_user_of_the_computer_without_a_name_is_a_number_in_the_audit_log(tmp_
     assert audit_log_in(tmp_path).entries()[0].who.startswith("uid ")
 
 
+def test_a_token_is_printed_though_the_audit_log_refuses_its_line(tmp_path):
+    (tmp_path / "audit.jsonl").mkdir()
+    added = here("token", "add", "ann", "--role", "viewer", "--data", tmp_path)
+    assert added.returncode == 0
+    assert tokens_in(tmp_path).holder(added.stdout.strip()).name == "ann"
+    assert "warning" in added.stderr
+    assert here("token", "revoke", "ann", "--data", tmp_path).stdout == "ann is revoked\n"
+
+
+def test_a_data_folder_that_cannot_be_is_one_line(tmp_path):
+    (tmp_path / "file").write_text("")
+    done = here("token", "add", "ann", "--role", "viewer", "--data", tmp_path / "file")
+    assert_one_line_error(done, 2, "data folder cannot be used", "--data")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

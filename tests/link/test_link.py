@@ -1,5 +1,6 @@
 """What crosses the socket is what is on the other side of it, errors too."""
 
+import errno
 import os
 import shutil
 import socket
@@ -16,10 +17,17 @@ from platform_daemon.link.address import NAME, connected
 from platform_daemon.link.client import RemoteHardware
 from platform_daemon.link.errors import HardwareAway
 from platform_daemon.link.hardware import Hardware
+from platform_daemon.link.line import ALIVE, Line
 from platform_daemon.link.recent import Recent
 from platform_daemon.link.server import LinkServer
 from platform_daemon.link.wire import methods
-from platform_daemon.schemas import AcquisitionRequest, ActivationRequest, CalibrationRequest, SweepRequest
+from platform_daemon.schemas import (
+    AcquisitionRequest,
+    ActivationRequest,
+    CalibrationRequest,
+    LinkCall,
+    SweepRequest,
+)
 from platform_daemon.store.errors import StorageUnusable
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import wait_for
@@ -111,6 +119,54 @@ def test_every_method_of_the_contract_is_kept_by_both_ends():
 
 def test_only_this_user_may_connect(linked):
     assert stat.S_IMODE(os.stat(linked.folder / NAME).st_mode) == 0o600
+
+
+@pytest.fixture
+def alone(tmp_path):
+    server = LinkServer(lambda: None, tmp_path)
+    yield server
+    server.close()
+
+
+def answers(connection):
+    line = Line(connection)
+    line.send(LinkCall(method=ALIVE, arguments=()))
+    answer = line.answer()
+    return answer is not None and answer.error is None
+
+
+def test_a_socket_that_somebody_removed_is_made_anew(alone):
+    alone.path.unlink()
+    wait_for(alone.path.exists, 5)
+    with connected(alone.path, 5) as connection:
+        assert answers(connection)
+
+
+def test_a_folder_that_has_come_in_the_place_of_ours_keeps_its_socket(tmp_path):
+    ours, other = tmp_path / "data", tmp_path / "other"
+    ours.mkdir()
+    server = LinkServer(lambda: None, ours)
+    ours.rename(other)
+    ours.mkdir()
+    another = LinkServer(lambda: None, ours)
+    time.sleep(1.5)
+    server.close()
+    with connected(another.path, 5) as connection:
+        assert answers(connection)
+    another.close()
+
+
+def test_without_descriptors_one_waits_and_is_not_the_last_one(alone, monkeypatch):
+    accept = socket.socket.accept
+
+    def refuse(self):
+        monkeypatch.setattr(socket.socket, "accept", accept)
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(socket.socket, "accept", refuse)
+    for _ in range(2):
+        with connected(alone.path, 5) as connection:
+            assert answers(connection)
 
 
 def test_fifty_that_ask_cost_what_one_does(linked, monkeypatch):

@@ -1,6 +1,7 @@
 """A process that is there and gives no sign of life is ended, and started anew."""
 
 import contextlib
+import errno
 import os
 import signal
 import subprocess
@@ -109,9 +110,10 @@ def started(monkeypatch):
     return found
 
 
-def test_a_halted_process_is_killed_and_started_anew(tmp_path, monkeypatch, started):
-    monkeypatch.setattr(pulse, "HANGS_S", 1.5)
-    daemon, ended = Daemon(ServeOptions(platform="simulated", data=tmp_path), ()), threading.Event()
+@contextlib.contextmanager
+def running(folder):
+    """A parent that runs."""
+    daemon, ended = Daemon(ServeOptions(platform="simulated", data=folder), ()), threading.Event()
 
     def runs():
         with contextlib.suppress(KeyboardInterrupt):
@@ -125,12 +127,48 @@ def test_a_halted_process_is_killed_and_started_anew(tmp_path, monkeypatch, star
     daemon.start()
     try:
         thread.start()
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        daemon.end()
+
+
+def test_a_halted_process_is_killed_and_started_anew(tmp_path, monkeypatch, started):
+    monkeypatch.setattr(pulse, "HANGS_S", 1.5)
+    with running(tmp_path):
         halted = started[0]
         halted.send_signal(signal.SIGSTOP)
         wait_for(lambda: len(started) > 3, 10)
         assert halted.returncode == -signal.SIGKILL
         assert started[1].poll() is None
-    finally:
-        ended.set()
-        thread.join()
-        daemon.end()
+
+
+@pytest.mark.parametrize("call", ["subprocess.Popen", "os.pidfd_open"])
+def test_a_process_that_cannot_be_started_anew_is_tried_again_and_the_others_go_on(
+    tmp_path, monkeypatch, started, call
+):
+    module, name = call.split(".")
+    works, refused = getattr(getattr(child, module), name), []
+
+    def refuse(*args, **how):
+        made = works(*args, **how)
+        if len(refused) < 2:
+            refused.append(made)
+            raise OSError(errno.EMFILE, "Too many open files")
+        return made
+
+    with running(tmp_path):
+        monkeypatch.setattr(getattr(child, module), name, refuse)
+        started[0].kill()
+        wait_for(lambda: len(started) == 6, 10)
+        assert len(refused) == 2
+        assert started[1].poll() is None
+        if call == "os.pidfd_open":
+            assert [each.returncode for each in started[3:5]] == [-signal.SIGKILL] * 2
+            for each in refused:
+                os.close(each)
+        else:
+            for each in refused:  # of a process that there would not be
+                each.kill()
+                each.wait()

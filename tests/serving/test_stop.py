@@ -151,3 +151,15 @@ def test_what_the_owner_raises_is_raised_here(linked, tmp_path):
         linked(Owner(error=DeviceError("it is dark")), stopped=lambda: told.append(1)).outputs_off()
     assert told == [1]
     assert not took_mark(tmp_path)
+
+
+def test_a_folder_that_is_moved_away_is_stopped_all_the_same(tmp_path):
+    folder = tmp_path / "data"
+    folder.mkdir()
+    server = LinkServer(Owner, folder)
+    stopper = Stopper(folder, away_s=0.5)
+    folder.rename(tmp_path / "moved")
+    try:
+        assert stopper.outputs_off() == OFF
+    finally:
+        server.close()

@@ -1,6 +1,7 @@
 """The file of the tokens: hashes only, for its owner only, whole at every moment."""
 
 import json
+import os
 import stat
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime, timedelta
@@ -64,6 +65,16 @@ def test_a_file_that_others_may_write_is_not_believed(tokens, mode):
     tokens.path.chmod(mode)
     with pytest.raises(ConfigError, match="give themselves a token"):
         TokenFile(tokens.path).records()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a file away")
+def test_a_file_that_somebody_else_put_there_is_not_believed(tokens):
+    tokens.add("ann", Role.ADMIN)
+    os.chown(tokens.path, 12345, -1)
+    with pytest.raises(ConfigError, match="belongs to uid 12345"):
+        TokenFile(tokens.path).records()
+    os.chown(tokens.path.parent, 12345, -1)  # their own folder, which root looks at
+    assert len(TokenFile(tokens.path).records()) == 1
 
 
 @pytest.mark.parametrize(

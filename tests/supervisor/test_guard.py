@@ -15,7 +15,7 @@ from drivers.errors import InterlockError
 from drivers.power_guard import NoGuard
 from drivers.urgency import be_urgent
 from platform_daemon.settings import load_platform
-from platform_daemon.supervisor import guard_for, owner_of, place_of
+from platform_daemon.supervisor import guard_for, owner, owner_of, place_of
 from platform_daemon.supervisor.lock_file import Cause
 from platform_daemon.supervisor.owner import GuardProcess
 from platform_daemon.supervisor.watch import LEASE_S
@@ -95,6 +95,22 @@ def test_a_guard_that_died_is_replaced_before_the_next_power_and_told_in_the_sho
 def test_a_guard_goes_before_other_programs_where_it_may(guard):
     why_not = in_a_thread(lambda: be_urgent(SystemClock()))
     wait_for(lambda: os.sched_getscheduler(guard.pid) == (os.SCHED_RR if why_not is None else os.SCHED_OTHER))
+
+
+def test_a_guard_that_is_halted_is_replaced_before_the_next_power_and_owns_nothing_afterwards(lab, guard, monkeypatch):
+    monkeypatch.setattr(owner, "_HEARD_S", 0.5)
+    monkeypatch.setattr(owner, "_END_S", 0.2)
+    guard.power_may_come()
+    guard.power_is_off()
+    first = guard.pid
+    os.kill(first, signal.SIGSTOP)
+    guard.power_may_come()
+    assert guard.pid != first
+    guard.power_is_off()
+    assert not os.path.exists(f"/proc/{first}")
+    os.kill(guard.pid, signal.SIGSTOP)
+    guard.close()
+    guard_for(lab.file().section).close()
 
 
 def test_a_guard_ends_when_the_devices_have_been_let_go(lab):

@@ -28,14 +28,17 @@ def test_a_file_that_was_there_at_the_start_is_demanded_though_it_is_gone_before
     assert gate.caller({}, "127.0.0.1").role is None
 
 
-@pytest.mark.parametrize("text", ["", "\udcff", "[" * 100_000], ids=["empty", "no text", "deep"])
+@pytest.mark.parametrize("text", ["", "\udcff", "[" * 100_000, None], ids=["empty", "no text", "deep", "gone"])
 def test_while_the_file_is_damaged_who_held_a_token_may_look_and_stop_and_nobody_else_anything(tmp_path, text):
     tokens = TokenFile(tmp_path / "tokens.json")
     ann, bob = (tokens.add(name, Role.ADMIN) for name in ("ann", "bob"))
     gate = Gate(tokens)
     tokens.revoke("bob")
     assert gate.caller({"authorization": f"Bearer {ann}"}, "::1").role is Role.ADMIN
-    tokens.path.write_text(text, errors="surrogateescape")
+    if text is None:
+        tokens.path.unlink()
+    else:
+        tokens.path.write_text(text, errors="surrogateescape")
     known = gate.caller({"authorization": f"Bearer {ann}"}, "::1")
     assert (known.name, known.role) == ("ann", Role.VIEWER)
     for stranger in (bob, "pd_wrong"):
