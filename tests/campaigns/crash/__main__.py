@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import re
 import subprocess
@@ -31,7 +32,7 @@ from .strikes import STRIKES, Strike
 def main() -> int:
     """Exit code 1 if an output stayed on, power met the receiver, or a promise was not kept."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--each", type=int, default=200, help="how often every strike is done")
+    parser.add_argument("--each", type=int, default=200, help="how often every kind of strike is done")
     parser.add_argument("--only", default="", help="only strikes whose name matches this regular expression")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="stop after so long")
     parser.add_argument("--journal", type=Path, default=Path("crash.jsonl"))
@@ -79,7 +80,7 @@ def campaign(strikes: list[Strike], each: int, journal: Path, seconds: float, se
     """All strikes of the journal, those that are done now among them."""
     done = _of(journal)
     counts, until = Counter(d.name for d in done), time.monotonic() + seconds
-    while time.monotonic() < until and any(counts[s.name] < each for s in strikes):
+    while time.monotonic() < until and any(counts[s.name] < _times(s, each) for s in strikes):
         with tempfile.TemporaryDirectory() as folder:
             pair = Pair(Path(folder), seed=len(done) + seed)
             try:
@@ -99,7 +100,11 @@ def campaign(strikes: list[Strike], each: int, journal: Path, seconds: float, se
 def _turns(strikes: list[Strike], each: int, counts: Counter[str]) -> Iterator[Strike]:
     """Those that are missing, as many rounds as one pair of labs serves."""
     for _ in range(ROUNDS):
-        yield from _spread([s for s in strikes if counts[s.name] < each])
+        yield from _spread([s for s in strikes if counts[s.name] < _times(s, each)])
+
+
+def _times(strike: Strike, each: int) -> int:
+    return math.ceil(each / strike.among)
 
 
 def _spread(strikes: list[Strike]) -> list[Strike]:

@@ -33,7 +33,9 @@ class Strike:
     and the amplifier stays enabled.
 
     `ends`: the daemon is gone then; its hardware process is, and is started anew; or nothing of it.  Where it lives the
-    next strike meets the same one, and the same series where that goes on."""
+    next strike meets the same one, and the same series where that goes on.
+
+    `among`: so many strikes are of one kind, on several wires or of several processes, and share its number."""
 
     name: str
     moments: tuple[Moment, ...]
@@ -41,6 +43,7 @@ class Strike:
     must: Literal["off", "off or on", "go on", "wiring"] = "off"
     median_s: float = KILL_S
     ends: Literal["daemon", "hardware", "nothing"] = "daemon"
+    among: int = 1
 
 
 def _send(number: signal.Signals, *to: Callable[[Bench], int]) -> Callable[[Bench], None]:
@@ -96,12 +99,12 @@ STRIKES = (
     Strike("hardware process, SIGSEGV", ALL, _send(signal.SIGSEGV, _hardware), ends="hardware"),
     Strike("hardware process, SIGSTOP", POWERED, _send(signal.SIGSTOP, _hardware), median_s=HANG_S, ends="hardware"),
     Strike("hardware process, SIGSTOP, and POST /stop", POWERED, _halt_and_stop, median_s=STOP_HANG_S,
-           ends="hardware"),
+           ends="hardware", among=4),
     Strike("web process, SIGKILL", ALL, _send(signal.SIGKILL, _web), must="go on", ends="nothing"),
-    Strike("web process, SIGSTOP", ALL, _halt(_web), must="go on", ends="nothing"),
+    Strike("web process, SIGSTOP", ALL, _halt(_web), must="go on", ends="nothing", among=4),
     Strike("worker, SIGKILL", ALL, _send(signal.SIGKILL, _worker), must="go on", ends="nothing"),
-    Strike("worker, SIGSTOP", ALL, _halt(_worker), must="go on", ends="nothing"),
-    Strike("stop process, SIGKILL", ALL, _send(signal.SIGKILL, Bench.stop), must="go on", ends="nothing"),
+    Strike("worker, SIGSTOP", ALL, _halt(_worker), must="go on", ends="nothing", among=4),
+    Strike("stop process, SIGKILL", ALL, _send(signal.SIGKILL, Bench.stop), must="go on", ends="nothing", among=4),
     Strike("parent, SIGKILL", ALL, _send(signal.SIGKILL, _parent)),
     Strike("parent and hardware process, SIGKILL", ALL, _send(signal.SIGKILL, _parent, _hardware)),
     Strike("parent, hardware process and guard, SIGKILL", ALL, _send(signal.SIGKILL, _parent, _guard, _hardware),
@@ -109,19 +112,19 @@ STRIKES = (
     *(Strike(f"parent, {number.name}", ALL, _send(number, _parent))
       for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)),
     Strike("parent, SIGINT twice", ALL, _twice),
-    Strike("card, link cut", ALL, _wire("io_card_0", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing"),
-    Strike("card, says nothing", ALL, _wire("io_card_0", "one_way_link"), median_s=HANG_S, ends="nothing"),
-    Strike("card, hears nothing", ALL, _wire("io_card_0", "deaf_link"), median_s=HANG_S, ends="nothing"),
+    Strike("card, link cut", ALL, _wire("io_card_0", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing", among=3),
+    Strike("card, says nothing", ALL, _wire("io_card_0", "one_way_link"), median_s=HANG_S, ends="nothing", among=4),
+    Strike("card, hears nothing", ALL, _wire("io_card_0", "deaf_link"), median_s=HANG_S, ends="nothing", among=4),
     Strike("card, answers 0.3 s late, 40 times", ALL, _wire("io_card_0", "slow_link", 40), must="off or on",
-           median_s=HANG_S, ends="nothing"),
-    Strike("switch, link cut", ALL, _wire("switch", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing"),
+           median_s=HANG_S, ends="nothing", among=3),
+    Strike("switch, link cut", ALL, _wire("switch", "disconnect"), must="off or on", median_s=HANG_S, ends="nothing", among=3),
     Strike("switch, answers 0.3 s late, 40 times", ALL, _wire("switch", "slow_link", 40), must="off or on",
-           median_s=HANG_S, ends="nothing"),
-    Strike("switch, says nothing", ALL, _wire("switch", "one_way_link"), median_s=HANG_S, ends="nothing"),
+           median_s=HANG_S, ends="nothing", among=3),
+    Strike("switch, says nothing", ALL, _wire("switch", "one_way_link"), median_s=HANG_S, ends="nothing", among=4),
     Strike("amplifier, link cut", ALL, _wire("amplifier", "disconnect"), must="off or on", median_s=HANG_S,
-           ends="nothing"),
+           ends="nothing", among=3),
     Strike("amplifier, answers 0.3 s late, 40 times", ALL, _wire("amplifier", "slow_link", 40), must="off or on",
-           median_s=HANG_S, ends="nothing"),
-    Strike("amplifier, says nothing", ALL, _wire("amplifier", "one_way_link"), median_s=HANG_S, ends="nothing"),
+           median_s=HANG_S, ends="nothing", among=3),
+    Strike("amplifier, says nothing", ALL, _wire("amplifier", "one_way_link"), median_s=HANG_S, ends="nothing", among=4),
     Strike("card, power cut", ALL, _power_cut, median_s=HANG_S, ends="nothing"),
 )  # fmt: skip
