@@ -58,10 +58,10 @@ class Conversation:
     def end(self, successor: socket.socket | None = None) -> bytes:
         """Stop serving; replies still to come go to `successor`.  Returns what the parser's buffer holds."""
         self._replies = successor or self._command
+        self._dying |= successor is None  # first: who is told to leave in order switches everything off
         self._evicted.set()
         with suppress(OSError):
             self._wake.send(b"x")
-        self._dying |= successor is None
         while threading.current_thread() is not self._thread and self._thread.is_alive():
             self._thread.join(timeout=5)
             if successor is None:
@@ -129,7 +129,8 @@ class Conversation:
                     if self._sending is not None and self._sending.over():
                         self._finish()
                     self._commands(0.0)
-            self._last_words()
+            if not self._dying:
+                self._last_words()
         except (OSError, EOFError):
             self.gone_s = time.monotonic()
         except Hangup as fault:

@@ -11,6 +11,7 @@ import socket
 import threading
 import time
 from contextlib import suppress
+from dataclasses import replace
 
 from ..listening import hang_up, listening_socket
 from ..wire_faults import WireFaults
@@ -43,7 +44,9 @@ class DaqServer:
         threading.Thread(target=self._accept, name="daq-accept", daemon=True).start()
 
     def close(self) -> None:
-        """The process ends: both ports and the client's connections close."""
+        """The process ends: both ports and the client's connections close.  Idempotent."""
+        if self._closed:
+            return
         self._closed = True
         self._over.set()
         for listener in (self._commands, self._data):
@@ -54,6 +57,8 @@ class DaqServer:
             self._talk.end()
         for talk in self._ending:
             talk.die()
+        with self._board.cards.world.lock:
+            left_alone(self._board)
 
     def _accept(self) -> None:
         with suppress(OSError):  # a listening socket was closed
@@ -95,3 +100,11 @@ class DaqServer:
         with self._board.cards.world.lock:
             self._board.client_changed()
         return left_over
+
+
+def left_alone(board: Board) -> None:
+    """The card goes on without its server; called with the world's lock held."""
+    board.settle()
+    board.sequence.abandoned(board.elapsed())
+    if board.triggered and board.registers.program is not None:
+        board.write(replace(board.registers, program=board.sequence.program))

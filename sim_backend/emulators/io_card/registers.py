@@ -58,7 +58,7 @@ class Program:
     """A sequence as the card will step through it from the trigger on.
 
     values (steps, 6) V, enable (steps, 6) bool, resync (steps, 2) bool, ramp_down (steps,) bool; samples_per_step 0:
-    it never leaves step 0; ring: after the last step the first one comes again.
+    it never leaves step 0; again_from: the step that comes again after the last one, and so for ever, None: it ends.
     """
 
     values: NDArray[np.float64]
@@ -66,7 +66,12 @@ class Program:
     resync: NDArray[np.bool_]
     ramp_down: NDArray[np.bool_]
     samples_per_step: int
-    ring: bool = False
+    again_from: int | None = None
+
+    @property
+    def ring(self) -> bool:
+        """Whether no server ends it."""
+        return self.again_from is not None
 
     @property
     def stop(self) -> float:
@@ -81,17 +86,16 @@ class Program:
             return []
         if not self.samples_per_step:
             return [(first, last, bool(self.enable[0, channel]), float(self.values[0, channel]), False)]
-        if not self.ring:
-            return self._once(channel, first, last)
-        period = len(self.values) * self.samples_per_step
-        rounds = range(first // period, -int(-last // period))
-        return [
-            (a + k * period, b + k * period, enabled, value, ends)
-            for k in rounds
-            for a, b, enabled, value, ends in self._once(
-                channel, max(first - k * period, 0), min(last - k * period, period)
-            )
-        ]
+        length = len(self.values) * self.samples_per_step
+        runs = self._once(channel, first, min(last, length))
+        if self.again_from is None:
+            return runs
+        begin = self.again_from * self.samples_per_step
+        period = length - begin
+        for k in range(max((first - begin) // period, 1), -int(-(last - begin) // period)):
+            again = self._once(channel, max(first - k * period, begin), min(last - k * period, length))
+            runs += [(a + k * period, b + k * period, enabled, value, ends) for a, b, enabled, value, ends in again]
+        return runs
 
     def _once(self, channel: int, first: int, last: float) -> list[tuple[int, float, bool, float, bool]]:
         resync = self._resync(channel)

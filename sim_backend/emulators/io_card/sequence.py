@@ -140,6 +140,17 @@ class Sequence:
             self.program = _as_memory(self.program, self.channels)
         self.state = State.CONFIG
 
+    def abandoned(self, elapsed: float) -> None:
+        """The server's process ends so many samples after the trigger: nobody fills the memory any more, nor sees the
+        end of the sequence.
+
+        Source (sequence_stepper.v counts modulo 8192 while the trigger is on), and seen with the compiled server.
+        """
+        program = self.program
+        if self.state in (State.PREPARED, State.RUNNING) and program is not None and program.samples_per_step:
+            self.program = _as_memory(program, self.channels, int(elapsed) // program.samples_per_step)
+        self.state = State.CONFIG
+
     def emptied(self) -> None:
         """stopTx: what the server has no hand on is gone from the memory as well."""
         if self.program is not None and self.program.ring:
@@ -213,16 +224,18 @@ class Sequence:
         return Program(values, enable, resync, ramp_down, samples_per_step)
 
 
-def _as_memory(program: Program, channels: int) -> Program:
-    """The card's memory after a SEQ:SET, for a card that steps through it without its server: a ring of 8192 steps.
+def _as_memory(program: Program, channels: int, step: int = 0) -> Program:
+    """What a card steps through that its server leaves alone at a step: in the end a ring of 8192 steps.
 
-    Beyond the sequence the server has written zeros, its channels disabled, as far as it fills ahead; the rest is zero
-    and enabled (seen on the real server: a sine without its gate from step 7372 on).
+    Beyond the sequence the server has written zeros, its channels disabled, as far as it fills ahead; what it has never
+    written is zero and enabled (seen on the real server: a sine without its gate from step 7372 on).
     """
-    values, enable = np.zeros((RING, SEQUENCE_CHANNELS)), np.ones((RING, SEQUENCE_CHANNELS), dtype=np.bool_)
-    resync, ramp_down = np.zeros((RING, OUTPUTS), dtype=np.bool_), np.zeros(RING, dtype=np.bool_)
-    steps = min(len(program.values), LOOKAHEAD)
+    filled = step + LOOKAHEAD
+    total = max(filled, RING)
+    values, enable = np.zeros((total, SEQUENCE_CHANNELS)), np.ones((total, SEQUENCE_CHANNELS), dtype=np.bool_)
+    resync, ramp_down = np.zeros((total, OUTPUTS), dtype=np.bool_), np.zeros(total, dtype=np.bool_)
+    steps = min(len(program.values), filled)
     values[:steps], enable[:steps] = program.values[:steps], program.enable[:steps]
     resync[:steps], ramp_down[:steps] = program.resync[:steps], program.ramp_down[:steps]
-    enable[steps:LOOKAHEAD, : min(channels, SEQUENCE_CHANNELS)] = False
-    return Program(values, enable, resync, ramp_down, program.samples_per_step, ring=True)
+    enable[steps:filled, : min(channels, SEQUENCE_CHANNELS)] = False
+    return Program(values, enable, resync, ramp_down, program.samples_per_step, again_from=total - RING)

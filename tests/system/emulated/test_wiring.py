@@ -14,6 +14,7 @@ from drivers.red_pitaya.card import RedPitayaCard
 from drivers.red_pitaya.lines import PinLines
 from drivers.red_pitaya.sequence import RING_STEPS
 from drivers.wiring_proof import TRIES
+from sim_backend.emulators.io_card.daq_server import left_alone
 from tests.kit.emulated_lab import lines_at
 
 PROVE = "io_card.prove_wiring=true"
@@ -127,15 +128,21 @@ def test_a_card_that_falls_silent_in_tx_is_given_up_before_its_memory_raises_the
     timeline = short_shot(can, rx_s=3.0)
     platform.card.program(timeline)
     platform.card.arm()
+    platform.amplifier.enable()
     platform.card.trigger()
     triggered_s = time.monotonic()
     round_s = RING_STEPS * platform.card.boards[0].table.step_samples / can.clock.rate_hz
     assert round_s < platform.card.boards[0].table.sample_timeout_s
     for stream in ("command", "data"):
         lab.control("wire_fault", kind="one_way_link", device="io_card_0", stream=stream)
+    with lab.emulator.world.lock:
+        left_alone(lab.emulator.cards.boards[0])
     with pytest.raises(DeviceTimeout):
         platform.card.read(timeline.total_samples)
     assert time.monotonic() - triggered_s < 0.8 * round_s
+    platform.amplifier.disable()
+    time.sleep(max(0.0, triggered_s + 1.2 * round_s - time.monotonic()))
+    assert lab.violations() == ()  # the gate has been high again meanwhile
     lab.control("clear_faults")
     platform.outputs_off()
     assert sum(c.volts.shape[1] for c in collect(platform.card, short_shot(can), 5000))

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import time
 
+import numpy as np
 import pytest
 
 from drivers.timeline import DigitalLine
 from sim_backend.emulators.emulator import LabEmulator
+from sim_backend.emulators.io_card.sequence import Sequence
 from tests.kit.emulator_client import LAB, RATE, configure, connect, control, program, start, tables, tone, until
 
 STEP = 16
@@ -142,3 +144,45 @@ def test_a_new_client_empties_the_memory(emulator, client):
     assert outputs(emulator) == (False, [])
     assert emulator.cards.boards[0].registers.program is None
     second.close()
+
+
+# --- a server that dies
+
+
+def test_a_card_whose_server_was_killed_plays_its_memory_round_and_round_until_a_server_is_there(emulator, client):
+    program(client, STEP, [[0, 0, 1.8]] * 1200 + [[0, 0, 0]] * 4, [[1, 0, 1]] * 1200 + [[0, 0, 1]] * 4)
+    long = 1200 * STEP  # 0.3 s: somebody must be able to look
+    tone(client, 500.0, 0.2)
+    start(client)
+    until(lambda: len(emulator.cards.boards[0].history) > 0)
+    emulator.kill_server(0)
+    gates, sines = to_be_played(emulator)
+    assert gates == [(0, long), (RING, RING + long), (2 * RING, 2 * RING + long)]
+    assert (0, long) in sines
+    at(emulator, (long + 100) / RATE)
+    assert outputs(emulator) == (False, [])
+    at(emulator, (RING + 100) / RATE)
+    assert outputs(emulator)[0]
+    emulator.start_server(0)
+    assert outputs(emulator) == (False, [])
+
+
+def test_of_a_sequence_longer_than_the_memory_the_last_steps_that_were_filled_come_again():
+    sequence, steps, dies_at = Sequence(), 20_000, 5000
+    sequence.channels = 3
+    sequence.upload(np.arange(3.0 * steps).reshape(steps, 3), 1)
+    sequence.set(STEP)
+    sequence.started()
+    sequence.abandoned(dies_at * STEP + 7.0)
+    left, last = sequence.program, dies_at + 7372
+    played = [value for a, b, _, value, _ in left.runs(0, 0, (last + 2 * 8192) * STEP) for _ in range((b - a) // STEP)]
+    first = np.arange(0.0, 3 * last, 3)
+    np.testing.assert_array_equal(played, np.concatenate([first, first[-8192:], first[-8192:]]))
+    assert left.stop == np.inf
+
+
+def test_a_server_that_dies_while_nothing_is_prepared_leaves_nothing_to_be_played():
+    sequence = Sequence()
+    sequence.abandoned(0.0)
+    assert sequence.program is None
+    assert not sequence.busy
