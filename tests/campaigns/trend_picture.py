@@ -22,10 +22,10 @@ def main() -> None:
     recordings = []
     for each in half_year(lost, SEED):
         part = max(0.0, (int(each.identifier[1:]) / 4 - WEAR_FROM) / (182 - WEAR_FROM))
-        (shot,) = each.shots
-        values = {name: value for name, value in shot.values.items() if name in SHOWN}
+        (point,) = each.points
+        values = {name: value for name, value in point.values.items() if name in SHOWN}
         values["tf_over_i_rad_per_s2"] *= 1.0 + WEAR * part
-        recordings.append(replace(each, shots=(replace(shot, values=values),)))
+        recordings.append(replace(each, points=(replace(point, values=values),)))
     report = specimen_trend(f"J-01 (simulated, changes from day {BEFORE_DAYS} and day {WEAR_FROM} on)", recordings)
     for change in report.changes:
         print(change.name, change.since, change.noticed)
