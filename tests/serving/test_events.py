@@ -92,6 +92,8 @@ def test_a_series_is_told_as_it_comes_and_can_be_looked_at_meanwhile(daemon):
 
 
 def test_a_listener_that_was_away_gets_what_it_missed_and_nothing_twice(daemon):
+    job = daemon.post("/acquisitions", {**SERIES, "shots": 2}).json()
+    wait_for(lambda: daemon.get(f"/acquisitions/{job['id']}").json()["state"] == "done")
     first = Listener(daemon, "?after=0")
     wait_for(lambda: len(first.events) >= 5)
     missed = Listener(daemon, **{"Last-Event-ID": str(first.events[2][1])})
