@@ -29,7 +29,7 @@ LiveDiagnosis: One loop on one resonator.
 NotTuned: No frequency could be trusted within the shots that tune may make.
 ProcedureFiles: Where a procedure writes.
 ProcedureWork: The work of one procedure, every known step of it checked.
-plan_procedure: The work of a procedure for `Engine.conduct`, every known step checked.
+plan_procedure: The work of a procedure for `Engine.submit`, every known step checked.
 CharacterisationFiles: Where report and page of a characterisation are kept.
 CharacterisationWork: Makes the tables of a recording.
 DiagnosisWork: Says what the declared model lacks in these frames of files.

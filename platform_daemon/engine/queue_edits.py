@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from drivers.errors import DeviceStateError, InputError
 from platform_daemon.schemas import AcquisitionRequest, JobState
 
 from .engine import Engine
+from .hardware_queue import in_turn
 from .jobs import AnyJob
 from .work.destination import OwnFile
 from .work.series import AcquisitionJob, SeriesWork
 
 
-def put_in_order(engine: Engine, identifiers: Sequence[str]) -> None:
-    """These first, in this order; kept on disk.  Raises InputError for an id twice, DeviceStateError: it waits not."""
+def put_in_order(engine: Engine, identifiers: Sequence[str], priorities: Mapping[str, int]) -> None:
+    """New priorities for some, and these first, in this order, whatever their priority; kept on disk.
+
+    Who gives a priority takes that job out of an order that was given before.  Raises InputError for an id twice,
+    DeviceStateError: one of them waits not.
+    """
     if len(set(identifiers)) != len(identifiers):
         raise InputError("an id stands in it twice", where="order", remedy="name each job once")
     waiting = {job.identifier: job for job in engine.queue.jobs()}
-    for each in identifiers:
+    for each in (*identifiers, *priorities):
         if each not in waiting:
             remedy = "ask GET /platform for `queued`: only those can be put in order"
             raise DeviceStateError("this job does not wait for the platform", where=each, remedy=remedy)
-    engine.queue.order([waiting[each] for each in identifiers])
-    for place, job in enumerate(engine.queue.jobs()):
-        job.place = place
+
+    def change() -> None:
+        for each, priority in priorities.items():
+            job = waiting[each]
+            job.request, job.place = job.request.model_copy(update={"priority": priority}), None
+        named = [waiting[each] for each in identifiers]
+        before = [job for job in in_turn(waiting.values()) if job.place is not None and job not in named]
+        for place, job in enumerate([*named, *before]):
+            job.place = place
+
+    engine.queue.change(change)
+    for job in waiting.values():
         job.on_change(job)
 
 

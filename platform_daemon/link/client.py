@@ -24,6 +24,7 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
+    QueueOrder,
     Schedule,
     ScheduleRequest,
     SelfTestRequest,
@@ -155,9 +156,9 @@ class RemoteHardware:
         """See Hardware."""
         return self._job_told("edit", identifier, request)
 
-    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+    def order(self, asked: QueueOrder) -> PlatformStatus:
         """See Hardware."""
-        found: PlatformStatus = self._told("order", identifiers)
+        found: PlatformStatus = self._told("order", asked)
         return found
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:

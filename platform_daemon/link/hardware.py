@@ -24,6 +24,7 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
+    QueueOrder,
     Schedule,
     ScheduleRequest,
     SelfTestRequest,
@@ -105,8 +106,8 @@ class Hardware(JobHolder, Protocol):
     def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
         """Another request for a series that has not begun.  Raises UnknownId, DeviceStateError, InputError."""
 
-    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
-        """Jobs that wait, these first in this order.  Raises InputError, DeviceStateError: one of them waits not."""
+    def order(self, asked: QueueOrder) -> PlatformStatus:
+        """Jobs that wait, in another order.  Raises InputError, DeviceStateError: one of them waits not."""
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """Queue a calibration.  Raises InputError, StorageUnusable; nothing moves then."""

@@ -39,6 +39,7 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
+    QueueOrder,
     Schedule,
     ScheduleRequest,
     SelfTestRequest,
@@ -148,7 +149,7 @@ class OwnedHardware(LocalJobs):
         work = self._planned(request)
         check_feasible(self._engine, self._folders.recordings, work.summary().disk_bytes)
         self._mounted.say(request.acquisition.resonator, None)
-        return ShownJob.of(self._engine.conduct(work, identifier=identifier))
+        return ShownJob.of(self._engine.submit(work, identifier=identifier))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
@@ -174,9 +175,9 @@ class OwnedHardware(LocalJobs):
         job = self._engine.job("acquisition", identifier)
         return ShownJob.of(edit_series(self._engine, job, request, self._folders.recordings))
 
-    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+    def order(self, asked: QueueOrder) -> PlatformStatus:
         """See Hardware."""
-        put_in_order(self._engine, identifiers)
+        put_in_order(self._engine, asked.order, asked.priority)
         return self.status()
 
     def calibrate(self, request: CalibrationRequest, *, identifier: str | None = None) -> ShownJob:
@@ -216,7 +217,7 @@ class OwnedHardware(LocalJobs):
             case SelfTestRequest():
                 queue_self_test(self._engine, job.request, again=job)
             case _:
-                self._engine.conduct(self._planned(job.request), again=job)
+                self._engine.submit(self._planned(job.request), again=job)
 
     def mounted(self) -> MountedResonator:
         """See Hardware."""

@@ -134,6 +134,7 @@ JobState: queued -> running -> done | failed | cancelled.
 ProcedureJob: A procedure.
 ProcedureJobs: All procedures, oldest first.
 Progress: How far a job is.
+QueuedJob: One that waits for the platform.
 DiagnosedRound: A series, and what it brought to the diagnosis.
 EffectSummary: An accepted effect in short.
 JobSnapshot: A job as it is at one moment.

@@ -128,6 +128,7 @@ from .jobs import JobState as JobState
 from .jobs import ProcedureJob as ProcedureJob
 from .jobs import ProcedureJobs as ProcedureJobs
 from .jobs import Progress as Progress
+from .jobs import QueuedJob as QueuedJob
 from .jobs import SelfTestJob as SelfTestJob
 from .jobs import SelfTestJobs as SelfTestJobs
 from .link import LinkAnswer as LinkAnswer
