@@ -11,6 +11,7 @@ from platform_daemon.schemas import (
     AcquisitionSummary,
     ActivationRequest,
     AnyProcedureRequest,
+    AnyQueuedRequest,
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
@@ -152,9 +153,9 @@ class RemoteHardware:
         finally:
             self._ended.forget(kind, identifier)
 
-    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
+    def edit(self, kind: str, identifier: str, request: AnyQueuedRequest) -> ShownJob:
         """See Hardware."""
-        return self._job_told("edit", identifier, request)
+        return self._job_told("edit", kind, identifier, request)
 
     def order(self, asked: QueueOrder) -> PlatformStatus:
         """See Hardware."""

@@ -112,6 +112,7 @@ from .harmonics import HarmonicsReport as HarmonicsReport
 from .harmonics import RefusedHarmonicEstimate as RefusedHarmonicEstimate
 from .harmonics import ShotHarmonics as ShotHarmonics
 from .job_records import AnyJobRecord as AnyJobRecord
+from .job_records import AnyQueuedRequest as AnyQueuedRequest
 from .job_records import JobTimes as JobTimes
 from .job_records import StoredJob as StoredJob
 from .jobs import AcquisitionJob as AcquisitionJob

@@ -4,10 +4,14 @@ from types import SimpleNamespace
 
 import pytest
 
+from drivers.errors import DeviceStateError
 from platform_daemon.engine.hardware_queue import Ended, HardwareQueue
 from platform_daemon.engine.jobs import Job
-from platform_daemon.engine.queue_edits import put_in_order
+from platform_daemon.engine.queue_edits import edit_waiting, put_in_order
 from platform_daemon.schemas import SelfTestRequest
+from platform_daemon.store import StorageError
+
+OTHER = SimpleNamespace(request=SelfTestRequest(priority=2), total=7, unit="shots", no_result=None)
 
 
 @pytest.fixture
@@ -98,6 +102,26 @@ def test_a_procedure_that_rests_before_its_first_step_lets_others_go_first(queue
     assert taken(queue, procedures=True) == "p"
     procedure.pause_requested.set()
     assert taken(queue) == "a"
+
+
+def test_a_change_that_the_disk_does_not_take_changes_nothing(queue):
+    job = asked(queue, "a", 5)
+    before = job.request
+
+    def keep(job):
+        raise StorageError("the disk is full")
+
+    with pytest.raises(StorageError):
+        edit_waiting(SimpleNamespace(queue=queue, keep=keep), job, lambda: OTHER)
+    assert (job.request, job.total) == (before, 1)
+    kept = []
+    edit_waiting(SimpleNamespace(queue=queue, keep=kept.append), job, lambda: OTHER)
+    assert kept == [job]
+    assert (job.request, job.total, job.priority) == (OTHER.request, 7, 2)
+    assert queue.take(0.0).work is OTHER
+    job.begin()
+    with pytest.raises(DeviceStateError, match="has not begun"):
+        edit_waiting(SimpleNamespace(queue=queue, keep=kept.append), job, lambda: OTHER)
 
 
 def test_nothing_begins_after_the_end(queue):
