@@ -13,7 +13,7 @@ from fastapi.responses import FileResponse
 from drivers.errors import InputError
 from platform_daemon.engine import UnknownId
 from platform_daemon.link import ShownJob
-from platform_daemon.schemas import NoResult, Root, Schema
+from platform_daemon.schemas import NoResult, QueuedJob, Root, Schema
 
 from .at_once import at_once
 from .context import JobId, Shared
@@ -59,6 +59,8 @@ class JobKind(Generic[JobT]):
             "error": None if job.error is None else problem(job.error, links["self"]),
             "links": links,
         }
+        if issubclass(self.body, QueuedJob):
+            parts["priority"] = job.request.priority
         if self.name == "calibration":
             parts["question"] = job.question
         if self.name == "procedure":

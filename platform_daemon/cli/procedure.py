@@ -56,7 +56,7 @@ def _run(
     from platform_daemon.schemas import TuneOutcome
 
     prepare_fit()
-    job = engine.conduct(work)
+    job = engine.submit(work)
     interrupted = interrupted_while(engine, job)
     result: ProcedureResult = job.result
     for warning in job.warnings:

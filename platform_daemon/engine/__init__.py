@@ -10,6 +10,7 @@ TunedPresets: Sequences that tune has found.
 open_catalogue: The catalogue of a daemon.
 Tell: Takes events.
 quiet: Nobody listens.
+AcquisitionPlan: The checked plan of a series.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
 ShuttingDown: The daemon takes no work any more.
 UnknownId: No job or recording has that id.
@@ -20,7 +21,8 @@ AnyJob: A job of whatever kind.
 Job: One piece of work.
 Work: What a job does.
 put_in_order: Jobs that wait, in another order.
-edit_series: Another request for a series that has not begun.
+edit_waiting: Another work for a job that has not begun.
+series_work: The work of a series that writes a file of its own.
 resume_series: The missing shots of a series that was cut off.
 reduce_latency: Search for garbage once more, now, and from here on only in what is made later.
 Budget: How much may be measured.
@@ -29,7 +31,7 @@ LiveDiagnosis: One loop on one resonator.
 NotTuned: No frequency could be trusted within the shots that tune may make.
 ProcedureFiles: Where a procedure writes.
 ProcedureWork: The work of one procedure, every known step of it checked.
-plan_procedure: The work of a procedure for `Engine.conduct`, every known step checked.
+plan_procedure: The work of a procedure for `Engine.submit`, every known step checked.
 CharacterisationFiles: Where report and page of a characterisation are kept.
 CharacterisationWork: Makes the tables of a recording.
 DiagnosisWork: Says what the declared model lacks in these frames of files.
@@ -38,7 +40,8 @@ FitTask: What a fit computes.
 FitWork: Fits some frames of a file.
 AcquisitionJob: The job of a series of shots.
 queue_self_test: A self-test behind what waits for the platform.
-check_calibration: Can it be made at all?
+plan_self_test: The checked work of a self-test.
+plan_calibration: The checked work of a calibration.
 check_model: Is there such a model, are there such terms?
 """
 
@@ -51,13 +54,14 @@ from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
 from .jobs import DAEMON_ENDED, AnyJob, Job, ShuttingDown, Work
 from .latency import reduce_latency
-from .plan_checks import check_calibration, check_model
+from .plan_checks import check_model, plan_calibration
+from .planning import AcquisitionPlan
 from .procedures.conductor import ProcedureFiles, ProcedureWork
 from .procedures.diagnose import Budget, Callbacks, LiveDiagnosis
 from .procedures.planned import plan_procedure
 from .procedures.tune import NotTuned
-from .queue_edits import edit_series, put_in_order, resume_series
-from .queued_self_test import queue_self_test
+from .queue_edits import edit_waiting, put_in_order, resume_series, series_work
+from .queued_self_test import plan_self_test, queue_self_test
 from .tuned_presets import TunedPresets
 from .work.characterisation import CharacterisationFiles, CharacterisationWork
 from .work.diagnosis import DiagnosisTask, DiagnosisWork
@@ -68,6 +72,7 @@ __all__ = [
     "ANALYSES",
     "DAEMON_ENDED",
     "AcquisitionJob",
+    "AcquisitionPlan",
     "AnalysisJobs",
     "AnyJob",
     "Budget",
@@ -93,11 +98,12 @@ __all__ = [
     "TunedPresets",
     "UnknownId",
     "Work",
-    "check_calibration",
     "check_model",
-    "edit_series",
+    "edit_waiting",
     "open_catalogue",
+    "plan_calibration",
     "plan_procedure",
+    "plan_self_test",
     "put_in_order",
     "queue_self_test",
     "quiet",
@@ -105,4 +111,5 @@ __all__ = [
     "record_of",
     "reduce_latency",
     "resume_series",
+    "series_work",
 ]

@@ -33,7 +33,7 @@ from .catalogue import Catalogue
 from .computed import computed_surely
 from .happenings import Tell, quiet
 from .hardware_queue import HardwareQueue
-from .hardware_thread import HardwareThread, run_job
+from .hardware_thread import HardwareThread
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
@@ -61,7 +61,7 @@ class Engine:
     catalogue: what can be measured by name; online: computes on-line fits and plans; computing: what takes longer;
     tell: takes events.
 
-    On-line fits and procedures have a thread each.  Raises SequenceRejected if the self-test leaves the limits.
+    On-line fits have a thread.  Raises SequenceRejected if the self-test leaves the limits.
     """
 
     def __init__(
@@ -87,7 +87,6 @@ class Engine:
         self.online, self.computing = online, computing
         self._registry, self._tell = JobRegistry(journal or JobRecords(None), ON_HARDWARE, tell), tell
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
-        self._procedures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="procedures")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
         self._closed = threading.Event()
         self._interlock = Interlock(platform, tell)
@@ -159,15 +158,17 @@ class Engine:
         again: AnyJob | None = None,
         identifier: str | None = None,
     ) -> Job[RequestT, ResultT]:
-        """Queue work on the hardware: it runs behind the interlock once all that was submitted before has ended.
+        """Queue work on the hardware: it runs behind the interlock once those before it have ended.
 
-        See `Job.of`; whatever stops the procedure stops its step.  Raises ShuttingDown, InterlockError while a fault
-        stands.
+        A procedure submits its steps itself.  See `Job.of`; whatever stops the procedure stops its step.  Raises
+        ShuttingDown, InterlockError while a fault stands.
         """
         self._interlock.refuse()
         with self._planning:
             job = Job.of(work, within, again, identifier)
-            self._register(job, moving=True)
+            if self._closed.is_set():
+                raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
+            self._registry.add(job, queued=True)
             self._hardware.put(job, work)
             return job
 
@@ -183,20 +184,6 @@ class Engine:
                 raise DeviceStateError(f"{what} runs or waits", where="calibration", remedy=remedy)
             self.calibration_in_use.activate(request, folder)
             return self.calibration_in_use.in_use()
-
-    def conduct(
-        self, work: Work[RequestT, ResultT], again: AnyJob | None = None, identifier: str | None = None
-    ) -> Job[RequestT, ResultT]:
-        """Run a procedure, which submits its steps itself, in a thread for procedures, after that before it.
-
-        Raises ShuttingDown.
-        """
-        self._interlock.refuse()
-        with self._planning:
-            job = Job.of(work, None, again, identifier)
-            self._register(job, conducting=True)
-            self._procedures.submit(run_job, job, work)
-            return job
 
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
@@ -257,6 +244,10 @@ class Engine:
         with self._hardware.at_rest():
             return self.platform.guard.reset(by, reason)
 
+    def keep(self, job: AnyJob) -> None:
+        """What was changed of one that waits, on disk.  Raises StorageError."""
+        self._registry.keep(job)
+
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, oldest first."""
         return self._registry.left_waiting()
@@ -289,12 +280,7 @@ class Engine:
                 self._hardware.join()
             finally:
                 self.platform.close()
-        for each in (self._procedures, self._online):
-            each.shutdown(wait=True, cancel_futures=True)
+        self._hardware.join_procedures()
+        self._online.shutdown(wait=True, cancel_futures=True)
         for computer in (self.online, self.computing):
             computer.close()
-
-    def _register(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
-        if self._closed.is_set():
-            raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
-        self._registry.add(job, moving=moving, conducting=conducting)

@@ -1,10 +1,13 @@
-"""The one thread that moves anything: it works through a queue of jobs, and reads the devices back between them."""
+"""The one thread that moves anything: it works through a queue of jobs, and reads the devices back between them.
+
+Beside it one that conducts procedures, which put their steps into that queue.
+"""
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 
 import structlog
@@ -45,6 +48,8 @@ class HardwareThread:
         self._hardware = threading.Lock()  # held while a job moves something
         self._thread = threading.Thread(target=self._work, name="hardware", daemon=True)
         self._thread.start()
+        self._conducting = threading.Thread(target=self._conduct, name="procedures", daemon=True)
+        self._conducting.start()
 
     @property
     def alive(self) -> bool:
@@ -52,16 +57,20 @@ class HardwareThread:
         return self._thread.is_alive()
 
     def put(self, job: AnyJob, work: Callable[[AnyJob], None]) -> None:
-        """Queue it: its work is done behind the interlock."""
+        """Queue it: its work is done behind the interlock, that of a procedure by its steps."""
         self.queue.put(job, work)
 
     def put_end(self) -> None:
-        """End after what is queued now."""
+        """Begin nothing more."""
         self.queue.put_end()
 
     def join(self) -> None:
         """Wait until it has ended, a minute at most."""
         self._thread.join(timeout=_END_S)
+
+    def join_procedures(self) -> None:
+        """Wait until none writes any more."""
+        self._conducting.join()
 
     @contextmanager
     def at_rest(self) -> Iterator[None]:
@@ -92,16 +101,20 @@ class HardwareThread:
                 item = self.queue.take(IDLE_S)
             except Ended:
                 return
-            if item is None:
-                self._interlock.recover()
-                self.refresh()
-                continue
             if self._ends.is_set():
                 return
-            with self._hardware:
-                run_job(item.job, partial(self._interlock.run, item.work))
+            if item is not None:
+                with self._hardware:
+                    run_job(item.job, partial(self._interlock.run, item.work))
             self._interlock.recover()
             self.refresh()
+
+    def _conduct(self) -> None:
+        with suppress(Ended):
+            while not self._ends.is_set():
+                item = self.queue.take(IDLE_S, procedures=True)
+                if item is not None:
+                    run_job(item.job, item.work)
 
     def _warm_up(self) -> None:
         try:

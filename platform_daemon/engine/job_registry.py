@@ -11,6 +11,7 @@ from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
 
 from .happenings import Tell, job_event, quiet
+from .hardware_queue import in_turn
 from .job_records import JobRecords
 from .jobs import AnyJob
 
@@ -49,17 +50,17 @@ class JobRegistry:
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
         self._conducting: list[AnyJob] = []  # procedures that wait, or make steps
 
-    def add(self, job: AnyJob, *, moving: bool = False, conducting: bool = False) -> None:
+    def add(self, job: AnyJob, *, queued: bool = False) -> None:
         """Keep a job from now on, or one of an earlier run again.
 
-        moving: it wants the hardware; conducting: it submits those that do.  Raises StorageError.
+        queued: it wants the hardware, or submits those that do.  Raises StorageError.
         """
         self._journal.save(job)
         job.on_change = self._keep
         # known to `outputs_off` before it can begin
-        if moving:
+        if queued and job.kind != "procedure":
             self._moving = [*(each for each in self._moving if not each.state.final), job]
-        if conducting:
+        elif queued:
             self._conducting = [*(each for each in self._conducting if not each.state.final), job]
         self._jobs[job.identifier] = job
         self._ids[job.identifier] = None
@@ -67,11 +68,14 @@ class JobRegistry:
             self._ended.pop(job.identifier, None)
         self._tell_state(job)
 
+    def keep(self, job: AnyJob) -> None:
+        """A job as it is now, on disk.  Raises StorageError."""
+        self._journal.save(job)
+
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, and that nobody has queued again; in the order of the queue."""
         known = {id(job) for job in self.stoppable()}
-        left = [job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known]
-        return sorted(left, key=lambda job: (job.place is None, job.place or 0))  # the others came later
+        return in_turn(job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known)
 
     def found_waiting(self) -> list[AnyJob]:
         """Jobs on disk that wait and that nobody has queued, oldest first, those that came after the start too."""

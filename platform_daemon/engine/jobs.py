@@ -75,7 +75,8 @@ class Job(Generic[RequestT, ResultT]):
 
     request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
     do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
-    series of this run of the program; place: in the queue, if somebody has put that in order.
+    series of this run of the program; place: in the queue, if somebody has put that in order, which goes before its
+    priority.
     """
 
     kind: str
@@ -139,6 +140,11 @@ class Job(Generic[RequestT, ResultT]):
             job.within = within.identifier
             job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested
         return job
+
+    @property
+    def priority(self) -> int:
+        """Of those that wait the highest begins first."""
+        return getattr(self.request, "priority", 0)
 
     def begin(self) -> bool:
         """From queued to running; False if it was cancelled before, or is to be."""

@@ -11,13 +11,14 @@ from platform_daemon.schemas import CalibrationRequest
 from .computed import computed_surely
 from .engine import Engine
 from .work.calibration import calibration_work
+from .work.calibration_bench import CalibrationWork
 
 _BARE, _ITS_OWN = "undamped", "magnetic_restoring"  # a declared model that any term but its own can be added to
 
 
-def check_calibration(engine: Engine, request: CalibrationRequest, folder: Path) -> None:
-    """Nothing moves.  Raises ConfigError, InputError."""
-    calibration_work(engine.platform, request, engine.side, folder, engine.calibration_in_use.self_test)
+def plan_calibration(engine: Engine, request: CalibrationRequest, folder: Path) -> CalibrationWork:
+    """Its checked work; nothing moves.  Raises ConfigError, InputError."""
+    return calibration_work(engine.platform, request, engine.side, folder, engine.calibration_in_use.self_test)
 
 
 def check_model(engine: Engine, label: str | None, terms: Sequence[str] = ()) -> None:

@@ -2,49 +2,88 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from drivers.errors import DeviceStateError, InputError
-from platform_daemon.schemas import AcquisitionRequest, JobState
+from platform_daemon.schemas import JobState
+from platform_daemon.store import StorageError
 
 from .engine import Engine
-from .jobs import AnyJob
+from .hardware_queue import in_turn
+from .jobs import AnyJob, Work
+from .planning import AcquisitionPlan
 from .work.destination import OwnFile
 from .work.series import AcquisitionJob, SeriesWork
 
 
-def put_in_order(engine: Engine, identifiers: Sequence[str]) -> None:
-    """These first, in this order; kept on disk.  Raises InputError for an id twice, DeviceStateError: it waits not."""
+def put_in_order(engine: Engine, identifiers: Sequence[str], priorities: Mapping[str, int]) -> None:
+    """New priorities for some, and these first, in this order, whatever their priority; kept on disk.
+
+    Who gives a priority takes that job out of an order that was given before.  Raises InputError for an id twice,
+    DeviceStateError: one of them waits not.
+    """
     if len(set(identifiers)) != len(identifiers):
         raise InputError("an id stands in it twice", where="order", remedy="name each job once")
     waiting = {job.identifier: job for job in engine.queue.jobs()}
-    for each in identifiers:
+    for each in (*identifiers, *priorities):
         if each not in waiting:
             remedy = "ask GET /platform for `queued`: only those can be put in order"
             raise DeviceStateError("this job does not wait for the platform", where=each, remedy=remedy)
-    engine.queue.order([waiting[each] for each in identifiers])
-    for place, job in enumerate(engine.queue.jobs()):
-        job.place = place
+
+    def change() -> None:
+        for each, priority in priorities.items():
+            job = waiting[each]
+            job.request, job.place = job.request.model_copy(update={"priority": priority}), None
+        named = [waiting[each] for each in identifiers]
+        before = [job for job in in_turn(waiting.values()) if job.place is not None and job not in named]
+        for place, job in enumerate([*named, *before]):
+            job.place = place
+
+    engine.queue.change(change)
+    for job in waiting.values():
         job.on_change(job)
 
 
-def edit_series(engine: Engine, job: AnyJob, request: AcquisitionRequest, folder: Path) -> AnyJob:
-    """Another request in place of that of a series which has not begun.
+def series_work(engine: Engine, plan: AcquisitionPlan, folder: Path) -> SeriesWork:
+    """The work of a series that writes a file of its own into `folder`."""
+    return SeriesWork(engine.series_bench, plan, OwnFile(None, folder))
 
-    Raises InputError, DeviceStateError if it has begun or is gone on with.
+
+def edit_waiting(engine: Engine, job: AnyJob, work: Callable[[], Work[Any, Any]]) -> AnyJob:
+    """Another work in place of that of a job which has not begun; on disk before it holds.
+
+    It keeps its id and its place, unless its priority is another one.  work: makes it, checked.
+
+    Raises DeviceStateError if it has begun or is gone on with, StorageError, and what `work` raises.
     """
-    plan = engine.plan(request)
-    work = SeriesWork(engine.series_bench, plan, OwnFile(None, folder))
+    refused = DeviceStateError(
+        "only what has not begun can be changed",
+        where=job.identifier,
+        remedy="cancel it, or wait for its end, and ask for a new one",
+    )
+    goes_on = getattr(job.result, "recording", None) is not None
+    if job.state is not JobState.QUEUED or job.within is not None or goes_on:
+        raise refused
+    other = work()
 
     def change() -> Callable[[AnyJob], None]:
-        job.request, job.total = work.request, work.total
-        return work
+        before = job.request, job.total, job.unit, job.result, job.place
+        place = job.place if other.request.priority == job.priority else None
+        job.request, job.total, job.unit, job.result, job.place = (
+            *(other.request, other.total, other.unit, other.no_result),
+            place,
+        )
+        try:
+            engine.keep(job)
+        except StorageError:
+            job.request, job.total, job.unit, job.result, job.place = before
+            raise
+        return other
 
-    if job.within is not None or job.result.recording is not None or not engine.queue.exchange(job, change):
-        remedy = "cancel it, or wait for its end, and ask for a new one"
-        raise DeviceStateError("only a series that has not begun can be changed", where=job.identifier, remedy=remedy)
-    job.on_change(job)
+    if not engine.queue.exchange(job, change):
+        raise refused
     return job
 
 

@@ -13,4 +13,9 @@ def queue_self_test(
     engine: Engine, request: SelfTestRequest, again: AnyJob | None = None, identifier: str | None = None
 ) -> SelfTestJob:
     """Behind what waits for the platform.  Raises SequenceRejected and as `Engine.submit`; nothing moves then."""
-    return engine.submit(SelfTestWork(request, engine.calibration_in_use.requested_self_test), None, again, identifier)
+    return engine.submit(plan_self_test(engine, request), None, again, identifier)
+
+
+def plan_self_test(engine: Engine, request: SelfTestRequest) -> SelfTestWork:
+    """Its checked work; nothing moves.  Raises SequenceRejected."""
+    return SelfTestWork(request, engine.calibration_in_use.requested_self_test)

@@ -5,8 +5,8 @@ from .hardware import JobHolder as JobHolder
 from .jobs import LocalJobs as LocalJobs
 from .jobs import ShownJob as ShownJob
 from .launcher import HardwareLauncher as HardwareLauncher
-from .owner import Folders as Folders
 from .owner import OwnedHardware as OwnedHardware
+from .plans import Folders as Folders
 from .queue import take_up_queue as take_up_queue
 from .server import LinkServer as LinkServer
 from .stopping import STOPPED as STOPPED

@@ -11,6 +11,7 @@ from platform_daemon.schemas import (
     AcquisitionSummary,
     ActivationRequest,
     AnyProcedureRequest,
+    AnyQueuedRequest,
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
@@ -24,6 +25,7 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
+    QueueOrder,
     Schedule,
     ScheduleRequest,
     SelfTestRequest,
@@ -151,13 +153,13 @@ class RemoteHardware:
         finally:
             self._ended.forget(kind, identifier)
 
-    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
+    def edit(self, kind: str, identifier: str, request: AnyQueuedRequest) -> ShownJob:
         """See Hardware."""
-        return self._job_told("edit", identifier, request)
+        return self._job_told("edit", kind, identifier, request)
 
-    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+    def order(self, asked: QueueOrder) -> PlatformStatus:
         """See Hardware."""
-        found: PlatformStatus = self._told("order", identifiers)
+        found: PlatformStatus = self._told("order", asked)
         return found
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:

@@ -12,6 +12,7 @@ from platform_daemon.schemas import (
     AcquisitionSummary,
     ActivationRequest,
     AnyProcedureRequest,
+    AnyQueuedRequest,
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
@@ -24,6 +25,7 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
+    QueueOrder,
     Schedule,
     ScheduleRequest,
     SelfTestRequest,
@@ -102,11 +104,14 @@ class Hardware(JobHolder, Protocol):
         Raises UnknownId, DeviceStateError for another job that has ended, InputError, StorageUnusable.
         """
 
-    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
-        """Another request for a series that has not begun.  Raises UnknownId, DeviceStateError, InputError."""
+    def edit(self, kind: str, identifier: str, request: AnyQueuedRequest) -> ShownJob:
+        """Another request for a job that has not begun.
 
-    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
-        """Jobs that wait, these first in this order.  Raises InputError, DeviceStateError: one of them waits not."""
+        Raises UnknownId, DeviceStateError once it has, InputError, StorageUnusable, StorageError.
+        """
+
+    def order(self, asked: QueueOrder) -> PlatformStatus:
+        """Jobs that wait, in another order.  Raises InputError, DeviceStateError: one of them waits not."""
 
     def calibrate(self, request: CalibrationRequest) -> ShownJob:
         """Queue a calibration.  Raises InputError, StorageUnusable; nothing moves then."""

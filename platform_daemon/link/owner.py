@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
-from platform_daemon import reports  # not its parts: they load matplotlib when they are first used
 from platform_daemon.engine import (
     AnyJob,
-    CharacterisationFiles,
     Engine,
-    ProcedureFiles,
-    ProcedureWork,
-    check_calibration,
     check_model,
-    edit_series,
-    plan_procedure,
+    edit_waiting,
+    plan_calibration,
     put_in_order,
     queue_self_test,
     resume_series,
@@ -27,6 +20,7 @@ from platform_daemon.schemas import (
     AcquisitionSummary,
     ActivationRequest,
     AnyProcedureRequest,
+    AnyQueuedRequest,
     CalibrationRequest,
     CalibrationsInUse,
     DeviceListing,
@@ -39,6 +33,7 @@ from platform_daemon.schemas import (
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
+    QueueOrder,
     Schedule,
     ScheduleRequest,
     SelfTestRequest,
@@ -48,22 +43,11 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import StorageError, check_room
 
-from .feasible import check_feasible
 from .jobs import LocalJobs, ShownJob, rest, waiting
 from .mounted import Mounted
+from .plans import Folders, Plans
 from .queue import take_up_queue
 from .stopping import STOPPED
-
-
-@dataclass(frozen=True)
-class Folders:
-    """Where the owner of the hardware writes."""
-
-    recordings: Path
-    procedures: Path
-    characterisations: Path
-    calibrations: Path
-    mounted: Path
 
 
 class OwnedHardware(LocalJobs):
@@ -78,6 +62,7 @@ class OwnedHardware(LocalJobs):
     ) -> None:
         super().__init__(engine)
         self._engine, self._folders, self._schedules, self._damage = engine, folders, schedules, damage
+        self._plans = Plans(engine, folders)
         self._mounted = Mounted(folders.mounted, changes_itself=engine.platform.changes_resonators)
 
     def has_happened(self) -> None:
@@ -126,9 +111,7 @@ class OwnedHardware(LocalJobs):
 
     def acquire(self, request: AcquisitionRequest, *, identifier: str | None = None) -> ShownJob:
         """See Hardware.  identifier: that the job will have, None: a new one."""
-        self._only_named(request.resonator)
-        plan = self._engine.plan(request)
-        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
+        plan = self._plans.series(request)
         self._mounted.say(request.resonator, None)
         return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings, identifier=identifier))
 
@@ -138,23 +121,17 @@ class OwnedHardware(LocalJobs):
 
     def dry_run(self, request: AcquisitionRequest) -> AcquisitionSummary:
         """See Hardware."""
-        self._only_named(request.resonator)
-        plan = self._engine.plan(request)
-        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
-        return plan.summary()
+        return self._plans.series(request).summary()
 
     def conduct(self, request: AnyProcedureRequest, *, identifier: str | None = None) -> ShownJob:
         """See Hardware.  identifier: that the job will have, None: a new one."""
-        work = self._planned(request)
-        check_feasible(self._engine, self._folders.recordings, work.summary().disk_bytes)
+        work = self._plans.procedure(request)
         self._mounted.say(request.acquisition.resonator, None)
-        return ShownJob.of(self._engine.conduct(work, identifier=identifier))
+        return ShownJob.of(self._engine.submit(work, identifier=identifier))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
-        found = self._planned(request).summary()
-        check_feasible(self._engine, self._folders.recordings, found.disk_bytes)
-        return found
+        return self._plans.procedure(request).summary()
 
     def pause(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
@@ -168,15 +145,17 @@ class OwnedHardware(LocalJobs):
         rest(job, pause=False)
         return ShownJob.of(job)
 
-    def edit(self, identifier: str, request: AcquisitionRequest) -> ShownJob:
+    def edit(self, kind: str, identifier: str, request: AnyQueuedRequest) -> ShownJob:
         """See Hardware."""
-        self.dry_run(request)
-        job = self._engine.job("acquisition", identifier)
-        return ShownJob.of(edit_series(self._engine, job, request, self._folders.recordings))
+        job = edit_waiting(self._engine, self._engine.job(kind, identifier), lambda: self._plans.work(request))
+        if not isinstance(request, CalibrationRequest | SelfTestRequest):
+            series = request if isinstance(request, AcquisitionRequest) else request.acquisition
+            self._mounted.say(series.resonator, None)
+        return ShownJob.of(job)
 
-    def order(self, identifiers: tuple[str, ...]) -> PlatformStatus:
+    def order(self, asked: QueueOrder) -> PlatformStatus:
         """See Hardware."""
-        put_in_order(self._engine, identifiers)
+        put_in_order(self._engine, asked.order, asked.priority)
         return self.status()
 
     def calibrate(self, request: CalibrationRequest, *, identifier: str | None = None) -> ShownJob:
@@ -186,7 +165,7 @@ class OwnedHardware(LocalJobs):
 
     def check_calibration(self, request: CalibrationRequest) -> None:
         """Can it be made?  Nothing moves.  Raises InputError."""
-        check_calibration(self._engine, request, self._folders.calibrations)
+        plan_calibration(self._engine, request, self._folders.calibrations)
 
     def check_model(self, label: str | None, terms: Sequence[str] = ()) -> None:
         """Is there such a model, None: whatever a recording says, and are there such terms?  Raises InputError."""
@@ -216,7 +195,7 @@ class OwnedHardware(LocalJobs):
             case SelfTestRequest():
                 queue_self_test(self._engine, job.request, again=job)
             case _:
-                self._engine.conduct(self._planned(job.request), again=job)
+                self._engine.submit(self._plans.known_procedure(job.request), again=job)
 
     def mounted(self) -> MountedResonator:
         """See Hardware."""
@@ -224,7 +203,7 @@ class OwnedHardware(LocalJobs):
 
     def say_mounted(self, request: MountRequest) -> MountedResonator:
         """See Hardware."""
-        self._only_named(request.resonator)
+        self._plans.only_named(request.resonator)
         return self._mounted.say(request.resonator, request.by)
 
     def not_mounted(self, resonator: str, *, surely: bool) -> str | None:
@@ -277,13 +256,3 @@ class OwnedHardware(LocalJobs):
             remedy = "put back a copy of it, or move it away to begin a new one; then start the daemon again"
             raise StorageError(what, where=(damage and damage.where) or "schedules.db", why=why or "", remedy=remedy)
         return found
-
-    def _only_named(self, resonator: str) -> None:
-        """Raises InputError for a path: over the network none is given as one."""
-        self._engine.catalogue.resonators.named(resonator)
-
-    def _planned(self, request: AnyProcedureRequest) -> ProcedureWork:
-        self._only_named(request.acquisition.resonator)
-        files = ProcedureFiles(self._folders.recordings, self._folders.procedures)
-        tables = CharacterisationFiles(reports.characterisation_html, self._folders.characterisations)
-        return plan_procedure(self._engine, request, files, tables)

@@ -16,7 +16,7 @@ from platform_daemon.schemas import AnyWorkRequest, ScheduleEvent
 from .calendar import Calendar, jitter_s
 from .launcher import JobOutcome, Launcher
 from .ledger import Kept, Ledger, Row
-from .turns import work_of
+from .turns import with_priority, work_of
 
 log = structlog.get_logger()
 Tell = Callable[[ScheduleEvent], None]
@@ -151,7 +151,9 @@ class Scheduler:
         return not self._launched(replace(row, job=job), kept, now)
 
     def _work(self, row: Row, kept: Kept) -> AnyWorkRequest:
-        return kept.request.work if kept.request.resonators is None else work_of(kept.request, self._ledger.turn(row))
+        asked = kept.request
+        work = asked.work if asked.resonators is None else work_of(asked, self._ledger.turn(row))
+        return with_priority(work, asked.priority)
 
     def _waits_for_hands(self, row: Row, kept: Kept) -> bool:
         """Must its resonator be mounted first?  Its row says so meanwhile.

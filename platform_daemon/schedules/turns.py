@@ -1,4 +1,4 @@
-"""Several resonators in turn: which of them a start is with."""
+"""What a start is: with which of several resonators in turn, and with which priority."""
 
 from __future__ import annotations
 
@@ -20,6 +20,14 @@ def work_of(request: ScheduleRequest, turn: int) -> AnyWorkRequest:
     """The work of the start after so many.  Raises InputError as `works`."""
     every = works(request)
     return every[turn % len(every)]
+
+
+def with_priority(work: AnyWorkRequest, priority: int) -> AnyWorkRequest:
+    """The work as it is queued; one that leaves the platform alone has none."""
+    if work.kind == "fit" or work.kind == "diagnosis":
+        return work
+    request = work.request.model_copy(update={"priority": priority})
+    return work.model_copy(update={"request": request})
 
 
 def _with(work: AnyWorkRequest, resonator: str) -> AnyWorkRequest:

@@ -114,6 +114,7 @@ HarmonicsBatch: The same of several files, in the order in which they were named
 HarmonicsReport: What the harmonics of the frames of one file tell.
 RefusedHarmonicEstimate: The harmonics cannot be read.
 ShotHarmonics: What the harmonics of one shot tell, or why they cannot be read.
+AnyQueuedRequest: What can wait for the platform.
 AnyJobRecord: A job as its file keeps it, of any kind.
 JobTimes: When a job was asked for, began and ended, ISO 8601.
 StoredJob: The record of a job of any kind.
@@ -134,6 +135,7 @@ JobState: queued -> running -> done | failed | cancelled.
 ProcedureJob: A procedure.
 ProcedureJobs: All procedures, oldest first.
 Progress: How far a job is.
+QueuedJob: One that waits for the platform.
 DiagnosedRound: A series, and what it brought to the diagnosis.
 EffectSummary: An accepted effect in short.
 JobSnapshot: A job as it is at one moment.

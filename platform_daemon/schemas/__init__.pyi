@@ -112,6 +112,7 @@ from .harmonics import HarmonicsReport as HarmonicsReport
 from .harmonics import RefusedHarmonicEstimate as RefusedHarmonicEstimate
 from .harmonics import ShotHarmonics as ShotHarmonics
 from .job_records import AnyJobRecord as AnyJobRecord
+from .job_records import AnyQueuedRequest as AnyQueuedRequest
 from .job_records import JobTimes as JobTimes
 from .job_records import StoredJob as StoredJob
 from .jobs import AcquisitionJob as AcquisitionJob
@@ -128,6 +129,7 @@ from .jobs import JobState as JobState
 from .jobs import ProcedureJob as ProcedureJob
 from .jobs import ProcedureJobs as ProcedureJobs
 from .jobs import Progress as Progress
+from .jobs import QueuedJob as QueuedJob
 from .jobs import SelfTestJob as SelfTestJob
 from .jobs import SelfTestJobs as SelfTestJobs
 from .link import LinkAnswer as LinkAnswer

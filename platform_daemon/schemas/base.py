@@ -90,6 +90,22 @@ class Request(Schema):
     model_config = ConfigDict(strict=True, defer_build=False)
 
 
+def _is_zero(value: Any) -> bool:
+    return bool(value == 0)
+
+
+Priority = Annotated[int, Field(ge=-100, le=100)]
+"""Of several that wait the highest begins first."""
+
+
+class QueuedRequest(Request):
+    """What waits for the platform, if others are there before it."""
+
+    priority: Annotated[Priority, Field(exclude_if=_is_zero)] = 0
+    """Of several that wait the highest begins first, of equal ones the one that was asked for first; -100 to 100.  It
+    is not written where it is 0."""
+
+
 class Root(RootModel[T], Generic[T]):
     """Something whose JSON is a list, a mapping, or one of several schemas."""
 

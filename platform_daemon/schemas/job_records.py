@@ -114,6 +114,8 @@ class ProcedureRecord(JobRecord[AnyProcedureRequest, ProcedureResult]):
     """A procedure."""
 
 
+AnyQueuedRequest = AcquisitionRequest | CalibrationRequest | SelfTestRequest | AnyProcedureRequest
+"""What can wait for the platform."""
 AnyJobRecord = (
     AcquisitionRecord
     | FitRecord

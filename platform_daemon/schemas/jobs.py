@@ -85,7 +85,14 @@ class Job(Schema, Generic[RequestT, ResultT]):
     """Path by what is there."""
 
 
-class AcquisitionJob(Job[AcquisitionRequest, AcquisitionResult]):
+class QueuedJob(Job[RequestT, ResultT], Generic[RequestT, ResultT]):
+    """One that waits for the platform, if others are there before it."""
+
+    priority: int
+    """Of several that wait the highest begins first."""
+
+
+class AcquisitionJob(QueuedJob[AcquisitionRequest, AcquisitionResult]):
     """A series of shots; `result` grows with every shot on disk, its id is that of the recording."""
 
     model_config = ConfigDict(json_schema_extra=example("acquisition_job"))
@@ -121,7 +128,7 @@ class CharacterisationJob(Job[CharacterisationRequest, CharacterisationReport | 
     """A characterisation."""
 
 
-class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
+class CalibrationJob(QueuedJob[CalibrationRequest, CalibrationReport | NoResult]):
     """A calibration; `result` is what `calibrate --json` writes, and empty before that."""
 
     model_config = ConfigDict(json_schema_extra=example("calibration_job"))
@@ -132,7 +139,7 @@ class CalibrationJob(Job[CalibrationRequest, CalibrationReport | NoResult]):
     """What the operator has to do before it goes on; null: nothing."""
 
 
-class SelfTestJob(Job[SelfTestRequest, SelfTestReport | NoResult]):
+class SelfTestJob(QueuedJob[SelfTestRequest, SelfTestReport | NoResult]):
     """A self-test; `result` is what `self-test --json` writes, and empty before that, or if it has failed."""
 
     model_config = ConfigDict(json_schema_extra=example("self_test_job"))
@@ -141,7 +148,7 @@ class SelfTestJob(Job[SelfTestRequest, SelfTestReport | NoResult]):
     """A self-test."""
 
 
-class ProcedureJob(Job[AnyProcedureRequest, ProcedureResult]):
+class ProcedureJob(QueuedJob[AnyProcedureRequest, ProcedureResult]):
     """A procedure: steps one after the other, each an acquisition, all shots in one recording; `result` grows with
     every step."""
 

@@ -6,22 +6,24 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from .base import Request
+from .base import QueuedRequest
 from .requests import AcquisitionRequest
 
 
-def _all_shots_alike(acquisition: AcquisitionRequest) -> AcquisitionRequest:
+def _of_every_step(acquisition: AcquisitionRequest) -> AcquisitionRequest:
     if acquisition.shot_changes is not None:
         raise ValueError("the shots of a step are alike, for some may be repeated: sweep the keys of shot_changes")
+    if acquisition.priority:
+        raise ValueError("its steps have the priority of the procedure: give `priority` beside `acquisition`")
     return acquisition
 
 
-class ProcedureRequest(Request):
+class ProcedureRequest(QueuedRequest):
     """A procedure of any kind."""
 
     kind: str
     """Which procedure."""
-    acquisition: Annotated[AcquisitionRequest, AfterValidator(_all_shots_alike)]
+    acquisition: Annotated[AcquisitionRequest, AfterValidator(_of_every_step)]
     """What every step has in common; `shots` and `blank_shots` are per step."""
     longest_pause_s: Annotated[float, Field(gt=0, le=604_800, allow_inf_nan=False)] = 28_800.0
     """A pause that lasts longer ends it, s: it holds up those that wait, and a change of calibration."""

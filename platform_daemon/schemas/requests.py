@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
-from .base import Finite, Given, Positive, Request, Schema, Window
+from .base import Finite, Given, Positive, QueuedRequest, Request, Schema, Window
 
 CALIBRATION_ID = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
 Text = Annotated[str, Field(max_length=2000)]
@@ -160,7 +160,7 @@ class ShotChange(Request):
 ShotChanges = Annotated[tuple[ShotChange, ...], Field(strict=False, min_length=1, max_length=MOST_CHANGES)]
 
 
-class AcquisitionRequest(Request):
+class AcquisitionRequest(QueuedRequest):
     """A series of shots on one resonator."""
 
     model_config = ConfigDict(
@@ -200,7 +200,7 @@ class AcquisitionRequest(Request):
     """What else is to be kept, for the record."""
 
 
-class CalibrationRequest(Request):
+class CalibrationRequest(QueuedRequest):
     """A calibration of the receive side with a reference dipole, or of the transmit side with a field probe."""
 
     model_config = ConfigDict(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .analysis_requests import Terms
-from .base import Request, Root, Schema, Window, example
+from .base import Priority, Request, Root, Schema, Window, example
 from .procedures import AnyProcedureRequest
 from .requests import AcquisitionRequest, CalibrationRequest, ModelName
 from .self_tests import SelfTestRequest
@@ -129,14 +129,20 @@ class ScheduleRequest(Request):
     """A start that could not begin so long after its instant is missed, s."""
     policy: SchedulePolicy = "coalesce"
     """What becomes of starts that had to wait."""
-    priority: Annotated[int, Field(ge=-100, le=100)] = 0
-    """Of several that wait the highest begins first."""
+    priority: Priority = 0
+    """Of several that wait the highest begins first; its jobs have it in the queue."""
     start: str | None = None
     """Not before, ISO 8601 in the zone of the trigger; null: now."""
     until: str | None = None
     """Not after, ISO 8601 in the zone of the trigger; null: for ever."""
     max_failures: Annotated[int, Field(ge=1, le=1000)] = 3
     """So many failures in a row switch it off until somebody resumes it."""
+
+    @model_validator(mode="after")
+    def _one_priority(self) -> ScheduleRequest:
+        if getattr(getattr(self.work, "request", None), "priority", 0):
+            raise ValueError("its jobs have the priority of the schedule: give `priority` beside `work`")
+        return self
 
 
 class Schedule(Schema):

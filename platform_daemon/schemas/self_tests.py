@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pydantic import ConfigDict
 
-from .base import Request
+from .base import QueuedRequest
 from .requests import Text
 
 
-class SelfTestRequest(Request):
+class SelfTestRequest(QueuedRequest):
     """A self-test now: a low tone per coil, as the table `[self_test]` of the platform file says."""
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"operator": "DC", "comment": "after new cables"}]})

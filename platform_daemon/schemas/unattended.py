@@ -5,9 +5,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 
-from .base import Request, Schema, example
+from .base import Priority, Request, Schema, example
 
 
 class FaultUnlock(Schema):
@@ -20,10 +20,22 @@ class FaultUnlock(Schema):
 
 
 class QueueOrder(Request):
-    """The order of jobs that wait for the platform."""
+    """The order of jobs that wait for the platform: `order`, `priority`, or both."""
 
-    order: Annotated[list[str], Field(min_length=1, max_length=1000)]
-    """Ids of those that come first, the next one first; all others follow as they were."""
+    model_config = ConfigDict(
+        json_schema_extra={"examples": [{"order": ["acquisition-20261121T101500-1a2b3c"]}, {"priority": {"ID": 10}}]}
+    )
+
+    order: Annotated[list[str], Field(max_length=1000)] = Field(default=[])
+    """Ids of those that come first, the next one first, whatever their priority; all others follow as they were."""
+    priority: Annotated[dict[str, Priority], Field(max_length=1000)] = Field(default={})
+    """New priorities by id; what had been put in order by hand is no longer, if it is not in `order`."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> QueueOrder:
+        if not self.order and not self.priority:
+            raise ValueError("nothing is put in order: give `order`, `priority`, or both")
+        return self
 
 
 class FaultCleared(Schema):

@@ -1,16 +1,131 @@
-"""What waits, and what of it will begin by itself."""
+"""What waits, in which order, and what of it will begin by itself."""
 
-from platform_daemon.engine.hardware_queue import HardwareQueue
+from types import SimpleNamespace
+
+import pytest
+
+from drivers.errors import DeviceStateError
+from platform_daemon.engine.hardware_queue import Ended, HardwareQueue
 from platform_daemon.engine.jobs import Job
+from platform_daemon.engine.queue_edits import edit_waiting, put_in_order
+from platform_daemon.schemas import SelfTestRequest
+from platform_daemon.store import StorageError
+
+OTHER = SimpleNamespace(request=SelfTestRequest(priority=2), total=7, unit="shots", no_result=None)
 
 
-def test_a_job_that_was_paused_before_it_began_holds_nobody_up():
-    queue, job = HardwareQueue(), Job("acquisition", None, None, 1, "shots")
-    assert not queue.awaits
+@pytest.fixture
+def queue():
+    return HardwareQueue()
+
+
+def asked(queue, name, priority=0, kind="acquisition"):
+    job = Job(kind, SelfTestRequest(priority=priority), None, 1, "shots", identifier=name)
     queue.put(job, lambda job: None)
+    return job
+
+
+def names(queue):
+    return "".join(job.identifier for job in queue.jobs())
+
+
+def ordered(queue, order=(), **priorities):
+    put_in_order(SimpleNamespace(queue=queue), order, priorities)
+    return names(queue)
+
+
+def taken(queue, *, procedures=False):
+    found = queue.take(0.0, procedures=procedures)
+    return None if found is None else found.job.identifier
+
+
+def test_a_job_that_was_paused_before_it_began_holds_nobody_up(queue):
+    assert not queue.awaits
+    job = asked(queue, "a")
     assert queue.awaits
     job.pause_requested.set()
     assert not queue.awaits
     assert queue.take(0.0) is None
     job.cancel_requested.set()  # it is taken, so that it ends
     assert queue.awaits
+
+
+def test_the_highest_priority_begins_first_and_equal_ones_as_they_were_asked_for(queue):
+    for name, priority in (("a", 0), ("b", -5), ("c", 10), ("d", 0), ("e", 10)):
+        asked(queue, name, priority)
+    assert names(queue) == "ceadb"
+
+
+def test_what_is_put_in_order_by_hand_stays_there_whatever_priority_comes_later(queue):
+    for name, priority in (("a", 0), ("b", 5), ("c", 0)):
+        asked(queue, name, priority)
+    assert ordered(queue, ["c"]) == "cba"
+    asked(queue, "d", 100)
+    assert names(queue) == "cdba"
+    assert ordered(queue, ["a"]) == "acdb"
+
+
+def test_a_new_priority_moves_a_job_also_out_of_an_order_given_before(queue):
+    for name in "abc":
+        asked(queue, name)
+    assert ordered(queue, ["c", "b"]) == "cba"
+    assert ordered(queue, c=-1) == "bac"
+    assert ordered(queue, ["c"], c=7, a=1) == "cba"
+    assert [job.priority for job in queue.jobs()] == [7, 0, 1]
+
+
+def test_a_procedure_begins_when_the_hardware_is_free_and_nothing_comes_before_its_first_step(queue):
+    asked(queue, "a")
+    assert taken(queue, procedures=True) is None
+    assert taken(queue) == "a"
+    procedure = asked(queue, "p", kind="procedure")
+    asked(queue, "q", kind="procedure")
+    asked(queue, "b")
+    assert taken(queue, procedures=True) is None  # a has the hardware
+    assert taken(queue) is None  # it has ended, and the procedure is the next
+    assert taken(queue, procedures=True) == "p"
+    assert queue.awaits
+    assert taken(queue) is None  # its first step has not been asked for
+    asked(queue, "1").within = procedure.identifier
+    assert taken(queue) == "1"
+    asked(queue, "2").within = procedure.identifier
+    assert taken(queue) == "b"  # between its steps the others
+    assert taken(queue) == "2"
+    assert not queue.awaits  # one procedure at a time
+    assert taken(queue) is None
+    assert taken(queue, procedures=True) == "q"
+
+
+def test_a_procedure_that_rests_before_its_first_step_lets_others_go_first(queue):
+    procedure = asked(queue, "p", kind="procedure")
+    asked(queue, "a")
+    assert taken(queue, procedures=True) == "p"
+    procedure.pause_requested.set()
+    assert taken(queue) == "a"
+
+
+def test_a_change_that_the_disk_does_not_take_changes_nothing(queue):
+    job = asked(queue, "a", 5)
+    before = job.request
+
+    def keep(job):
+        raise StorageError("the disk is full")
+
+    with pytest.raises(StorageError):
+        edit_waiting(SimpleNamespace(queue=queue, keep=keep), job, lambda: OTHER)
+    assert (job.request, job.total) == (before, 1)
+    kept = []
+    edit_waiting(SimpleNamespace(queue=queue, keep=kept.append), job, lambda: OTHER)
+    assert kept == [job]
+    assert (job.request, job.total, job.priority) == (OTHER.request, 7, 2)
+    assert queue.take(0.0).work is OTHER
+    job.begin()
+    with pytest.raises(DeviceStateError, match="has not begun"):
+        edit_waiting(SimpleNamespace(queue=queue, keep=kept.append), job, lambda: OTHER)
+
+
+def test_nothing_begins_after_the_end(queue):
+    asked(queue, "a")
+    queue.put_end()
+    with pytest.raises(Ended):
+        queue.take(0.0)

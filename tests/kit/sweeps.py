@@ -33,6 +33,6 @@ def sweep_work(engine: Engine, folder: Path, *over: dict[str, Any], **keys: Any)
 
 def swept(engine: Engine, folder: Path, *over: dict[str, Any], **keys: Any) -> ProcedureJob:
     """Its job, once it has ended."""
-    job = engine.conduct(sweep_work(engine, folder, *over, **keys))
+    job = engine.submit(sweep_work(engine, folder, *over, **keys))
     assert job.ended.wait(timeout=120)
     return job

@@ -41,6 +41,6 @@ def tune_work(engine: Engine, folder: Path, resonator: str, **keys: Any) -> Proc
 
 def tuned(engine: Engine, folder: Path, resonator: str, **keys: Any) -> ProcedureJob:
     """Its job, once it has ended."""
-    job = engine.conduct(tune_work(engine, folder, resonator, **keys))
+    job = engine.submit(tune_work(engine, folder, resonator, **keys))
     assert job.ended.wait(timeout=120)
     return job

@@ -6,7 +6,8 @@ from platform_daemon.app import start_engine
 from platform_daemon.engine.catalogue import open_catalogue
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.link.client import RemoteHardware
-from platform_daemon.link.owner import Folders, OwnedHardware
+from platform_daemon.link.owner import OwnedHardware
+from platform_daemon.link.plans import Folders
 from platform_daemon.link.server import LinkServer
 from platform_daemon.settings import load_platform
 from platform_daemon.store.data_folder import open_data_folder

@@ -34,6 +34,7 @@ class Owner:
     def __init__(self, clock, takes_s=10.0):
         self.clock, self.takes_s, self.jobs, self.next_fails = clock, takes_s, {}, None
         self.ends, self.mounted, self.began_with = "done", None, []
+        self.priorities = []
 
     def planned_s(self, work):
         return self.takes_s
@@ -54,6 +55,7 @@ class Owner:
         assert job not in self.jobs
         self.jobs[job] = self.clock()
         self.began_with.append(getattr(work.request, "resonator", None))
+        self.priorities.append(work.request.priority)
 
     def outcome(self, job):
         if job not in self.jobs:
@@ -249,6 +251,12 @@ def test_of_several_the_highest_priority_begins_first(bench):
     bench.until(T0 + 200)
     first, second = bench.rows(high.identifier)[0], bench.rows(low.identifier)[0]
     assert (first.job, second.job) == ("acquisition-0", "acquisition-1")
+    assert bench.owner.priorities == [5, 0]
+
+
+def test_a_scheduled_work_has_the_priority_of_its_schedule_and_none_of_its_own():
+    with pytest.raises(ValueError, match="beside `work`"):
+        asked({"every_s": 3600.0}, work={"kind": "self_test", "request": {"priority": 5}})
 
 
 def test_leaping_clocks_leave_every_instant_in_the_ledger_once_and_start_none_twice(bench):

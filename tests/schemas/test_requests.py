@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from platform_daemon.schemas.analysis_requests import DiagnosisRequest, PredictionRequest, RecordingFitRequest
 from platform_daemon.schemas.base import to_json
 from platform_daemon.schemas.requests import AcquisitionRequest, SequencePatch, SequencePreset
+from platform_daemon.schemas.schedules import ScheduleRequest
 from platform_daemon.settings import load_sequence, shipped
 from sequences.request import SequenceRequest
 
@@ -61,6 +62,15 @@ def test_keys_that_were_not_given_are_not_told() -> None:
 def test_what_no_sequence_can_be(sequence: dict[str, Any], complaint: str) -> None:
     with pytest.raises(ValidationError, match=complaint):
         AcquisitionRequest.model_validate({"resonator": "thread", "sequence": sequence})
+
+
+def test_a_priority_is_one_of_a_schedule_and_not_told_where_it_is_the_usual_one() -> None:
+    assert bounds(AcquisitionRequest)["priority"] == bounds(ScheduleRequest)["priority"]
+    assert "priority" not in AcquisitionRequest(resonator="thread").model_dump()
+    assert AcquisitionRequest(resonator="thread", priority=-100).model_dump()["priority"] == -100
+    for wrong in (-101, 101, 1.0, "5", True, None):
+        with pytest.raises(ValidationError):
+            AcquisitionRequest.model_validate({"resonator": "thread", "priority": wrong})
 
 
 def test_windows() -> None:

@@ -15,6 +15,22 @@ from tests.kit.served import served
 
 LONG = {**SHORT_JEWEL, "shots": 300, "window": None}
 SERIES = {**SHORT_JEWEL, "shots": 30, "window": "n50"}
+SWEEP = {"kind": "sweep", "acquisition": SHORT_JEWEL, "over": [{"key": "field_ut", "values": [200, 300]}]}
+OTHER = {
+    "acquisitions": (SHORT_JEWEL, {**SHORT_JEWEL, "shots": 2}, {**SHORT_JEWEL, "resonator": "x"}),
+    "procedures": (
+        SWEEP,
+        {"kind": "tune", "acquisition": {"resonator": "jewel"}},
+        {**SWEEP, "acquisition": {"resonator": "x"}},
+    ),
+    "calibrations": (
+        {"kind": "transmit"},
+        {"kind": "receive", "repetitions": 1},
+        {"kind": "receive", "frequencies_hz": [1, 2]},
+    ),
+    "self-tests": ({}, {"operator": "DC"}, {"operator": 5}),
+}
+"""By path: what is asked for, what is asked for in its place, and what cannot be."""
 
 
 def state(daemon, job):
@@ -27,6 +43,74 @@ def asked(daemon, **keys):
 
 def queued(daemon):
     return daemon.get("/platform").json()["queued"]
+
+
+def waiting(daemon, path, **keys):
+    return daemon.post(f"/{path}", {**OTHER[path][0], **keys}).json()["id"]
+
+
+@pytest.mark.long
+def test_what_has_not_begun_can_be_changed_whatever_it_is_and_keeps_id_and_place(daemon):
+    running = daemon.post("/acquisitions", LONG).json()["id"]
+    ids = {path: waiting(daemon, path) for path in OTHER}
+    for path, (_, other, never) in OTHER.items():
+        before = daemon.get(f"/{path}/{ids[path]}").json()
+        problem(daemon.put(f"/{path}/{ids[path]}", never), 422)
+        assert daemon.get(f"/{path}/{ids[path]}").json() == before
+        edited = daemon.put(f"/{path}/{ids[path]}", other)
+        assert (edited.status_code, edited.json()["state"]) == (200, "queued"), edited.text
+        assert edited.json()["request"] != before["request"]
+        assert all(edited.json()["request"][key] == told for key, told in other.items() if not isinstance(told, dict))
+        kept = json.loads((daemon.folder / f"jobs/{ids[path]}.json").read_text())
+        assert kept["request"] == edited.json()["request"] == daemon.get(f"/{path}/{ids[path]}").json()["request"]
+    assert queued(daemon) == list(ids.values())
+    problem(daemon.put(f"/procedures/{ids['calibrations']}", SWEEP), 404)
+    assert "has not begun" in problem(daemon.put(f"/acquisitions/{running}", SHORT_JEWEL), 409)["detail"]
+    for path, identifier in ids.items():
+        daemon.delete(f"/{path}/{identifier}")
+        problem(daemon.put(f"/{path}/{identifier}", OTHER[path][0]), 409)
+
+
+def test_the_highest_priority_begins_first_and_can_be_changed_while_it_waits(daemon):
+    daemon.post("/acquisitions", LONG)
+    ids = {path: waiting(daemon, path, priority=each) for each, path in enumerate(OTHER, start=-1)}
+    a, p, c, s = ids.values()
+    assert queued(daemon) == [s, c, p, a]
+    told = {path: daemon.get(f"/{path}/{identifier}").json() for path, identifier in ids.items()}
+    assert [job["priority"] for job in told.values()] == [-1, 0, 1, 2]
+    assert told["calibrations"]["request"]["priority"] == 1
+    problem(daemon.post("/acquisitions", {**SHORT_JEWEL, "priority": 101}), 422)
+    within = {**SWEEP, "acquisition": {**SHORT_JEWEL, "priority": 5}}
+    assert "beside" in problem(daemon.post("/procedures", within), 422)["detail"]
+    assert daemon.post("/platform/queue", {"priority": {a: 5}}).json()["queued"] == [a, s, c, p]
+    assert daemon.post("/platform/queue", {"order": [p]}).json()["queued"] == [p, a, s, c]
+    assert daemon.put(f"/self-tests/{s}", {"priority": 50}).json()["priority"] == 50
+    urgent = waiting(daemon, "self-tests", priority=100)
+    assert queued(daemon) == [p, urgent, s, a, c]
+    assert daemon.put(f"/procedures/{p}", {**SWEEP, "priority": -100}).status_code == 200
+    assert queued(daemon) == [urgent, s, a, c, p]
+    problem(daemon.post("/platform/queue", {}), 422)
+    problem(daemon.post("/platform/queue", {"priority": {"nobody": 5}}), 409)
+
+
+@pytest.mark.long
+def test_priorities_and_changes_of_what_waits_outlive_a_kill(tmp_path):
+    data = tmp_path / "data"
+    with served(data) as daemon:
+        daemon.post("/acquisitions", LONG)
+        low, sweep = asked(daemon), waiting(daemon, "procedures")
+        test = waiting(daemon, "self-tests", priority=5)
+        daemon.put(f"/procedures/{sweep}", {**SWEEP, "over": [{"key": "field_ut", "values": [250]}], "priority": 3})
+        assert queued(daemon) == [test, sweep, low]
+        os.kill(daemon.pid("hardware"), signal.SIGKILL)
+        wait_for(lambda: daemon.get("/ready").status_code == 200)
+        wait_for(lambda: state(daemon, low) == "done")
+        paths = [f"/self-tests/{test}", f"/procedures/{sweep}", f"/acquisitions/{low}"]
+        made = [daemon.get(path).json() for path in paths]
+    assert [job["state"] for job in made] == ["done"] * 3
+    assert [job["priority"] for job in made] == [5, 3, 0]
+    assert made[0]["finished"] <= made[1]["started"] <= made[2]["started"]
+    assert len(made[1]["result"]["steps"]) == 1
 
 
 @pytest.mark.long
@@ -49,10 +133,12 @@ def test_what_waits_is_put_in_order_paused_and_changed_and_a_restart_keeps_it(tm
         daemon.post(f"/acquisitions/{c}/pause", {})
     with served(data) as daemon:
         wait_for(lambda: state(daemon, b) == "done")
-        made = [daemon.get(f"/acquisitions/{each}").json() for each in (c, a, b)]
-        assert [each["state"] for each in made] == ["done"] * 3
+        assert state(daemon, c) == "queued"  # one that was paused stays so
+        daemon.post(f"/acquisitions/{c}/resume", {})
+        wait_for(lambda: state(daemon, c) == "done")
+        made = [daemon.get(f"/acquisitions/{each}").json() for each in (a, b, c)]
         assert made[0]["started"] < made[1]["started"] < made[2]["started"]
-        assert made[1]["result"]["shots"] == 2
+        assert made[0]["result"]["shots"] == 2
 
 
 def test_a_series_rests_between_two_shots_and_others_go_first_if_it_has_not_begun(daemon):

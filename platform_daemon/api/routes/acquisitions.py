@@ -70,7 +70,7 @@ def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
 @router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
 def edit_acquisition(identifier: JobId, body: AcquisitionRequest, context: Shared) -> AcquisitionJob:
     """Another request in the place of that of an acquisition that waits; 409 once it has begun."""
-    return ACQUISITIONS.shown(context.hardware.edit(identifier, body))
+    return ACQUISITIONS.shown(context.hardware.edit("acquisition", identifier, body))
 
 
 @router.post("/{identifier}/pause", summary="Pause", responses=problems(404, 409, 415))

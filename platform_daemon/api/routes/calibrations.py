@@ -61,6 +61,12 @@ def adopt_calibration(body: ActivationRequest, context: Shared) -> CalibrationsI
     return context.hardware.activate(body)
 
 
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+def edit_calibration(identifier: JobId, body: CalibrationRequest, context: Shared) -> CalibrationJob:
+    """Another request in the place of that of a calibration that waits; 409 once it has begun."""
+    return CALIBRATIONS.shown(context.hardware.edit("calibration", identifier, body))
+
+
 CALIBRATIONS.add_routes(router)
 
 

@@ -118,11 +118,12 @@ def reset_fault(context: Shared, body: FaultUnlock) -> FaultCleared:
 
 @router.post("/platform/queue", summary="Put what waits in order", responses=problems(409, 415, 422))
 def order_queue(context: Shared, body: QueueOrder) -> PlatformStatus:
-    """These jobs first, in this order; all others follow as they were.  `queued` of the answer is the order now.
+    """The jobs of `order` first; all others follow by their priority.  `queued` of the answer is the order now.
 
-    It outlives a restart.  409 if one of them does not wait (any more): nothing is changed then.
+    `priority` gives jobs another one.  It outlives a restart.  409 if one of them does not wait (any more): nothing is
+    changed then.
     """
-    return context.hardware.order(tuple(body.order))
+    return context.hardware.order(body)
 
 
 @router.get("/platform/resonator", summary="What is in the clamping unit", responses=problems(503))

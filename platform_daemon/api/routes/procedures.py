@@ -64,6 +64,12 @@ def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSu
     return context.hardware.dry_run_procedure(body)
 
 
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+def edit_procedure(identifier: JobId, body: AnyProcedureRequest, context: Shared) -> ProcedureJob:
+    """Another request in the place of that of a procedure that waits; 409 once it has begun."""
+    return PROCEDURES.shown(context.hardware.edit("procedure", identifier, body))
+
+
 PROCEDURES.add_routes(router)
 
 

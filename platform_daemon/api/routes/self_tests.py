@@ -6,7 +6,7 @@ from fastapi import APIRouter, Response
 
 from platform_daemon.schemas import SelfTestJob, SelfTestJobs, SelfTestRequest
 
-from ..context import Shared
+from ..context import JobId, Shared
 from ..job_routes import JobKind
 from ..network.routes import GuardedRoute
 from ..problems import problems
@@ -31,6 +31,12 @@ def start_self_test(body: SelfTestRequest, response: Response, context: Shared) 
     the platform file says is a job that has failed with `self-test-failed`, which names what is wrong.
     """
     return SELF_TESTS.accepted(context.hardware.self_test(body), response)
+
+
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+def edit_self_test(identifier: JobId, body: SelfTestRequest, context: Shared) -> SelfTestJob:
+    """Another request in the place of that of a self-test that waits; 409 once it has begun."""
+    return SELF_TESTS.shown(context.hardware.edit("self_test", identifier, body))
 
 
 SELF_TESTS.add_routes(router)

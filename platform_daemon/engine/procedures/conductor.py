@@ -199,7 +199,9 @@ class ProcedureWork:
             shots, blank = attempts.left
             if shots + blank <= 0:
                 return
-            request = step.acquisition.model_copy(update={"shots": shots, "blank_shots": blank})
+            request = step.acquisition.model_copy(
+                update={"shots": shots, "blank_shots": blank, "priority": self.request.priority}
+            )
             made = self._made(job, series, attempts, request)
             if made.state is JobState.CANCELLED:
                 raise Cancelled

@@ -31,7 +31,7 @@ from .tune import Tune, TuneBench
 def plan_procedure(
     engine: Engine, request: AnyProcedureRequest, files: ProcedureFiles, tables: CharacterisationFiles | None = None
 ) -> ProcedureWork:
-    """The work of a procedure for `Engine.conduct`, every known step checked; nothing moves.  Raises InputError.
+    """The work of a procedure for `Engine.submit`, every known step checked; nothing moves.  Raises InputError.
 
     tables: where a characterisation keeps its report and page; None: in the job's result alone.
     """

@@ -16,6 +16,8 @@ ONE_PER_RECORDING = ("resonator", "sample", "operator", "comment")
 """What a recording can say once only."""
 NO_SINGLE_VALUE = ("shot_changes", "plan_parameters")
 """What holds several values by itself."""
+OF_THE_PROCEDURE = ("priority",)
+"""What all its steps have from it."""
 _UNITS = {"_t": {"_ut": 1e6, "_mt": 1e3}, "_s": {"_ms": 1e3}, "_hz": {"_khz": 1e-3}}
 """By the ending of a key: endings that people use, and how many of their unit make one of the key's."""
 
@@ -43,7 +45,8 @@ def sweep_keys() -> dict[str, SweepKey]:
             if name.endswith(ending):
                 stem = name.removesuffix(ending)
                 found |= {f"{stem}{other}": SweepKey(key.path, per_unit) for other, per_unit in others.items()}
-    return {name: key for name, key in found.items() if key.path[-1] not in (*ONE_PER_RECORDING, *NO_SINGLE_VALUE)}
+    never = (*ONE_PER_RECORDING, *NO_SINGLE_VALUE, *OF_THE_PROCEDURE)
+    return {name: key for name, key in found.items() if key.path[-1] not in never}
 
 
 def _paths(model: type[BaseModel], above: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -27,7 +27,7 @@ def begun(engine, folder, longest_pause_s=60.0, held=None, tune=False, ramp=None
     )
     files = ProcedureFiles(folder, folder, folder / "c.h5", folder / "log.json")
     tables = CharacterisationFiles(characterisation_html, report=folder / "c.json", html=folder / "c.html")
-    return engine.conduct(plan_procedure(engine, request, files, tables))
+    return engine.submit(plan_procedure(engine, request, files, tables))
 
 
 def fitting(job):

@@ -23,7 +23,7 @@ def work(engine, folder, resonator="thread_imperfect", sequence=None, **keys):
 
 
 def done(engine, planned):
-    job = engine.conduct(planned)
+    job = engine.submit(planned)
     assert job.ended.wait(timeout=240)
     return job
 

@@ -131,7 +131,7 @@ def test_a_device_that_fails_in_the_middle_is_told_with_its_step(engine_with, tm
 
 def test_a_pause_rests_between_shots_with_outputs_off_lets_others_measure_and_goes_on(engine_with, tmp_path):
     engine = engine_with()
-    job = engine.conduct(sweep_work(engine, tmp_path, shots=6))
+    job = engine.submit(sweep_work(engine, tmp_path, shots=6))
     seen = []
     until(lambda: seen.append(job.progress().done) or job.progress().done > 2)
     job.pause_requested.set()
@@ -159,7 +159,7 @@ def test_a_pause_rests_between_shots_with_outputs_off_lets_others_measure_and_go
 def test_a_pause_that_outlasts_its_limit_ends_it_with_what_there_is(engine_with, tmp_path):
     engine = engine_with()
     work = sweep_work(engine, tmp_path, longest_pause_s=0.1)
-    job = engine.conduct(work)
+    job = engine.submit(work)
     until(lambda: job.result.steps)
     job.pause_requested.set()
     assert job.ended.wait(timeout=60)
@@ -172,7 +172,7 @@ def test_a_pause_that_outlasts_its_limit_ends_it_with_what_there_is(engine_with,
 @pytest.mark.parametrize("how", ["cancel", "cancel the step", "stop", "close", "cancel in a pause"])
 def test_whatever_stops_it_the_shots_on_disk_are_put_together_and_nothing_moves_any_more(engine_with, tmp_path, how):
     engine = engine_with()
-    job = engine.conduct(sweep_work(engine, tmp_path, shots=50))
+    job = engine.submit(sweep_work(engine, tmp_path, shots=50))
     until(lambda: job.progress().done > 1)
     if how == "cancel in a pause":
         job.pause_requested.set()
@@ -194,8 +194,8 @@ def test_whatever_stops_it_the_shots_on_disk_are_put_together_and_nothing_moves_
 def test_of_two_procedures_the_second_waits_and_an_acquisition_takes_its_turn_between_steps(engine_with, tmp_path):
     engine = engine_with()
     (tmp_path / "b").mkdir()
-    first = engine.conduct(sweep_work(engine, tmp_path))
-    second = engine.conduct(sweep_work(engine, tmp_path / "b"))
+    first = engine.submit(sweep_work(engine, tmp_path))
+    second = engine.submit(sweep_work(engine, tmp_path / "b"))
     assert second.state is JobState.QUEUED
     assert acquire(engine, tmp_path / "a.h5", window=None).state is JobState.DONE
     assert second.ended.wait(timeout=60)

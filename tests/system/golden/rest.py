@@ -205,6 +205,7 @@ def _calibrations(daemon: Daemon) -> None:
     daemon.job("calibrations/transmit", "/calibrations", {"kind": "transmit", **short})
     here = made["links"]["self"]
     daemon.ask("calibrations/continue", "POST", f"{here}/continue", json={})
+    daemon.ask("calibrations/change-ended", "PUT", here, json={"kind": "receive"})
     daemon.ask("calibrations/cancel-ended", "DELETE", here)
     daemon.ask("calibrations/all", "GET", "/calibrations")
     asked = {"kind": "receive", "calibration": made["result"]["calibration"]}
@@ -249,6 +250,7 @@ def _procedures(daemon: Daemon) -> None:
     made = daemon.job("procedures/sweep", "/procedures", sweep)["links"]["self"]
     for what in ("pause", "resume"):
         daemon.ask(f"procedures/{what}-ended", "POST", f"{made}/{what}", json={})
+    daemon.ask("procedures/change-ended", "PUT", made, json=sweep)
     daemon.ask("procedures/cancel-ended", "DELETE", made)
     daemon.ask("procedures/all", "GET", "/procedures")
     tables = {"kind": "characterise", "acquisition": {**shot, "shots": 2}}
@@ -303,6 +305,7 @@ def _self_tests(daemon: Daemon) -> None:
     """After all that is measured: a shot more changes the noise of those that follow."""
     tested = daemon.job("self-tests/passed", "/self-tests", {"operator": "me"})["links"]["self"]
     daemon.ask("self-tests/all", "GET", "/self-tests")
+    daemon.ask("self-tests/change-ended", "PUT", tested, json={})
     daemon.ask("self-tests/cancel-ended", "DELETE", tested)
 
 
