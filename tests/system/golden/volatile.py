@@ -26,6 +26,8 @@ _PHRASES = (
     (re.compile(r"(declared model [^;\n]+); [0-9.]+ s"), r"\1; <float> s"),
     (re.compile(r"(│ +(?:N50|D30) │.*│ +)\d+\.\d{3} │$", re.MULTILINE), r"\1<float> │"),  # time of a fit
     (re.compile(r"series_id='[0-9a-f]{32}'"), "series_id='<id>'"),
+    # How far a shot was that was cut off.
+    (re.compile(r'("phase":\s*"failed",\s*"fraction":\s*)0\.0*[1-9]\d*'), r'\1"<float>"'),
     (re.compile(r"the log has it under [0-9a-f]{8}"), "the log has it under <reference>"),
 )
 
