@@ -7,6 +7,7 @@ shots are.  One that waited for the hardware waits on; all others that waited ar
 from __future__ import annotations
 
 import os
+import re
 import threading
 from collections.abc import Callable
 from datetime import datetime
@@ -16,11 +17,14 @@ import structlog
 
 from drivers import errors
 from platform_daemon.schemas import AnyJobRecord, ErrorRecord, JobState, JobTimes, StoredJob, to_json
-from platform_daemon.store import write_file
+from platform_daemon.store import StorageError, write_file
 
 from .jobs import AnyJob, Job
 
 log = structlog.get_logger()
+_HEAD = 1 << 14
+"""Bytes at the beginning of a record: what was asked for, and the state; what came out may be a thousand times that."""
+_STATE = re.compile(rb'^ "state": "(\w+)"', re.MULTILINE)  # of the record itself: other keys are indented by more
 
 
 class JobRecords:
@@ -46,10 +50,11 @@ class JobRecords:
         """Is there a record of that job?"""
         return self._folder is not None and (self._folder / f"{identifier}.json").exists()
 
-    def names(self, kinds: frozenset[str]) -> set[str]:
-        """Ids of all jobs of these kinds that were saved."""
+    def names(self, kinds: frozenset[str] | None) -> list[str]:
+        """Ids of all jobs of these kinds (None: of all) that were saved, oldest first, to the second."""
         found = os.listdir(self._folder) if self._folder is not None else []
-        return {n.removesuffix(".json") for n in found if n.endswith(".json") and n.partition("-")[0] in kinds}
+        names = [n.removesuffix(".json") for n in found if n.endswith(".json") and not n.startswith(".")]
+        return sorted((n for n in names if kinds is None or n.partition("-")[0] in kinds), key=second_of)
 
     def one(self, identifier: str) -> AnyJob:
         """A job that was saved.  Raises OSError, ValueError."""
@@ -61,26 +66,50 @@ class JobRecords:
         kinds: frozenset[str] | None = None,
         waiting: frozenset[str] = frozenset(),
         cut_off: Callable[[AnyJob], None] = lambda job: None,
+        most: int | None = None,
     ) -> list[AnyJob]:
-        """All jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.
+        """Jobs of earlier runs of these kinds (None: of all), oldest first; those cut off are failed and saved so.
 
-        waiting: kinds of which those that had not begun are as they were; cut_off: is told of those that were.  Bad
-        files are logged.
+        waiting: kinds of which those that had not begun are as they were; cut_off: is told of those that were; most: so
+        many of the newest, and all that had not ended, None: all.  Bad files are logged, and a disk that refuses is.
         """
+        names = self.names(kinds)
+        oldest = 0 if most is None else max(len(names) - most, 0)
+        wanted = [name for k, name in enumerate(names) if k >= oldest or not self._has_ended(name)]
         found = []
-        for path in sorted(self._folder.glob("*.json")) if self._folder else []:
+        for name in wanted:
             try:
-                if kinds is None or path.name.partition("-")[0] in kinds:
-                    found.append(_job(StoredJob.model_validate_json(path.read_text()).root))
+                found.append(self.one(name))
             except (OSError, ValueError) as error:
-                log.error("job_record_unreadable", file=path.name, error=str(error))
+                log.error("job_record_unreadable", file=f"{name}.json", error=str(error))
         for job in found:
             waits = job.state is JobState.QUEUED and job.kind in waiting and job.within is None
             if not job.state.final and not waits:
-                job.end(JobState.FAILED, _cut_off(job))
-                self.save(job)
+                self._end(job)
                 cut_off(job)
         return sorted(found, key=lambda job: job.created.isoformat() if job.created else "")
+
+    def _has_ended(self, identifier: str) -> bool:
+        """As its head says; False also where that cannot be told."""
+        assert self._folder is not None
+        try:
+            with (self._folder / f"{identifier}.json").open("rb") as file:
+                state = _STATE.search(file.read(_HEAD))
+            return state is not None and JobState(state[1].decode()).final
+        except (OSError, ValueError):
+            return False
+
+    def _end(self, job: AnyJob) -> None:
+        job.end(JobState.FAILED, _cut_off(job))
+        try:
+            self.save(job)
+        except StorageError as error:  # the next start says the same of it
+            log.error("job_not_saved", job=job.identifier, error=str(error))
+
+
+def second_of(identifier: str) -> str:
+    """When a job was asked for, as its id says."""
+    return identifier.partition("-")[2].partition("-")[0]
 
 
 def _cut_off(job: AnyJob) -> errors.PlatformError:

@@ -12,7 +12,7 @@ from platform_daemon.store import StorageError
 
 from .happenings import Tell, job_event, quiet
 from .hardware_queue import in_turn
-from .job_records import JobRecords
+from .job_records import JobRecords, second_of
 from .jobs import AnyJob
 
 log = structlog.get_logger()
@@ -41,9 +41,10 @@ class JobRegistry:
         self._told: dict[str, JobState] = {}  # of jobs that have not ended
         self._lock = threading.Lock()
         self._kinds = kinds
-        found = journal.load(kinds, kinds, lambda job: tell(job_event(job)))
+        found = journal.load(kinds, kinds, lambda job: tell(job_event(job)), most=MOST_ENDED)
         self._jobs = {job.identifier: job for job in found}  # those that have not ended, and those that were used last
-        self._ids = dict.fromkeys(self._jobs)
+        others = [each for each in journal.names(kinds) if each not in self._jobs]
+        self._ids = dict.fromkeys(sorted([*others, *self._jobs], key=second_of))
         self._left = [job for job in found if not job.state.final]  # which nobody has queued
         self._ended = {job.identifier: _fits(job) for job in found if job.state.final}  # fits in them
         self._forget_oldest()
@@ -75,11 +76,14 @@ class JobRegistry:
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, and that nobody has queued again; in the order of the queue."""
         known = {id(job) for job in self.stoppable()}
-        return in_turn(job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known)
+        found = in_turn(job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known)
+        for job in found:  # also if it is cancelled before it is queued again
+            job.on_change = self._keep
+        return found
 
     def found_waiting(self) -> list[AnyJob]:
         """Jobs on disk that wait and that nobody has queued, oldest first, those that came after the start too."""
-        for identifier in sorted(self._journal.names(self._kinds) - self._ids.keys()):
+        for identifier in [each for each in self._journal.names(self._kinds) if each not in self._ids]:
             self._ids[identifier] = None  # an unreadable one is said once
             job = self._read(identifier)
             if job is not None:
@@ -119,7 +123,7 @@ class JobRegistry:
 
     def leave_waiting(self) -> None:
         """From now on nothing is kept of what becomes of jobs that have not begun: on disk they wait."""
-        for job in self.stoppable():
+        for job in self.all():
             job.leave_waiting()
 
     @property

@@ -72,7 +72,7 @@ def run_shot(
     disconnected, DeviceError if a device fails.
     """
     try:
-        _prepare(platform, plan)
+        _prepare(platform, plan, cancelled)
         if cancelled():  # a stop after this line leaves the card idle, so that it will not trigger
             raise Cancelled
         started, monotonic = platform.clock.utc(), platform.clock.monotonic_s()
@@ -99,8 +99,11 @@ def run_shot(
     )
 
 
-def _prepare(platform: Platform, plan: Playable) -> None:
-    """Receiver off and read back, timeline loaded, then the amplifier (its gate is still low)."""
+def _prepare(platform: Platform, plan: Playable, cancelled: Callable[[], bool]) -> None:
+    """Receiver off and read back, timeline loaded, then the amplifier (its gate is still low).
+
+    Who has stopped everything meanwhile was told that outputs are off: raises Cancelled rather than to enable again.
+    """
     if not _is_on_transmit(platform):
         platform.switch.to_transmit()
         if not _is_on_transmit(platform):
@@ -113,9 +116,10 @@ def _prepare(platform: Platform, plan: Playable) -> None:
     platform.card.program(plan.timeline)
     platform.card.arm()
     if not plan.blank:
-        platform.guard.power_may_come()
-        platform.amplifier.enable()
-        platform.amplifier.unmute()
+        for step in (platform.guard.power_may_come, platform.amplifier.enable, platform.amplifier.unmute):
+            if cancelled():
+                raise Cancelled
+            step()
 
 
 def _is_on_transmit(platform: Platform) -> bool:

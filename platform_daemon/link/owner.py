@@ -27,6 +27,7 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
+    JobState,
     LedgerPage,
     LedgerRow,
     MountedResonator,
@@ -93,10 +94,12 @@ class OwnedHardware(LocalJobs):
         try:
             self._engine.outputs_off()
         finally:
+            for job in self._engine.left_waiting():  # for a person to clear a fault
+                self._engine.end_left(job, JobState.CANCELLED)
             schedules = self._schedules()
-            if schedules is not None:
-                schedules.pause_all(STOPPED)
-        return StopReport(status="outputs are off, acquisitions are cancelled")
+            error = None if schedules is None else schedules.pause_all(STOPPED)
+        later = "" if error is None else f"; schedules rest, but that is not on the disk yet: {error}"
+        return StopReport(status=f"outputs are off, acquisitions are cancelled{later}")
 
     def reset_fault(self) -> FaultReset:
         """See Hardware."""

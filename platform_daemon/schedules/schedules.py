@@ -15,6 +15,7 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, PlatformError
 from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleRequest
+from platform_daemon.store import StorageError
 
 from .calendar import Calendar
 from .launcher import Launcher
@@ -47,6 +48,7 @@ class Schedules:
         self._scheduler = Scheduler(self._ledger, launcher, tell, self._ended.is_set)
         self._thread: threading.Thread | None = None
         self._error = ""
+        self._to_pause: str | None = None  # why all shall be paused, until the ledger has it
 
     def start(self) -> None:
         """Step every second, in a thread, until closed."""
@@ -58,6 +60,7 @@ class Schedules:
         more = True
         while more and not self._ended.is_set():
             with self._lock:
+                self._pause_rest()
                 more = self._scheduler.step(self._clock())
 
     def stop_starting(self) -> None:
@@ -120,12 +123,27 @@ class Schedules:
                 log.warning("schedule_set_back", schedule=identifier, instants=count)
         return self._switched(identifier, None)
 
-    def pause_all(self, reason: str) -> None:
-        """Stop was pressed: nothing starts by itself until somebody resumes it."""
+    def pause_all(self, reason: str) -> StorageError | None:
+        """Stop was pressed: nothing starts by itself until somebody resumes it.
+
+        What comes back: why the ledger does not have it yet.  Nothing starts until it has; a stop must not fail for it.
+        """
+        self._to_pause = reason  # a step that runs now is the last that starts anything
         with self._lock:
+            try:
+                self._pause_rest()
+            except StorageError as error:
+                log.error("schedules_not_paused", error=str(error))
+                return error
+        return None
+
+    def _pause_rest(self) -> None:
+        """Raises StorageError."""
+        if self._to_pause is not None:
             for kept in self._ledger.schedules():
                 if kept.off is None:
-                    self._ledger.switch(kept.identifier, reason)
+                    self._ledger.switch(kept.identifier, self._to_pause)
+            self._to_pause = None
 
     def remove(self, identifier: str) -> Schedule:
         """It starts nothing any more; its ledger stays.  As it was; raises InputError."""
@@ -174,6 +192,7 @@ class Schedules:
 
     def _switched(self, identifier: str, off: str | None) -> Schedule:
         with self._lock:
+            self._pause_rest()
             self._kept(identifier)
             self._ledger.switch(identifier, off)
             return self._shown(self._kept(identifier))

@@ -16,8 +16,6 @@ import threading
 import time
 from collections.abc import Sequence
 
-import structlog
-
 from drivers.errors import PlatformError
 
 from .options import ServeOptions
@@ -25,7 +23,6 @@ from .pulse import Pulse, beat
 
 CHECKED, READY, GO = b"checked\n", b"ready\n", b"go\n"
 _REFUSES, _FAILED = b"refuses\n", b"failed\n"
-log = structlog.get_logger()
 _START_S = 120.0  # on a busy computer
 
 
@@ -35,7 +32,7 @@ class StartFailed(PlatformError):
     title = "Start failed"
 
     def __init__(self, name: str, heard: bytes) -> None:
-        said = (heard.partition(_REFUSES)[2] or heard.partition(_FAILED)[2]).decode(errors="replace")
+        said = _reason(heard)
         super().__init__(said or f"the {name} process could not start", remedy="" if said else "its log says why")
         self.nothing_moved = _REFUSES in heard
         self._said = said
@@ -91,6 +88,10 @@ class Child:
         """It is there and gives no sign of life.  To be asked about every second once it was waited for."""
         return self._pulse.stopped()
 
+    def why(self) -> str:
+        """Of one that has ended: what it gave as the reason; empty: nothing."""
+        return _reason(self._pulse.last_words())
+
     def kill(self) -> None:
         """Whatever it is at; `fileno` tells when it has ended."""
         self.process.kill()
@@ -119,11 +120,14 @@ class Child:
         return code
 
 
+def _reason(heard: bytes) -> str:
+    return (heard.partition(_REFUSES)[2] or heard.partition(_FAILED)[2]).decode(errors="replace")
+
+
 class Life:
     """The process's own end.  Standard output is given up to what is said here; prints go to the log."""
 
     def __init__(self) -> None:
-        self._ready = False
         self._says = os.dup(sys.stdout.fileno())
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
 
@@ -132,16 +136,10 @@ class Life:
         with contextlib.suppress(OSError):  # it is gone, which `follow` sees
             os.write(self._says, word)
         if word == READY:
-            self._ready = True
             beat(self._says)
 
     def fails(self, error: str, *, nothing_moved: bool) -> None:
-        """Tell the parent why the process ends; error: one line; nothing_moved: by what it was asked for.
-
-        After the start nobody reads that any more, and it goes to the log.
-        """
-        if self._ready:
-            log.error("process_failed", error=error)
+        """Tell the parent why the process ends; error: one line; nothing_moved: by what it was asked for."""
         self.say((_REFUSES if nothing_moved else _FAILED) + error.encode(errors="replace"))
 
     def wait_to_go(self) -> bool:

@@ -87,9 +87,10 @@ class Daemon:
     def _bury(self, child: Child) -> None:
         """It starts anew at once; one that dies again soon after its start waits longer every time."""
         lived_s = time.monotonic() - child.started_s
+        why = child.why() or None
         code = self._children.pop(child.name).end(0)
         soon_again = self._waits_s.get(child.name) if lived_s < _SHORT_LIFE_S else None
         wait_s = 0.0 if soon_again is None else min(_LONGEST_WAIT_S, max(_SHORTEST_WAIT_S, 2 * soon_again))
         self._waits_s[child.name] = wait_s
         self._again_s[child.name] = time.monotonic() + wait_s
-        log.error("process_died", process=child.name, code=code, lived_s=round(lived_s, 1), again_in_s=wait_s)
+        log.error("process_died", process=child.name, code=code, lived_s=round(lived_s, 1), again_in_s=wait_s, why=why)

@@ -14,6 +14,7 @@ BEAT = b"."
 EVERY_S = 0.5
 HANGS_S = 15.0  # a busy or swapping computer lets a thread that writes a byte wait for seconds, not for so long
 _LONGEST_LOOK_S = 2.0
+_LONGEST_WORDS = 4096
 
 
 def beat(pipe: int) -> None:
@@ -43,6 +44,7 @@ class Pulse:
         self._pipe, self._start_s = pipe, start_s
         self._silent_s, self._looked_s = 0.0, time.monotonic()
         self._begun = False
+        self._words = b""
 
     def begin(self) -> None:
         """Its start is over: the first beat may be no later than all others."""
@@ -56,9 +58,7 @@ class Pulse:
         now_s = time.monotonic()
         self._silent_s += min(now_s - self._looked_s, _LONGEST_LOOK_S)
         self._looked_s = now_s
-        said = b""
-        while select.select([self._pipe], [], [], 0)[0] and (part := os.read(self._pipe, 4096)):
-            said += part
+        said = self._hear()
         if said:
             self._silent_s = 0.0
             self._begun = self._begun or said.endswith(BEAT)
@@ -66,3 +66,15 @@ class Pulse:
             return False
         self._silent_s = 0.0
         return True
+
+    def last_words(self) -> bytes:
+        """The last that was said, beats among it."""
+        self._hear()
+        return self._words
+
+    def _hear(self) -> bytes:
+        said = b""
+        while select.select([self._pipe], [], [], 0)[0] and (part := os.read(self._pipe, 4096)):
+            said += part
+        self._words = (self._words + said)[-_LONGEST_WORDS:]
+        return said

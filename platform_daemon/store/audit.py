@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import threading
 from pathlib import Path
@@ -24,9 +25,9 @@ class AuditLog:
         try:
             with self._lock:
                 # One write to a file opened for appending: lines of two processes never mix.
-                file = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
+                file = os.open(self.path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o600)
                 try:
-                    os.write(file, line)
+                    _write(file, line)
                     os.fsync(file)
                 finally:
                     os.close(file)
@@ -44,3 +45,12 @@ class AuditLog:
             except ValueError:
                 continue
         return tuple(found)
+
+
+def _write(file: int, line: bytes) -> None:
+    """At the end, on a line of its own whatever a disk that was full has left there.  Raises OSError."""
+    end = os.fstat(file).st_size
+    if end and os.pread(file, 1, end - 1) != b"\n":
+        line = b"\n" + line
+    if os.write(file, line) < len(line):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -15,6 +15,7 @@ import secrets
 import shutil
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
@@ -133,16 +134,24 @@ def _maker_is_dead(fresh: Path) -> bool:
 
 
 def _locked(folder: Path) -> BinaryIO | None:
-    try:
-        file = (folder / "lock").open("ab")
-    except FileNotFoundError:
-        return None  # its owner has just removed it
+    """None: its owner lives, or has just removed it, or it cannot be told whether, as of a folder of somebody else."""
+    file = _opened(folder / "lock")
+    if file is None:
+        return None
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
+    except OSError:
         file.close()
         return None
     if not folder.is_dir() or not (folder / "lock").exists():
         file.close()
         return None
     return file
+
+
+def _opened(lock: Path) -> BinaryIO | None:
+    with suppress(OSError):
+        return lock.open("ab")
+    with suppress(OSError):  # of a disk that is read-only
+        return lock.open("rb")
+    return None

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 import pytest
 
 from drivers.errors import DeviceFault
-from platform_daemon.engine import job_registry
+from platform_daemon.engine import job_records, job_registry
 from platform_daemon.engine.job_records import JobRecords
 from platform_daemon.engine.jobs import Cancelled, Job
 from platform_daemon.link.jobs import rest
@@ -14,6 +14,7 @@ from platform_daemon.schemas.base import EXAMPLES, NoResult
 from platform_daemon.schemas.fits import FitReport
 from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import AcquisitionRequest
+from platform_daemon.store import StorageError
 from tests.kit.acquisitions import acquire
 
 ASKED = AcquisitionRequest(resonator="jewel")
@@ -186,3 +187,45 @@ def test_of_jobs_with_many_fits_fewer_stay_in_memory(tmp_path, monkeypatch):
         job.run(lambda job: setattr(job, "result", report))
     assert [job.identifier for job in registry.all()] == [job.identifier for job in jobs[-2:]]
     assert registry.job("fit", jobs[0].identifier).result == report
+
+
+def test_a_long_history_is_not_read_when_one_starts_but_what_had_not_ended_is(tmp_path, monkeypatch):
+    monkeypatch.setattr(job_registry, "MOST_ENDED", 5)
+    records, waits = JobRecords(tmp_path), frozenset({"acquisition"})
+    for second in range(40):
+        made = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots", identifier=f"acquisition-{second:03d}-a")
+        made.created = datetime(2026, 1, 1, 0, 0, second, tzinfo=UTC)
+        if second == 3:
+            made.begin()
+        elif second != 2:
+            made.end(JobState.DONE)
+        records.save(made)
+    read, one = [], JobRecords.one
+    monkeypatch.setattr(JobRecords, "one", lambda self, name: (read.append(name), one(self, name))[1])
+    registry = job_registry.JobRegistry(records, waits)
+    assert sorted(read) == [f"acquisition-{k:03d}-a" for k in (2, 3, 35, 36, 37, 38, 39)]
+    assert registry.ids("acquisition") == tuple(f"acquisition-{k:03d}-a" for k in range(40))
+    assert [job.identifier for job in registry.left_waiting()] == ["acquisition-002-a"]
+    assert registry.job("acquisition", "acquisition-003-a").state is JobState.FAILED
+    assert registry.job("acquisition", "acquisition-004-a").state is JobState.DONE
+
+
+@pytest.mark.parametrize("comment", ['\n "state": "done"', "x" * 200])
+def test_whether_a_job_has_ended_is_not_told_by_what_was_asked_for(tmp_path, monkeypatch, comment):
+    monkeypatch.setattr(job_records, "_HEAD", 100)
+    asked = AcquisitionRequest(resonator="jewel", comment=comment)
+    job = Job("acquisition", asked, AcquisitionResult(), 3, "shots")
+    JobRecords(tmp_path).save(job)
+    assert [each.identifier for each in JobRecords(tmp_path).load(most=0)] == [job.identifier]
+
+
+def test_a_disk_that_refuses_keeps_nobody_from_starting(tmp_path, monkeypatch):
+    job = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots")
+    job.begin()
+    JobRecords(tmp_path).save(job)
+
+    def full(path, content):
+        raise StorageError("the disk is full")
+
+    monkeypatch.setattr(job_records, "write_file", full)
+    assert [j.state for j in JobRecords(tmp_path).load()] == [JobState.FAILED]

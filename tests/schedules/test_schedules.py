@@ -439,3 +439,24 @@ def test_starts_of_years_without_the_daemon_do_not_wait_for_each_other(tmp_path,
 def test_what_has_no_resonator_is_done_in_no_turn(bench):
     with pytest.raises(InputError, match="resonator of its own"):
         bench.all.add(asked({"every_s": 600.0}, resonators=["jewel"], work={"kind": "fit", "specimen": "x"}))
+
+
+def test_a_stop_that_the_disk_does_not_take_starts_nothing_and_is_kept_once_it_does(bench):
+    made = bench.all.add(asked({"every_s": 60.0}))
+    other = sqlite3.connect(bench.path, isolation_level=None)
+    other.execute("CREATE TRIGGER full BEFORE UPDATE OF off ON schedules BEGIN SELECT RAISE(ABORT, 'full'); END")
+    assert "full" in str(bench.all.pause_all("everything was stopped"))
+    bench.now += 120
+    with pytest.raises(StorageError, match="cannot be written"):
+        bench.all.step()
+    with pytest.raises(StorageError, match="cannot be written"):
+        bench.all.resume(made.identifier)
+    assert not bench.owner.jobs
+    other.execute("DROP TRIGGER full")
+    other.close()
+    bench.until(bench.now + 120)
+    assert not bench.owner.jobs
+    assert bench.all.get(made.identifier).reason == "everything was stopped"
+    bench.all.resume(made.identifier)
+    bench.until(bench.now + 120)
+    assert bench.owner.jobs

@@ -162,3 +162,22 @@ def test_a_name_that_is_no_text_is_told_and_hides_no_other_file(tmp_path):
     assert list_recordings(tmp_path, after="a.h5").broken == ()
     with contextlib.closing(open_index(tmp_path)) as index:
         assert index.update(lambda path: None).looked == 1
+
+
+@pytest.mark.parametrize("spoil", ["unreadable", "read-only"])
+def test_shots_of_which_nobody_can_tell_whether_they_are_written_are_left_alone_and_hide_nothing(disk, spoil):
+    remount(disk, "size=64m")
+    for name in ("b.h5", "a.h5"):
+        with SeriesWriter.create(disk / name, header(planned_shots=None)) as series:
+            series.add_shot(shot(1))
+            if name == "b.h5":
+                series.finish()
+    lock = disk / ".a.h5.shots" / "lock"
+    if spoil == "unreadable":
+        lock.unlink()
+        lock.mkdir()
+    else:
+        remount(disk, "ro")
+    assert [each.identifier for each in list_recordings(disk).recordings] == ["b"]
+    assert [kept.identifier for kept in kept_series(disk)] == ([] if spoil == "unreadable" else ["a"])
+    assert recover_all(disk).made == ()

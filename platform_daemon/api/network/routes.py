@@ -23,7 +23,7 @@ from .lanes import Lanes
 from .origins import HARMLESS, check_origin
 from .policy import Network
 from .query import check_query, query_keys
-from .refusals import UnsupportedMediaType
+from .refusals import RoleTooLow, Unauthenticated, UnsupportedMediaType
 
 Handler = Callable[[Request], Coroutine[Any, Any, Response]]
 STOP = "stop"
@@ -51,6 +51,17 @@ def refuse_unguarded(routes: Iterable[BaseRoute]) -> None:
             raise RuntimeError(f"route {name} is not guarded: make its router with route_class=GuardedRoute")
         if name not in ACCESS:
             raise RuntimeError(f"route {name} is not in the table of access: say there who may use it")
+
+
+def may_still(request: Request) -> bool:
+    """Would it be let in if it came now?  For answers that take long."""
+    network: Network = request.app.state.network
+    caller = network.gate.caller(request.headers, request.state.caller.address)
+    try:
+        caller.must_be(ACCESS[request.scope["route"].name].role)
+    except (Unauthenticated, RoleTooLow):
+        return False
+    return True
 
 
 async def _answer(request: Request, name: str, access: Access, handler: Handler, keys: Collection[str]) -> Response:

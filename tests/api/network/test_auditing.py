@@ -1,5 +1,6 @@
 """What changes the platform is written down: who, from where, what, and how it ended."""
 
+import os
 import stat
 
 import pytest
@@ -10,6 +11,7 @@ from platform_daemon.api.network.policy import Network
 from platform_daemon.api.server import create_api
 from platform_daemon.schemas.access import AuditEntry, Role
 from platform_daemon.store.audit import AuditLog
+from platform_daemon.store.errors import StorageError
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import wait_for
 from tests.kit.rest import finished
@@ -106,4 +108,16 @@ def test_a_line_that_a_power_failure_has_cut_is_left_out(tmp_path):
     log.append(entry)
     with log.path.open("a") as file:
         file.write('{"when": "2026')
+    assert log.entries() == (entry,)
+
+
+def test_what_comes_after_a_line_that_a_full_disk_has_cut_stands_on_a_line_of_its_own(tmp_path, monkeypatch):
+    log = AuditLog(tmp_path / "audit.jsonl")
+    entry = AuditEntry(when="x", who="a", address="", what="stop", path="", request="", status=200, outcome="done")
+    write = os.write
+    monkeypatch.setattr(os, "write", lambda file, line: write(file, line[:20]))
+    with pytest.raises(StorageError, match="No space left"):
+        log.append(entry)
+    monkeypatch.undo()
+    log.append(entry)
     assert log.entries() == (entry,)

@@ -6,6 +6,7 @@ import threading
 from platform_daemon.api import event_tail
 from platform_daemon.api.network.connections import BoundedServer, bounded_config
 from platform_daemon.api.network.limits import Limits
+from platform_daemon.api.routes import events as event_routes
 from platform_daemon.schemas import DeviceEvent
 from platform_daemon.schemas.access import Role
 from platform_daemon.store import EventJournal
@@ -47,3 +48,22 @@ def test_those_that_never_read_hold_little_memory_and_are_dropped(secured, monke
         link.close()
     server.should_exit = True
     thread.join(10)
+
+
+def test_one_whose_token_is_revoked_hears_nothing_more(secured, monkeypatch):
+    monkeypatch.setattr(event_routes, "_AGAIN_S", 0.0)
+    monkeypatch.setattr(event_tail, "MOST_LISTENERS", 1)
+    headers = {"Authorization": f"Bearer {secured.tokens.add('guest', Role.VIEWER)}"}
+    heard = []
+    listens = threading.Thread(
+        target=lambda: heard.append(secured.client.get("/events", headers=headers).text), daemon=True
+    )
+    tail = secured.client.app.state.context.events
+    listens.start()
+    wait_for(lambda: tail.full)
+    secured.tokens.revoke("guest")
+    journal = EventJournal(secured.folder / "events.db")
+    journal.tell(DeviceEvent(device="nobody", error="not for everybody"))
+    journal.close()
+    listens.join(10)
+    assert (listens.is_alive(), "not for everybody" in "".join(heard)) == (False, False)

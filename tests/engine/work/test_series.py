@@ -295,3 +295,20 @@ def test_a_shot_that_is_refused_at_its_beginning_does_not_cost_the_one_before(en
     job = acquire(engine, tmp_path / "a.h5", shots=2)
     assert job.state is JobState.DONE, job.error
     assert [i.verdict for i in open_recording(tmp_path / "a.h5").frame_info] == ["good", "refused"]
+
+
+def test_who_stops_everything_once_the_card_is_armed_is_not_followed_by_an_enabled_amplifier(
+    engine_with, tmp_path, monkeypatch
+):
+    engine = engine_with()
+    platform, enabled = engine.platform, []
+    arm, enable = platform.card.arm, platform.amplifier.enable
+
+    def armed():
+        arm()
+        engine.outputs_off()
+
+    monkeypatch.setattr(platform.card, "arm", armed)
+    monkeypatch.setattr(platform.amplifier, "enable", lambda: (enabled.append(1), enable()))
+    job = acquire(engine, tmp_path / "a.h5", shots=1)
+    assert (job.state, enabled) == (JobState.CANCELLED, [])
