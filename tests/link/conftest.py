@@ -39,3 +39,9 @@ def linked(tmp_path_factory):
     made.remote.close()
     made.server.close()
     made.engine.close()
+
+
+@pytest.fixture
+def linked_in():
+    """Makes one in a folder."""
+    return Linked

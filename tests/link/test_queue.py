@@ -10,8 +10,6 @@ from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobSt
 from platform_daemon.store.data_folder import open_data_folder
 from tests.kit.acquisitions import SHORT_JEWEL
 
-from .conftest import Linked
-
 
 class Fault:
     """Nothing may be queued."""
@@ -21,14 +19,14 @@ class Fault:
 
 
 @pytest.fixture
-def left(tmp_path):
+def left(tmp_path, linked_in):
     """Two jobs of an earlier run, and a daemon that may not queue them."""
     records = JobRecords(open_data_folder(tmp_path).jobs)
     request = AcquisitionRequest.model_validate(SHORT_JEWEL)
     jobs = [Job("acquisition", request, AcquisitionResult(), 3, "shots") for _ in range(2)]
     for job in jobs:
         records.save(job)
-    made = Linked(tmp_path)
+    made = linked_in(tmp_path)
     take_up_queue(made.engine, Fault(), forget=False)
     yield made, jobs, records
     made.remote.close()

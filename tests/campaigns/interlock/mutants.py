@@ -42,7 +42,7 @@ def _no_guard(line: LineLevel) -> LineLevel:
     return replace(line, start_sample=line.start_sample - 399) if line.line is DigitalLine.RX_CONNECT else line
 
 
-def _amplifier_first(platform: Platform, plan: Any) -> None:
+def _amplifier_first(platform: Platform, plan: Any, cancelled: Any) -> None:
     platform.guard.power_may_come()
     platform.amplifier.enable()
     platform.switch.to_transmit()
@@ -52,9 +52,9 @@ def _amplifier_first(platform: Platform, plan: Any) -> None:
     platform.amplifier.unmute()
 
 
-def _guard_not_told(platform: Platform, plan: Any) -> None:
+def _guard_not_told(platform: Platform, plan: Any, cancelled: Any) -> None:
     with patch.object(platform.guard, "power_may_come", lambda: None):
-        _PREPARE(platform, plan)
+        _PREPARE(platform, plan, cancelled)
 
 
 _PREPARE = shot_module._prepare  # noqa: SLF001 what is to be broken
