@@ -121,8 +121,11 @@ class Engine:
         transmit side is no longer the planned one, or `again` is gone on with already.
         """
         with self._planning:
-            if goes_on and again is not None and not self.job(again.kind, again.identifier).state.final:
-                raise DeviceStateError("its missing shots are queued", where=again.identifier, remedy="wait for them")
+            if goes_on and again is not None:
+                known = self.job(again.kind, again.identifier)
+                if known is not again and not known.state.final:
+                    what, where = "its missing shots are queued", known.identifier
+                    raise DeviceStateError(what, where=where, remedy="wait for them")
             if plan.side is not self.side:
                 what = "the transmit calibration has changed since the plan was made"
                 raise DeviceStateError(what, remedy="plan anew")

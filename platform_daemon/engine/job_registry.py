@@ -75,8 +75,9 @@ class JobRegistry:
 
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, and that nobody has queued again; in the order of the queue."""
+        everything = self.all()  # first: what comes meanwhile is queued
         known = {id(job) for job in self.stoppable()}
-        found = in_turn(job for job in self.all() if job.state is JobState.QUEUED and id(job) not in known)
+        found = in_turn(job for job in everything if job.state is JobState.QUEUED and id(job) not in known)
         for job in found:  # also if it is cancelled before it is queued again
             job.on_change = self._keep
         return found

@@ -7,7 +7,7 @@ from typing import Protocol
 import structlog
 
 from drivers.errors import InterlockError, PlatformError
-from platform_daemon.engine import AnyJob, Engine
+from platform_daemon.engine import AnyJob, Engine, ShuttingDown
 from platform_daemon.schemas import JobState
 
 log = structlog.get_logger()
@@ -32,9 +32,13 @@ def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
             job.warnings.append("forgotten when the daemon was started (--forget-queue)")
             engine.end_left(job, JobState.CANCELLED)
             continue
+        if job.state is not JobState.QUEUED:  # cancelled while those before it were planned
+            continue
         try:
             owner.take_up(job)
             log.info("job_taken_up", job=job.identifier)
+        except ShuttingDown:  # they wait for the next start
+            return
         except InterlockError as error:  # a fault stands: they are taken up when a person has reset it
             log.warning("queue_waits", job=job.identifier, error=str(error))
             return

@@ -54,7 +54,7 @@ class Stopper:
 
         Raises what the owner does; HardwareAway if nobody has confirmed it.
         """
-        until, hung, marked = time.monotonic() + self._away_s, False, False
+        until, hung = time.monotonic() + self._away_s, False
         while True:
             try:
                 report = self._told(hung=hung)
@@ -63,10 +63,8 @@ class Stopper:
             except (OSError, ValueError) as error:
                 why = str(error) or type(error).__name__
             else:
-                if marked:
-                    took_mark(self._folder)
+                took_mark(self._folder)  # also that of an earlier stop, which this one has made good
                 return report
-            marked = True
             _mark(self._folder)
             if time.monotonic() > until:
                 raise _unconfirmed(why, self._away_s)

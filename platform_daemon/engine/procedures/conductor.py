@@ -200,7 +200,7 @@ class ProcedureWork:
             if shots + blank <= 0:
                 return
             request = step.acquisition.model_copy(
-                update={"shots": shots, "blank_shots": blank, "priority": self.request.priority}
+                update={"shots": shots, "blank_shots": blank, "priority": job.priority}
             )
             made = self._made(job, series, attempts, request)
             if made.state is JobState.CANCELLED:
