@@ -12,7 +12,6 @@ import structlog
 
 from drivers.errors import DeviceStateError, PlatformError
 from drivers.platform import Platform
-from platform_daemon import analysis
 from platform_daemon.schemas import (
     AcquisitionRequest,
     ActivationRequest,
@@ -30,7 +29,6 @@ from sequences.limits import SafetyLimits
 
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
-from .computed import computed_surely
 from .happenings import Tell, quiet
 from .hardware_queue import HardwareQueue
 from .hardware_thread import HardwareThread
@@ -41,6 +39,7 @@ from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, Wo
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
+from .warm_fits import WarmFits
 from .work.calibration import calibration_work
 from .work.calibration_bench import CalibrationJob
 from .work.destination import OwnFile, SameFile
@@ -89,8 +88,8 @@ class Engine:
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
         self._closed = threading.Event()
-        self._interlock = Interlock(platform, tell)
-        self._fits_warm = threading.Event()
+        self.stops = 0  # how often everything was stopped
+        self._interlock, self._warm_fits = Interlock(platform, tell), WarmFits(self._online, online)
         self._readback = Readback(platform, tell)
         self._readback.refresh()
         self._hardware = HardwareThread(platform, self._interlock, self._readback, self._closed)
@@ -114,11 +113,12 @@ class Engine:
         again: AnyJob | None = None,
         goes_on: bool = False,
         identifier: str | None = None,
+        stops: int | None = None,
     ) -> AcquisitionJob:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
 
-        goes_on: in the recording that `again` has left; identifier: of its job.  Raises DeviceStateError if the
-        transmit side is no longer the planned one, or `again` is gone on with already.
+        goes_on: in the recording that `again` has left; identifier: of its job; stops: see `submit`.  Raises
+        DeviceStateError if the transmit side is no longer the planned one, or `again` is gone on with already.
         """
         with self._planning:
             if goes_on and again is not None:
@@ -131,7 +131,7 @@ class Engine:
                 raise DeviceStateError(what, remedy="plan anew")
             same = SameFile(folder / f"{again.identifier}.h5") if again is not None and goes_on else None
             destination = same or OwnFile(target, folder, overwrite=overwrite)
-            return self.submit(SeriesWork(self.series_bench, plan, destination), None, again, identifier)
+            return self.submit(SeriesWork(self.series_bench, plan, destination), None, again, identifier, stops)
 
     @property
     def queue(self) -> HardwareQueue:
@@ -147,12 +147,17 @@ class Engine:
         return SeriesBench(self.platform, self.config_text, *fits, self.live, in_shot, self_test, self._tell)
 
     def calibrate(
-        self, request: CalibrationRequest, folder: Path, again: AnyJob | None = None, identifier: str | None = None
+        self,
+        request: CalibrationRequest,
+        folder: Path,
+        again: AnyJob | None = None,
+        identifier: str | None = None,
+        stops: int | None = None,
     ) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
             work = calibration_work(self.platform, request, self.side, folder, self.calibration_in_use.self_test)
-            return self.submit(work, None, again, identifier)
+            return self.submit(work, None, again, identifier, stops)
 
     def submit(
         self,
@@ -160,11 +165,13 @@ class Engine:
         within: AnyJob | None = None,
         again: AnyJob | None = None,
         identifier: str | None = None,
+        stops: int | None = None,
     ) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once those before it have ended.
 
-        A procedure submits its steps itself.  See `Job.of`; whatever stops the procedure stops its step.  Raises
-        ShuttingDown, InterlockError while a fault stands.
+        A procedure submits its steps itself.  See `Job.of`; whatever stops the procedure stops its step.  stops: what
+        `self.stops` was when it was asked for, None: now; what was stopped since is cancelled.  Raises ShuttingDown,
+        InterlockError while a fault stands.
         """
         self._interlock.refuse()
         with self._planning:
@@ -172,6 +179,8 @@ class Engine:
             if self._closed.is_set():
                 raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
             self._registry.add(job, queued=True)
+            if stops is not None and stops != self.stops:  # asked once a stop can reach it
+                job.request_cancel()
             self._hardware.put(job, work)
             return job
 
@@ -209,30 +218,22 @@ class Engine:
     @property
     def warm(self) -> dict[str, bool]:
         """By part: has it done what takes long the first time?  Jobs wait for the platform."""
-        return {"platform": self._hardware.warm.is_set(), "estimator": self._fits_warm.is_set()}
+        return {"platform": self._hardware.warm.is_set(), "estimator": self._warm_fits.done.is_set()}
 
     def warm_up_fits(self) -> None:
         """Have the estimator's kernels loaded, or compiled, there where on-line fits are made, before the first."""
-        self._online.submit(self._load_estimator)
+        self._warm_fits.begin()
 
-    def _load_estimator(self) -> None:
-        try:
-            seconds = computed_surely(self.online, "planning", analysis.Warmth())
-        except Exception as error:  # the first fit will meet the same error and report it
-            log.error("warm_up_failed", error=str(error))
-            return
-        log.info("estimator_warm", seconds=round(seconds, 2))
-        self._fits_warm.set()
-
-    def outputs_off(self) -> None:
-        """Everything off, now, from any thread; all that moves something or waits to is cancelled."""
+    def outputs_off(self, *, left: bool = False) -> None:
+        """Everything off, now, from any thread; all that moves something or waits to is cancelled.  left: of an earlier
+        run too, that nobody has queued again."""
+        self.stops += 1  # before anything is looked for: what is queued from now on sees it
         for job in self._registry.stoppable():
             job.cancel_requested.set()
         try:
             self._interlock.prove_off()
         finally:
-            for job in self._registry.stoppable():
-                job.request_cancel()
+            self._registry.cancel_all(left=left)
 
     def reset_fault(self) -> FaultReset:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
@@ -254,6 +255,16 @@ class Engine:
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, oldest first."""
         return self._registry.left_waiting()
+
+    @property
+    def conducts(self) -> bool:
+        """Does a procedure make its steps, and does not rest?"""
+        return self._registry.conducts
+
+    @property
+    def unsaved(self) -> int:
+        """Jobs that have ended, and the disk does not have it yet."""
+        return self._registry.unsaved
 
     def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None = None) -> None:
         """A job of an earlier run will not be done."""

@@ -23,8 +23,8 @@ class Ended(Exception):
 
 
 def in_turn(jobs: Iterable[AnyJob]) -> list[AnyJob]:
-    """Those that somebody has put in order, as they were put; then the highest priority first, else as they come."""
-    return sorted(jobs, key=lambda job: (job.place is None, job.place or 0, -job.priority))
+    """Those that somebody has put in order, as they were put; then the highest priority first, else as they came."""
+    return sorted(jobs, key=lambda job: (job.place is None, job.place or 0, -job.priority, job.arrival or 0))
 
 
 class HardwareQueue:
@@ -86,10 +86,10 @@ class HardwareQueue:
         with self._changed:
             return tuple(each.job for each in self._waiting if not each.job.state.final)
 
-    def change(self, change: Callable[[], None]) -> None:
-        """What `change` makes of places and priorities, while nobody takes any."""
+    def change(self, change: Callable[[tuple[AnyJob, ...]], None]) -> None:
+        """What `change` makes of places and priorities of those that wait, while nobody takes any."""
         with self._changed:
-            change()
+            change(self.jobs())
             self._sort()
 
     def exchange(self, job: AnyJob, change: Callable[[], Callable[[AnyJob], None]]) -> bool:

@@ -17,7 +17,7 @@ import structlog
 
 from drivers import errors
 from platform_daemon.schemas import AnyJobRecord, ErrorRecord, JobState, JobTimes, StoredJob, to_json
-from platform_daemon.store import StorageError, write_file
+from platform_daemon.store import StorageError, sync, write_file
 
 from .jobs import AnyJob, Job
 
@@ -27,19 +27,33 @@ _HEAD = 1 << 14
 _STATE = re.compile(rb'^ "state": "(\w+)"', re.MULTILINE)  # of the record itself: other keys are indented by more
 
 
+_AT_ONCE = 32  # records that are written at the same time
+_AS_THEY_ARE = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings")
+
+
 class JobRecords:
     """One JSON file per job in `folder`; None: nothing is kept (the one-shot command line)."""
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
-        self._lock = threading.Lock()
+        self._locks = [threading.Lock() for _ in range(_AT_ONCE)]
 
     def save(self, job: AnyJob) -> None:
         """Write the job as it is now.  Raises StorageError."""
         if self._folder is not None:
-            with self._lock:  # else what was read before might be written after what is newer
+            with self._lock(job.identifier):  # else what was read before might be written after what is newer
                 record = to_json(record_of(job), indent=1, allow_nan=True)
                 write_file(self._folder / f"{job.identifier}.json", record.encode())
+
+    def drop(self, identifier: str) -> None:
+        """Have no record of that job, which needs no room on the disk.  Raises OSError."""
+        if self._folder is not None:
+            with self._lock(identifier):
+                (self._folder / f"{identifier}.json").unlink(missing_ok=True)
+                sync(self._folder)
+
+    def _lock(self, identifier: str) -> threading.Lock:
+        return self._locks[hash(identifier) % _AT_ONCE]
 
     @property
     def kept(self) -> bool:
@@ -53,7 +67,7 @@ class JobRecords:
     def names(self, kinds: frozenset[str] | None) -> list[str]:
         """Ids of all jobs of these kinds (None: of all) that were saved, oldest first, to the second."""
         found = os.listdir(self._folder) if self._folder is not None else []
-        names = [n.removesuffix(".json") for n in found if n.endswith(".json") and not n.startswith(".")]
+        names = [n.removesuffix(".json") for n in found if n.endswith(".json")]  # parts end with another word
         return sorted((n for n in names if kinds is None or n.partition("-")[0] in kinds), key=second_of)
 
     def one(self, identifier: str) -> AnyJob:
@@ -127,7 +141,7 @@ def record_of(job: AnyJob) -> StoredJob:
     """What is kept of a job, as it is now."""
     times = JobTimes(created=iso(job.created), started=iso(job.started), finished=iso(job.finished))
     error = None if job.error is None else _error_record(job.error)
-    names = ("kind", "identifier", "request", "total", "unit", "state", "done", "result", "warnings", "within", "place")
+    names = (*_AS_THEY_ARE, "within", "place", "arrival")
     paused = {"paused": True} if job.state is JobState.QUEUED and job.pause_requested.is_set() else {}
     return StoredJob.model_validate({n: getattr(job, n) for n in names} | paused | {"times": times, "error": error})
 
@@ -146,6 +160,7 @@ def _job(record: AnyJobRecord) -> AnyJob:
         warnings=list(record.warnings),
         within=record.within,
         place=record.place,
+        arrival=record.arrival,
     )
     job.created, job.started, job.finished = (
         None if text is None else datetime.fromisoformat(text)

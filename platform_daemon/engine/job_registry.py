@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 
 import structlog
 
@@ -22,6 +25,7 @@ ON_HARDWARE = frozenset({"acquisition", "procedure", "calibration", "self_test"}
 """The others."""
 MOST_ENDED = 200
 """Jobs that have ended and are kept in memory; ..."""
+_WRITERS = 16
 MOST_FITS = 1000
 """... and fits in them, each some 20 KB with all that it refers to; the last job stays however many it has."""
 
@@ -46,6 +50,8 @@ class JobRegistry:
         others = [each for each in journal.names(kinds) if each not in self._jobs]
         self._ids = dict.fromkeys(sorted([*others, *self._jobs], key=second_of))
         self._left = [job for job in found if not job.state.final]  # which nobody has queued
+        self._arrivals = itertools.count(1 + max((job.arrival or 0 for job in found), default=0))
+        self._unsaved: dict[str, AnyJob] = {}  # whose end is not on the disk
         self._ended = {job.identifier: _fits(job) for job in found if job.state.final}  # fits in them
         self._forget_oldest()
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
@@ -56,7 +62,10 @@ class JobRegistry:
 
         queued: it wants the hardware, or submits those that do.  Raises StorageError.
         """
+        if queued and job.arrival is None:
+            job.arrival = next(self._arrivals)
         self._journal.save(job)
+        self._save_ended()
         job.on_change = self._keep
         # known to `outputs_off` before it can begin
         if queued and job.kind != "procedure":
@@ -117,6 +126,11 @@ class JobRegistry:
         """What moves something, or will: procedures first, so that none submits another step."""
         return [*self._conducting, *self._moving]
 
+    def cancel_all(self, *, left: bool) -> None:
+        """What moves something, or will; left: and those that wait for a person to clear a fault."""
+        jobs = [job for job in self.stoppable() if not job.state.final]
+        _at_once([*jobs, *(self.left_waiting() if left else [])], lambda job: job.request_cancel())
+
     def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None) -> None:
         """A job of an earlier run will not be done."""
         job.on_change = self._keep
@@ -162,6 +176,16 @@ class JobRegistry:
             log.error("job_record_unreadable", job=identifier, error=str(error))
             return None
 
+    @property
+    def conducts(self) -> bool:
+        """Is a procedure under way that does not rest?"""
+        return any(j.state is JobState.RUNNING and not j.pause_requested.is_set() for j in list(self._conducting))
+
+    @property
+    def unsaved(self) -> int:
+        """Jobs that have ended, and the disk does not have it yet."""
+        return len(self._unsaved)
+
     def _keep(self, job: AnyJob) -> None:
         saved = True
         try:
@@ -170,7 +194,40 @@ class JobRegistry:
         except StorageError as error:
             saved = False
             log.error("job_not_saved", job=job.identifier, error=str(error))
+            if job.state.final:
+                self._unsaved[job.identifier] = job
+                self._must_not_wait(job)
+        else:
+            self._save_ended()
         self._tell_state(job, saved=saved)
+
+    def _must_not_wait(self, job: AnyJob) -> None:
+        """On disk it waits still and would begin after a restart, though it was cancelled: better nobody knows it."""
+        if job.started is None:
+            try:
+                self._journal.drop(job.identifier)
+            except OSError as error:
+                log.error("job_not_dropped", job=job.identifier, error=str(error))
+
+    def _save_ended(self) -> None:
+        """The disk has taken something again: also what it refused."""
+        for identifier, job in list(self._unsaved.items()):
+            try:
+                self._journal.save(job)
+            except StorageError:
+                return
+            if self._unsaved.pop(identifier, None) is not None:
+                with self._lock:
+                    self._ended[identifier] = _fits(job)
+
+
+def _at_once(jobs: list[AnyJob], act: Callable[[AnyJob], None]) -> None:
+    """Each waits for the disk, which syncs many as fast as one: a stop is to be answered within 0.2 s."""
+    if not jobs:
+        return
+    act(jobs[0])  # what runs, if anything does
+    with ThreadPoolExecutor(_WRITERS, "cancels") as pool:
+        list(pool.map(act, jobs[1:]))
 
 
 def _fits(job: AnyJob) -> int:

@@ -76,7 +76,7 @@ class Job(Generic[RequestT, ResultT]):
     request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
     do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
     series of this run of the program; place: in the queue, if somebody has put that in order, which goes before its
-    priority.
+    priority; arrival: its number among all that ever came to the queue, None: it never did.
     """
 
     kind: str
@@ -101,6 +101,7 @@ class Job(Generic[RequestT, ResultT]):
     within: str | None = None
     shots: ShotLog = field(default_factory=ShotLog)
     place: int | None = None
+    arrival: int | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _kept: float | None = None
@@ -128,14 +129,16 @@ class Job(Generic[RequestT, ResultT]):
         """The job that will do this work.
 
         within: the procedure that it is a step of, None: of none; again: the job of an earlier run, whose id and time
-        it has; identifier: that it will have, None: a new one.
+        it has, and if that one waits its place; identifier: that it will have, None: a new one.
         """
         job = cls(work.kind, work.request, work.no_result, work.total, work.unit, identifier=identifier or "")
         if again is not None:
             job.identifier, job.created = again.identifier, again.created
-            job.result, job.done, job.place = again.result, again.done, again.place
-            if again.pause_requested.is_set() and not again.state.final:
-                job.pause_requested.set()
+            job.result, job.done = again.result, again.done
+            if not again.state.final:
+                job.place, job.arrival = again.place, again.arrival
+                if again.pause_requested.is_set():
+                    job.pause_requested.set()
         if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
             job.within = within.identifier
             job.cancel_requested, job.pause_requested = within.cancel_requested, within.pause_requested
@@ -229,6 +232,15 @@ class Job(Generic[RequestT, ResultT]):
             self._rested_s += self.clock.monotonic_s() - began
             self._rests_since_s, self.phase = None, before
         return self.cancel_requested.is_set() or not self.pause_requested.is_set()
+
+    def ask_pause(self, *, pause: bool) -> bool:
+        """Ask it to rest, or to go on; of one that waits it is kept.  False: it has ended."""
+        with self._lock:
+            if self.state.final:
+                return False
+            (self.pause_requested.set if pause else self.pause_requested.clear)()
+            self.on_change(self)
+            return True
 
     def ask(self, what: str) -> None:
         """Ask the operator to do something; the job waits until `proceed` is set."""

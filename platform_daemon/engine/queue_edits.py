@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -22,28 +23,43 @@ def put_in_order(engine: Engine, identifiers: Sequence[str], priorities: Mapping
     """New priorities for some, and these first, in this order, whatever their priority; kept on disk.
 
     Who gives a priority takes that job out of an order that was given before.  Raises InputError for an id twice,
-    DeviceStateError: one of them waits not.
+    DeviceStateError: one of them waits not, StorageError: all is as before.
     """
     if len(set(identifiers)) != len(identifiers):
         raise InputError("an id stands in it twice", where="order", remedy="name each job once")
-    waiting = {job.identifier: job for job in engine.queue.jobs()}
-    for each in (*identifiers, *priorities):
-        if each not in waiting:
-            remedy = "ask GET /platform for `queued`: only those can be put in order"
-            raise DeviceStateError("this job does not wait for the platform", where=each, remedy=remedy)
 
-    def change() -> None:
+    def change(jobs: Sequence[AnyJob]) -> None:
+        waiting = {job.identifier: job for job in jobs}
+        for each in (*identifiers, *priorities):
+            if each not in waiting:
+                remedy = "ask GET /platform for `queued`: only those can be put in order"
+                raise DeviceStateError("this job does not wait for the platform", where=each, remedy=remedy)
+        before = {each: (job.request, job.place) for each, job in waiting.items()}
         for each, priority in priorities.items():
             job = waiting[each]
             job.request, job.place = job.request.model_copy(update={"priority": priority}), None
         named = [waiting[each] for each in identifiers]
-        before = [job for job in in_turn(waiting.values()) if job.place is not None and job not in named]
-        for place, job in enumerate([*named, *before]):
+        others = [job for job in in_turn(jobs) if job.place is not None and job not in named]
+        for place, job in enumerate([*named, *others]):
             job.place = place
+        _keep_changed(engine, waiting, before)
 
     engine.queue.change(change)
-    for job in waiting.values():
-        job.on_change(job)
+
+
+def _keep_changed(engine: Engine, waiting: Mapping[str, AnyJob], before: Mapping[str, tuple[Any, int | None]]) -> None:
+    """Raises StorageError: all of them are as before, on the disk too as far as it lets us."""
+    changed = [job for each, job in waiting.items() if (job.request, job.place) != before[each]]
+    try:
+        for job in changed:
+            engine.keep(job)
+    except StorageError:
+        for job in changed:
+            job.request, job.place = before[job.identifier]
+        with suppress(StorageError):
+            for job in changed:
+                engine.keep(job)
+        raise
 
 
 def series_work(engine: Engine, plan: AcquisitionPlan, folder: Path) -> SeriesWork:
@@ -99,6 +115,7 @@ def resume_series(engine: Engine, job: AnyJob, folder: Path) -> AcquisitionJob:
     elif job.state is JobState.DONE:
         what, why = "nothing is missing", "all its shots are there"
     else:
-        return engine.acquire(engine.plan(job.request), None, folder, again=job, goes_on=True)
+        stops = engine.stops
+        return engine.acquire(engine.plan(job.request), None, folder, again=job, goes_on=True, stops=stops)
     remedy = "ask for what is missing as a new job"
     raise DeviceStateError(what, where=job.identifier, why=why, remedy=remedy)

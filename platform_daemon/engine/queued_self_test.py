@@ -10,10 +10,14 @@ from .work.self_test_work import SelfTestJob, SelfTestWork
 
 
 def queue_self_test(
-    engine: Engine, request: SelfTestRequest, again: AnyJob | None = None, identifier: str | None = None
+    engine: Engine,
+    request: SelfTestRequest,
+    again: AnyJob | None = None,
+    identifier: str | None = None,
+    stops: int | None = None,
 ) -> SelfTestJob:
     """Behind what waits for the platform.  Raises SequenceRejected and as `Engine.submit`; nothing moves then."""
-    return engine.submit(plan_self_test(engine, request), None, again, identifier)
+    return engine.submit(plan_self_test(engine, request), None, again, identifier, stops)
 
 
 def plan_self_test(engine: Engine, request: SelfTestRequest) -> SelfTestWork:

@@ -9,7 +9,7 @@ LinkServer: Answers others on a local socket.
 RemoteHardware: The contract over the socket.
 Stopper: Everything off, whoever answers on the socket.
 STOPPED: Why schedules are paused by it.
-took_mark: Has somebody asked to stop while nobody owned the hardware?
+StopMark: That somebody asked to stop while nobody owned the hardware.
 HardwareAway: The process that owns the hardware does not answer.
 HardwareLauncher: Starts scheduled works on the owner of the hardware.
 take_up_queue: Queue again what an earlier run has left.

@@ -10,5 +10,5 @@ from .plans import Folders as Folders
 from .queue import take_up_queue as take_up_queue
 from .server import LinkServer as LinkServer
 from .stopping import STOPPED as STOPPED
+from .stopping import StopMark as StopMark
 from .stopping import Stopper as Stopper
-from .stopping import took_mark as took_mark

@@ -123,9 +123,8 @@ def rest(job: AnyJob, *, pause: bool) -> None:
 
     Raises DeviceStateError for one that has ended.
     """
-    wish = alive(job).pause_requested
-    (wish.set if pause else wish.clear)()
-    job.on_change(job)
+    if not job.ask_pause(pause=pause):
+        alive(job)
 
 
 def waiting(job: AnyJob) -> AnyJob:

@@ -58,18 +58,22 @@ class HardwareLauncher(Launcher):
         """See Launcher."""
         return f"{work.kind}-{datetime.now(UTC):%Y%m%dT%H%M%S}-{token_hex(3)}"
 
-    def launch(self, work: AnyWorkRequest, job: str) -> None:
+    def stops(self) -> int:
         """See Launcher."""
+        return self._hardware().stops
+
+    def launch(self, work: AnyWorkRequest, job: str, stops: int) -> None:
+        """See Launcher; what leaves the platform alone is not stopped."""
         if work.kind == "fit" or work.kind == "diagnosis":
             self._analyses.queue(work, job)
         elif work.kind == "acquisition":
-            self._hardware().acquire(work.request, identifier=job)
+            self._hardware().acquire(work.request, identifier=job, stops=stops)
         elif work.kind == "procedure":
-            self._hardware().conduct(work.request, identifier=job)
+            self._hardware().conduct(work.request, identifier=job, stops=stops)
         elif work.kind == "self_test":
-            self._hardware().self_test(work.request, identifier=job)
+            self._hardware().self_test(work.request, identifier=job, stops=stops)
         else:
-            self._hardware().calibrate(work.request, identifier=job)
+            self._hardware().calibrate(work.request, identifier=job, stops=stops)
 
     def outcome(self, job: str) -> JobOutcome:
         """See Launcher."""
@@ -86,7 +90,7 @@ class HardwareLauncher(Launcher):
 
 def _outcome(found: ShownJob) -> JobOutcome:
     if not found.state.final:
-        return JobOutcome("running")
+        return JobOutcome("resting" if found.paused and found.state is JobState.QUEUED else "running")
     recording = getattr(found.result, "recording", None)
     if found.state is JobState.CANCELLED:
         if DAEMON_ENDED in found.record.warnings:

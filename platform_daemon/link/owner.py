@@ -27,7 +27,6 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
-    JobState,
     LedgerPage,
     LedgerRow,
     MountedResonator,
@@ -75,7 +74,8 @@ class OwnedHardware(LocalJobs):
 
     def busy(self) -> bool:
         """Does something run, or wait that will begin by itself?"""
-        return self._engine.status().running is not None or self._engine.queue.awaits
+        engine = self._engine
+        return engine.status().running is not None or engine.conducts or engine.queue.awaits
 
     def devices(self) -> DeviceListing:
         """See Hardware."""
@@ -91,15 +91,22 @@ class OwnedHardware(LocalJobs):
 
     def outputs_off(self) -> StopReport:
         """See Hardware.  Schedules start nothing more until somebody resumes them."""
+        schedules = self._schedules()
+        if schedules is not None:
+            schedules.rest(STOPPED)  # first: what they start from now on is not asked for before the stop
         try:
-            self._engine.outputs_off()
+            self._engine.outputs_off(left=True)
         finally:
-            for job in self._engine.left_waiting():  # for a person to clear a fault
-                self._engine.end_left(job, JobState.CANCELLED)
-            schedules = self._schedules()
             error = None if schedules is None else schedules.pause_all(STOPPED)
-        later = "" if error is None else f"; schedules rest, but that is not on the disk yet: {error}"
+        later = "" if error is None else f"; schedules rest, but that is not in their ledger yet: {error}"
+        if self._engine.unsaved:
+            later += f"; {self._engine.unsaved} of them could not be written as cancelled: the disk refuses"
         return StopReport(status=f"outputs are off, acquisitions are cancelled{later}")
+
+    @property
+    def stops(self) -> int:
+        """How often everything was stopped."""
+        return self._engine.stops
 
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
@@ -109,14 +116,18 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         fault = self._engine.unlock(request.by, request.reason)
         if fault is not None:  # what waited when the daemon was started
-            take_up_queue(self._engine, self, forget=False)
+            take_up_queue(self._engine, self)
         return FaultCleared(fault=fault, by=request.by)
 
-    def acquire(self, request: AcquisitionRequest, *, identifier: str | None = None) -> ShownJob:
-        """See Hardware.  identifier: that the job will have, None: a new one."""
+    def acquire(
+        self, request: AcquisitionRequest, *, identifier: str | None = None, stops: int | None = None
+    ) -> ShownJob:
+        """See Hardware.  identifier: that the job will have, None: a new one; stops: see Engine.submit."""
+        stops = self.stops if stops is None else stops
         plan = self._plans.series(request)
         self._mounted.say(request.resonator, None)
-        return ShownJob.of(self._engine.acquire(plan, None, self._folders.recordings, identifier=identifier))
+        folder = self._folders.recordings
+        return ShownJob.of(self._engine.acquire(plan, None, folder, identifier=identifier, stops=stops))
 
     def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
         """See Hardware."""
@@ -126,11 +137,14 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         return self._plans.series(request).summary()
 
-    def conduct(self, request: AnyProcedureRequest, *, identifier: str | None = None) -> ShownJob:
-        """See Hardware.  identifier: that the job will have, None: a new one."""
+    def conduct(
+        self, request: AnyProcedureRequest, *, identifier: str | None = None, stops: int | None = None
+    ) -> ShownJob:
+        """See Hardware.  identifier, stops: as for `acquire`."""
+        stops = self.stops if stops is None else stops
         work = self._plans.procedure(request)
         self._mounted.say(request.acquisition.resonator, None)
-        return ShownJob.of(self._engine.submit(work, identifier=identifier))
+        return ShownJob.of(self._engine.submit(work, identifier=identifier, stops=stops))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
@@ -144,7 +158,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         job = self._engine.job(kind, identifier)
         if job.state.final and job.kind == "acquisition":
-            job = resume_series(self._engine, job, self._folders.recordings)
+            return ShownJob.of(resume_series(self._engine, job, self._folders.recordings))
         rest(job, pause=False)
         return ShownJob.of(job)
 
@@ -161,10 +175,13 @@ class OwnedHardware(LocalJobs):
         put_in_order(self._engine, asked.order, asked.priority)
         return self.status()
 
-    def calibrate(self, request: CalibrationRequest, *, identifier: str | None = None) -> ShownJob:
-        """See Hardware.  identifier: that the job will have, None: a new one."""
-        check_room(self._folders.calibrations, 0)  # a file of some kB: what it costs is the shots before it
-        return ShownJob.of(self._engine.calibrate(request, self._folders.calibrations, identifier=identifier))
+    def calibrate(
+        self, request: CalibrationRequest, *, identifier: str | None = None, stops: int | None = None
+    ) -> ShownJob:
+        """See Hardware.  identifier, stops: as for `acquire`."""
+        stops, folder = self.stops if stops is None else stops, self._folders.calibrations
+        check_room(folder, 0)  # a file of some kB: what it costs is the shots before it
+        return ShownJob.of(self._engine.calibrate(request, folder, identifier=identifier, stops=stops))
 
     def check_calibration(self, request: CalibrationRequest) -> None:
         """Can it be made?  Nothing moves.  Raises InputError."""
@@ -174,9 +191,12 @@ class OwnedHardware(LocalJobs):
         """Is there such a model, None: whatever a recording says, and are there such terms?  Raises InputError."""
         check_model(self._engine, label, terms)
 
-    def self_test(self, request: SelfTestRequest, *, identifier: str | None = None) -> ShownJob:
-        """See Hardware.  identifier: that the job will have, None: a new one."""
-        return ShownJob.of(queue_self_test(self._engine, request, identifier=identifier))
+    def self_test(
+        self, request: SelfTestRequest, *, identifier: str | None = None, stops: int | None = None
+    ) -> ShownJob:
+        """See Hardware.  identifier, stops: as for `acquire`."""
+        stops = self.stops if stops is None else stops
+        return ShownJob.of(queue_self_test(self._engine, request, identifier=identifier, stops=stops))
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
@@ -186,19 +206,20 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         return self._engine.activate(request, self._folders.calibrations)
 
-    def take_up(self, job: AnyJob) -> None:
-        """Queue a job of an earlier run again, under its id.  Raises InputError."""
+    def take_up(self, job: AnyJob, stops: int) -> None:
+        """Queue a job of an earlier run again, under its id; stops: see Engine.submit.  Raises InputError."""
         match job.request:
             case AcquisitionRequest():
                 resumed = job.result.recording is not None  # and had to wait
                 plan = self._engine.plan(job.request)
-                self._engine.acquire(plan, None, self._folders.recordings, again=job, goes_on=resumed)
+                folder = self._folders.recordings
+                self._engine.acquire(plan, None, folder, again=job, goes_on=resumed, stops=stops)
             case CalibrationRequest():
-                self._engine.calibrate(job.request, self._folders.calibrations, again=job)
+                self._engine.calibrate(job.request, self._folders.calibrations, again=job, stops=stops)
             case SelfTestRequest():
-                queue_self_test(self._engine, job.request, again=job)
+                queue_self_test(self._engine, job.request, again=job, stops=stops)
             case _:
-                self._engine.submit(self._plans.known_procedure(job.request), again=job)
+                self._engine.submit(self._plans.known_procedure(job.request), again=job, stops=stops)
 
     def mounted(self) -> MountedResonator:
         """See Hardware."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import structlog
@@ -9,6 +10,7 @@ import structlog
 from drivers.errors import InterlockError, PlatformError
 from platform_daemon.engine import AnyJob, Engine, ShuttingDown
 from platform_daemon.schemas import JobState
+from platform_daemon.store import StorageError
 
 log = structlog.get_logger()
 
@@ -16,32 +18,37 @@ log = structlog.get_logger()
 class TakesUp(Protocol):
     """Who makes the work of a job anew."""
 
-    def take_up(self, job: AnyJob) -> None:
-        """Queue it again under its id.  Raises PlatformError."""
+    def take_up(self, job: AnyJob, stops: int) -> None:
+        """Queue it again under its id; stops: see Engine.submit.  Raises PlatformError."""
 
 
-def take_up_queue(engine: Engine, owner: TakesUp, *, forget: bool) -> None:
+def take_up_queue(engine: Engine, owner: TakesUp, forget: Callable[[], str | None] = lambda: None) -> None:
     """Queue again what an earlier run has left; what cannot be planned any more is failed with the reason.
 
-    While a fault stands they stay as they are.
+    While a fault stands, or the disk refuses, they stay as they are.
 
-    forget: cancel all of it.
+    forget: asked before each: why it is cancelled, None: it is not.
     """
     for job in engine.left_waiting():
-        if forget:
-            job.warnings.append("forgotten when the daemon was started (--forget-queue)")
-            engine.end_left(job, JobState.CANCELLED)
-            continue
+        stops = engine.stops
         if job.state is not JobState.QUEUED:  # cancelled while those before it were planned
             continue
+        if (why := forget()) is not None:
+            job.warnings.append(why)
+            engine.end_left(job, JobState.CANCELLED)
+            continue
         try:
-            owner.take_up(job)
+            owner.take_up(job, stops)
             log.info("job_taken_up", job=job.identifier)
         except ShuttingDown:  # they wait for the next start
             return
-        except InterlockError as error:  # a fault stands: they are taken up when a person has reset it
+        except (InterlockError, StorageError) as error:  # they wait until a person has reset it, or for the next start
             log.warning("queue_waits", job=job.identifier, error=str(error))
             return
         except PlatformError as error:
             log.error("job_not_taken_up", job=job.identifier, error=str(error))
             engine.end_left(job, JobState.FAILED, error)
+        except Exception as error:  # those after it must not wait for one that nobody has thought of
+            log.error("job_broke", job=job.identifier, exc_info=error)
+            what, remedy = f"unexpected {type(error).__name__}", f"report it; the log has it under {job.identifier}"
+            engine.end_left(job, JobState.FAILED, PlatformError(what, why=str(error), remedy=remedy))

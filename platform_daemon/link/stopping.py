@@ -28,6 +28,33 @@ STOPPED = "everything was stopped"
 """Why schedules are paused then."""
 
 
+class StopMark:
+    """In the data folder: somebody has asked to stop while nobody owned the hardware, and what waits must not begin.
+
+    A disk that refuses holds nobody up: it is asked again and again anyway.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / _MARK
+
+    @property
+    def stands(self) -> bool:
+        """Nobody has made it good."""
+        with contextlib.suppress(OSError):
+            return self._path.exists()
+        return False
+
+    def leave(self) -> None:
+        """For the next hardware process, which has not heard of the stop."""
+        with contextlib.suppress(OSError):
+            self._path.touch()
+
+    def forget(self) -> None:
+        """What waited is cancelled."""
+        with contextlib.suppress(OSError):
+            self._path.unlink(missing_ok=True)
+
+
 class Hangs(Exception):
     """The process that owns the hardware does not answer, and was killed."""
 
@@ -42,7 +69,7 @@ class Stopper:
     """
 
     def __init__(self, folder: Path, silent_s: float = SILENT_S, away_s: float = AWAY_S) -> None:
-        self._folder, self._path = folder, folder / NAME
+        self._mark, self._path = StopMark(folder), folder / NAME
         self._silent_s, self._away_s = silent_s, away_s
         self._kept: int | None = None
         with contextlib.suppress(OSError):
@@ -63,9 +90,9 @@ class Stopper:
             except (OSError, ValueError) as error:
                 why = str(error) or type(error).__name__
             else:
-                took_mark(self._folder)  # also that of an earlier stop, which this one has made good
+                self._mark.forget()  # also that of an earlier stop, which this one has made good
                 return report
-            _mark(self._folder)
+            self._mark.leave()
             if time.monotonic() > until:
                 raise _unconfirmed(why, self._away_s)
             time.sleep(_AGAIN_S)
@@ -118,21 +145,6 @@ class Stopper:
                 return line.has_said(left_s) and line.answer() is not None
         except (OSError, ValueError):
             return True  # it is ending: the other connection says so, too
-
-
-def took_mark(folder: Path) -> bool:
-    """Has somebody asked to stop while nobody owned the hardware, since this was asked last?"""
-    try:
-        (folder / _MARK).unlink()
-    except OSError:
-        return False
-    return True
-
-
-def _mark(folder: Path) -> None:
-    """What waits must not begin when the hardware process is back, before it has heard of the stop."""
-    with contextlib.suppress(OSError):  # a disk that refuses must not hold up what is asked again and again anyway
-        (folder / _MARK).touch()
 
 
 def _after_a_hang(report: StopReport) -> StopReport:

@@ -10,9 +10,10 @@ from platform_daemon.schemas import AnyWorkRequest
 
 @dataclass(frozen=True)
 class JobOutcome:
-    """Where a job is; unknown: it was never made; reason: why it failed; recording: id of what it recorded."""
+    """Where a job is; unknown: it was never made; resting: paused before it began; reason: why it failed; recording: id
+    of what it recorded."""
 
-    state: Literal["running", "done", "failed", "cancelled", "unknown"]
+    state: Literal["running", "resting", "done", "failed", "cancelled", "unknown"]
     reason: str | None = None
     recording: str | None = None
 
@@ -33,8 +34,14 @@ class Launcher(Protocol):
     def new_id(self, work: AnyWorkRequest) -> str:
         """An id for its job, which no other job has."""
 
-    def launch(self, work: AnyWorkRequest, job: str) -> None:
-        """Queue it under that id.  Raises PlatformError: nothing was queued."""
+    def stops(self) -> int:
+        """How often everything was stopped.  Raises DeviceError while the owner cannot say."""
+
+    def launch(self, work: AnyWorkRequest, job: str, stops: int) -> None:
+        """Queue it under that id; cancelled if everything was stopped since it was so often, `stops`.
+
+        Raises PlatformError: nothing was queued.
+        """
 
     def outcome(self, job: str) -> JobOutcome:
         """Where the job is.  Raises DeviceError while the owner cannot say."""

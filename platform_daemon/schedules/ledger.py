@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import structlog
 
@@ -100,14 +101,14 @@ class Ledger:
         out, which is logged."""
         which = "" if removed else "WHERE removed = 0"
         query = f"SELECT id, request, created, reached, off, failures FROM schedules {which} ORDER BY rowid"
-        found = ((row, self._request(row[0], row[1])) for row in self._sql.execute(query))
+        found = ((row, self._request(row[0], row[1])) for row in self._read(query))
         return [Kept(row[0], request, *row[2:]) for row, request in found if request is not None]
 
     def unreadable(self, *, removed: bool = False) -> dict[str, tuple[float, str]]:
         """Those of another version that `schedules` leaves out, by id: since when, and what is wrong."""
         which = "" if removed else "WHERE removed = 0"
         query = f"SELECT id, request, created FROM schedules {which} ORDER BY rowid"
-        found = [row for row in self._sql.execute(query) if self._request(row[0], row[1]) is None]
+        found = [row for row in self._read(query) if self._request(row[0], row[1]) is None]
         return {row[0]: (row[2], self._unreadable[row[0]]) for row in found}
 
     def _request(self, schedule: str, text: str) -> ScheduleRequest | None:
@@ -155,18 +156,18 @@ class Ledger:
                 " VALUES (?, ?, ?, ?, 'due', 'asked for', 1)"
             )
             self._sql.execute(insert, (schedule, now, now, deadline))
-        found = self._sql.execute("SELECT number FROM rows WHERE schedule = ? AND due = ?", (schedule, now))
-        return int(found.fetchone()[0])
+        found = self._read("SELECT number FROM rows WHERE schedule = ? AND due = ?", (schedule, now))
+        return int(found[0][0])
 
     def open_rows(self) -> list[Row]:
         """Rows that are not final, by instant."""
         query = f"SELECT {_ROW} FROM rows WHERE state IN ('due', 'started') ORDER BY due, number"
-        return [Row(*found) for found in self._sql.execute(query)]
+        return [Row(*found) for found in self._read(query)]
 
     def rows(self, schedule: str, after: int = 0, limit: int = 100) -> list[Row]:
         """Rows of a schedule, removed ones too, with numbers above `after`."""
         query = f"SELECT {_ROW} FROM rows WHERE schedule = ? AND number > ? ORDER BY number LIMIT ?"
-        return [Row(*found) for found in self._sql.execute(query, (schedule, after, limit))]
+        return [Row(*found) for found in self._read(query, (schedule, after, limit))]
 
     def close_rows(self, ends: list[tuple[int, str, str]]) -> None:
         """Rows (number, state, reason) that were never started."""
@@ -182,7 +183,7 @@ class Ledger:
     def turn(self, row: Row) -> int:
         """How many starts of its schedule had a job before it."""
         count = "SELECT count(*) FROM rows WHERE schedule = ? AND due < ? AND job IS NOT NULL"
-        return int(self._sql.execute(count, (row.schedule, row.due)).fetchone()[0])
+        return int(self._read(count, (row.schedule, row.due))[0][0])
 
     def claim(self, row: Row, now: float, job: str) -> bool:
         """It will become that job.  Durable before anything moves; False: it was claimed already."""
@@ -236,6 +237,12 @@ class Ledger:
         if page == 0 or size < page * int.from_bytes(head[28:32]):
             raise self._damaged(f"it has been cut off after {size} bytes")
 
+    def _read(self, query: str, values: tuple[object, ...] = ()) -> list[tuple[Any, ...]]:
+        try:
+            return self._sql.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            raise self._refused(error) from error
+
     @contextmanager
     def _change(self) -> Iterator[None]:
         """One transaction.  Raises StorageError: nothing of it was done."""
@@ -250,7 +257,9 @@ class Ledger:
 
     def _refused(self, error: Exception) -> StorageError:
         remedy = "free or repair the disk; nothing was started, it is tried again"
-        return StorageError("the ledger cannot be written", where=str(self._path), why=str(error), remedy=remedy)
+        return StorageError(
+            "the ledger cannot be read or written", where=str(self._path), why=str(error), remedy=remedy
+        )
 
     def _damaged(self, why: str) -> StorageError:
         remedy = "put back a copy of it, or move it away to begin a new ledger: what it says of earlier starts is lost"

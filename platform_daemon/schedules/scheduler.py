@@ -37,16 +37,21 @@ def quiet(event: ScheduleEvent) -> None:
 
 class Scheduler:
     """Steps over a ledger.  tell: takes an event for every row that has changed; ends: the daemon is ending, and what
-    becomes of its jobs from then on is for the next one to judge.
+    becomes of its jobs from then on is for the next one to judge; rests: everything is being stopped, start nothing.
 
     A row is claimed together with the id of its job, before that job is made: after a death in between the job is
     unknown, and made then if it still may begin.
     """
 
     def __init__(
-        self, ledger: Ledger, launcher: Launcher, tell: Tell = quiet, ends: Callable[[], bool] = lambda: False
+        self,
+        ledger: Ledger,
+        launcher: Launcher,
+        tell: Tell = quiet,
+        ends: Callable[[], bool] = lambda: False,
+        rests: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._ledger, self._launcher, self._tell, self._ends = ledger, launcher, tell, ends
+        self._ledger, self._launcher, self._tell, self._ends, self._rests = ledger, launcher, tell, ends, rests
         self._coming: dict[str, tuple[float, Iterator[float], float | None]] = {}
 
     def step(self, now: float) -> bool:
@@ -141,7 +146,7 @@ class Scheduler:
         rows = [r for r in self._ledger.open_rows() if r.schedule in works]
         ready = [r for r in rows if r.state == "due" and r.begins <= now <= r.deadline]
         ready = [r for r in ready if not self._waits_for_hands(r, works[r.schedule])]
-        if not ready or any(r.state == "started" for r in rows) or (not beside and self._launcher.busy()):
+        if not ready or any(self._holds(r) for r in rows) or (not beside and self._launcher.busy()):
             return False
         row = min(ready, key=lambda r: (-works[r.schedule].request.priority, r.begins, r.number))
         kept = works[row.schedule]
@@ -149,6 +154,10 @@ class Scheduler:
         if not self._ledger.claim(row, now, job):
             return True
         return not self._launched(replace(row, job=job), kept, now)
+
+    def _holds(self, row: Row) -> bool:
+        """Does its job keep others waiting?  One that is paused before it began does not."""
+        return row.state == "started" and (row.job is None or self._launcher.outcome(row.job).state != "resting")
 
     def _work(self, row: Row, kept: Kept) -> AnyWorkRequest:
         asked = kept.request
@@ -169,8 +178,11 @@ class Scheduler:
 
     def _launched(self, row: Row, kept: Kept, now: float) -> bool:
         assert row.job is not None
+        stops = 0 if _beside(kept) else self._launcher.stops()
+        if self._rests():  # asked after that: a stop rests schedules first, and then is counted
+            return False
         try:
-            self._launcher.launch(self._work(row, kept), row.job)
+            self._launcher.launch(self._work(row, kept), row.job, stops)
         except PlatformError as error:
             if self._ends():  # nothing begins any more; it is claimed, and made by the next daemon
                 return False
@@ -189,7 +201,7 @@ class Scheduler:
             if row.job is not None and (row.asked or kept.off is None) and now <= row.deadline:
                 self._launched(row, kept, now)
             else:
-                self._failed(row, kept, now, _CUT_OFF)
+                self._failed(row, kept, now, kept.off or _CUT_OFF)
         elif found.state == "done":
             late = (row.late_s or 0.0) > ON_TIME_S
             reason = "something else held the platform, or the daemon was away" if late else row.reason

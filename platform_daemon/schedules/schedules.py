@@ -7,6 +7,7 @@ import math
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from secrets import token_hex
@@ -15,17 +16,20 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, PlatformError
 from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleRequest
-from platform_daemon.store import StorageError
+from platform_daemon.store import StorageError, sync
 
 from .calendar import Calendar
 from .launcher import Launcher
-from .ledger import Kept, Ledger, Row
+from .ledger import Kept, Ledger
 from .scheduler import LEAVE_THE_PLATFORM, Scheduler, Tell, ahead_until, quiet
+from .shown import iso, iso_or_none, shown_row, unreadable
 from .turns import works
 
 log = structlog.get_logger()
 _STEP_S = 1.0
 _BY_HAND_S = 3600.0  # a start by hand waits so long for the platform
+_PATIENCE_S = 0.05  # a stop is to be answered within 0.2 s
+_STOPPED_BEFORE = "everything was stopped, before the daemon was started again"
 
 
 class UnknownSchedule(InputError):
@@ -45,10 +49,14 @@ class Schedules:
         self._ledger = Ledger(path)
         self._lock = threading.Lock()
         self._ended = threading.Event()
-        self._scheduler = Scheduler(self._ledger, launcher, tell, self._ended.is_set)
+        self._scheduler = Scheduler(
+            self._ledger, launcher, tell, self._ended.is_set, lambda: self._to_pause is not None
+        )
         self._thread: threading.Thread | None = None
         self._error = ""
-        self._to_pause: str | None = None  # why all shall be paused, until the ledger has it
+        self._mark = path.with_suffix(".rest")
+        # Why all shall be paused, until the ledger has it.
+        self._to_pause: str | None = _STOPPED_BEFORE if self._mark.exists() else None
 
     def start(self) -> None:
         """Step every second, in a thread, until closed."""
@@ -83,13 +91,14 @@ class Schedules:
         reached = math.nextafter(max(now, calendar.start), -math.inf)
         kept = Kept(identifier, request, now, reached, None, 0)
         with self._lock:
+            self._pause_rest()  # a new one is not meant
             self._ledger.add(kept)
             return self._shown(kept)
 
     def list(self) -> tuple[Schedule, ...]:
         """All that were not removed; last those that another version has left and this one cannot read."""
         with self._lock:
-            left = (_unreadable(key, *why) for key, why in self._ledger.unreadable().items())
+            left = (unreadable(key, *why) for key, why in self._ledger.unreadable().items())
             return (*map(self._shown, self._ledger.schedules()), *left)
 
     def get(self, identifier: str) -> Schedule:
@@ -103,7 +112,7 @@ class Schedules:
             if identifier not in self._ledger.unreadable(removed=True):
                 self._kept(identifier, removed=True)
             rows = self._ledger.rows(identifier, after, limit + 1)
-        return LedgerPage(rows=tuple(map(_shown_row, rows[:limit])), more=len(rows) > limit)
+        return LedgerPage(rows=tuple(map(shown_row, rows[:limit])), more=len(rows) > limit)
 
     def pause(self, identifier: str) -> Schedule:
         """What is due from now on is skipped; what runs goes on.  Raises InputError."""
@@ -123,18 +132,38 @@ class Schedules:
                 log.warning("schedule_set_back", schedule=identifier, instants=count)
         return self._switched(identifier, None)
 
+    def rest(self, reason: str) -> None:
+        """Start nothing more, as of now; `pause_all` or the next step pauses them."""
+        self._to_pause = reason
+
     def pause_all(self, reason: str) -> StorageError | None:
         """Stop was pressed: nothing starts by itself until somebody resumes it.
 
-        What comes back: why the ledger does not have it yet.  Nothing starts until it has; a stop must not fail for it.
+        What comes back: why the ledger does not have it yet.  Nothing starts until it has, after a restart neither; a
+        stop must not fail for it, nor wait for a step that plans.
         """
-        self._to_pause = reason  # a step that runs now is the last that starts anything
-        with self._lock:
-            try:
-                self._pause_rest()
-            except StorageError as error:
-                log.error("schedules_not_paused", error=str(error))
-                return error
+        self.rest(reason)
+        if not self._lock.acquire(timeout=_PATIENCE_S):
+            return self._marked()
+        try:
+            self._pause_rest()
+        except StorageError as error:
+            log.error("schedules_not_paused", error=str(error))
+            self._marked()
+            return error
+        finally:
+            self._lock.release()
+        return None
+
+    def _marked(self) -> StorageError | None:
+        """A file without content, which a full disk takes: should the process die now, the next one pauses them."""
+        try:
+            self._mark.touch()
+            sync(self._mark.parent)
+        except OSError as error:
+            log.error("schedules_not_marked", error=str(error))
+            why, remedy = str(error), "free or repair the disk; they rest as long as the daemon runs"
+            return StorageError("it cannot be written", where=str(self._mark), why=why, remedy=remedy)
         return None
 
     def _pause_rest(self) -> None:
@@ -143,6 +172,8 @@ class Schedules:
             for kept in self._ledger.schedules():
                 if kept.off is None:
                     self._ledger.switch(kept.identifier, self._to_pause)
+            with suppress(OSError):
+                self._mark.unlink(missing_ok=True)
             self._to_pause = None
 
     def remove(self, identifier: str) -> Schedule:
@@ -160,7 +191,7 @@ class Schedules:
                 remedy = "wait until it has ended"
                 raise DeviceStateError("the platform is busy", where=identifier, remedy=remedy)
             number = self._ledger.ask(identifier, self._clock(), self._clock() + _BY_HAND_S)
-            return _shown_row(self._ledger.rows(identifier, number - 1, 1)[0])
+            return shown_row(self._ledger.rows(identifier, number - 1, 1)[0])
 
     def preview(self, request: ScheduleRequest, count: int = 10) -> tuple[str, ...]:
         """The first instants, ISO 8601 in the zone of the trigger; nothing is kept.  Errors as in `add`."""
@@ -205,10 +236,10 @@ class Schedules:
 
     def _found(self, identifier: str) -> Schedule:
         left = self._ledger.unreadable().get(identifier)
-        return self._shown(self._kept(identifier)) if left is None else _unreadable(identifier, *left)
+        return self._shown(self._kept(identifier)) if left is None else unreadable(identifier, *left)
 
     def _shown(self, kept: Kept) -> Schedule:
-        off = kept.off
+        off = kept.off or self._to_pause
         try:
             Calendar(kept.request, kept.created)
         except InputError as error:  # its zone was given up
@@ -216,12 +247,12 @@ class Schedules:
         return Schedule(
             identifier=kept.identifier,
             request=kept.request,
-            created=_iso(kept.created),
+            created=iso(kept.created),
             active=off is None,
             reason=off,
             failures=kept.failures,
-            next_due=_iso_or_none(self._scheduler.next_due(kept)),
-            ahead_until=_iso_or_none(ahead_until(kept, self._clock())),
+            next_due=iso_or_none(self._scheduler.next_due(kept)),
+            ahead_until=iso_or_none(ahead_until(kept, self._clock())),
         )
 
     def _work(self) -> None:
@@ -235,42 +266,3 @@ class Schedules:
                     log.error("schedules_cannot_start", error=self._error)
             except Exception as error:  # the thread must outlive what nobody thought of
                 log.error("schedules_step_failed", error=str(error), exc_info=True)
-
-
-def _unreadable(identifier: str, created: float, why: str) -> Schedule:
-    remedy = "remove it and add it anew, or go back to the version that made it"
-    return Schedule(
-        identifier=identifier,
-        request=None,
-        created=_iso(created),
-        active=False,
-        reason=f"this version cannot read it: {why}. Remedy: {remedy}",
-        failures=0,
-        next_due=None,
-        ahead_until=None,
-    )
-
-
-def _shown_row(row: Row) -> LedgerRow:
-    return LedgerRow.model_validate(
-        {
-            "number": row.number,
-            "due": _iso(row.due),
-            "deadline": _iso(row.deadline),
-            "state": row.state,
-            "reason": row.reason,
-            "started": _iso_or_none(row.started),
-            "ended": _iso_or_none(row.ended),
-            "late_s": row.late_s,
-            "job": row.job,
-            "recording": row.recording,
-        }
-    )
-
-
-def _iso(moment: float) -> str:
-    return datetime.fromtimestamp(moment, UTC).isoformat()
-
-
-def _iso_or_none(moment: float | None) -> str | None:
-    return None if moment is None else _iso(moment)

@@ -61,6 +61,8 @@ class JobRecord(Schema, Generic[RequestT, ResultT]):
     """Id of the procedure that it is a step of; missing: it stands for itself."""
     place: Absent[int] = None
     """Place in the queue, from 0; missing: nobody has put it in order."""
+    arrival: Absent[int] = None
+    """Number in the order in which jobs came to the queue; missing: it never did."""
     paused: Absent[bool] = None
     """It waits, and does not begin before it is resumed; missing: it does."""
 

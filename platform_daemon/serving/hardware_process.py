@@ -18,8 +18,8 @@ from platform_daemon.link import (
     HardwareLauncher,
     LinkServer,
     OwnedHardware,
+    StopMark,
     take_up_queue,
-    took_mark,
 )
 from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
@@ -51,18 +51,20 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     def start() -> Engine:
         return start_engine(file, *kept, *hardware_workers(limits), data=options.data, tell=events.tell)
 
-    opening = Opening(start, folder, forget=options.forget_queue)
+    mark = StopMark(options.data)
+    opening = Opening(start, folder, mark, forget=options.forget_queue)
     server = None
     launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
     schedules = _schedules(options, launcher, events, opening)
     try:
         opening.schedules = schedules
-        if took_mark(options.data):
+        if mark.stands:
             opening.stopped()
         opening.open()
         if schedules is not None:
             schedules.start()
         server = LinkServer(opening.hardware, options.data, opening.stopped)
+        opening.listens()
         life.say(READY)
         wait_for_signals()
     except KeyboardInterrupt:
@@ -93,11 +95,12 @@ def _schedules(
 class Opening:
     """The engine, once its devices have opened; until then every request tries again.
 
-    start: makes the engine; forget: cancel what waited when the daemon ended.
+    start: makes the engine; mark: of those who wanted everything stopped and found nobody; forget: cancel what waited
+    when the daemon ended.
     """
 
-    def __init__(self, start: Callable[[], Engine], folder: DataFolder, *, forget: bool) -> None:
-        self._start, self._forget = start, forget
+    def __init__(self, start: Callable[[], Engine], folder: DataFolder, mark: StopMark, *, forget: bool) -> None:
+        self._start, self._mark, self._forget, self._stopped = start, mark, forget, False
         self._folders = Folders(
             folder.recordings, folder.procedures, folder.characterisations, folder.calibrations, folder.mounted
         )
@@ -117,22 +120,44 @@ class Opening:
                 return
             try:
                 self._engine = self._start()
-                owned = OwnedHardware(self._engine, self._folders, lambda: self.schedules, lambda: self.damage)
-                take_up_queue(self._engine, owned, forget=self._forget)
-                self._engine.warm_up_fits()
-                self._hardware = owned
             except DeviceError as error:
                 if str(error) != str(self._error):  # said once
                     log.error("devices_not_open", error=str(error))
                 self._error = error
+            else:
+                self._take_up(self._engine)
             self._tried_s = time.monotonic()
 
+    def _take_up(self, engine: Engine) -> None:
+        owned = OwnedHardware(engine, self._folders, lambda: self.schedules, lambda: self.damage)
+        self._hardware = owned  # first: a stop must reach what is queued
+        take_up_queue(engine, owned, self._why_to_forget)
+        if self._stopped:
+            self._mark.forget()
+        engine.warm_up_fits()
+
+    def _why_to_forget(self) -> str | None:
+        if self._stopped or self._mark.stands:
+            return STOPPED
+        return "forgotten when the daemon was started (--forget-queue)" if self._forget else None
+
     def stopped(self) -> None:
-        """Everything is to stop, while nobody may be there to be told: what waits does not begin later."""
+        """Everything is to stop, while nobody may be there to be told: what waits does not begin later, in another
+        process neither."""
         if self._hardware is None:
-            self._forget = True
+            self._stopped = True
+            self._mark.leave()
             if self.schedules is not None:
                 self.schedules.pause_all(STOPPED)
+
+    def listens(self) -> None:
+        """From now on whoever wants to stop reaches this process; those who did not are heard now."""
+        if self._mark.stands and self._hardware is not None:
+            try:
+                self._hardware.outputs_off()
+                self._mark.forget()
+            except DeviceError as error:  # all is cancelled; what it cannot prove off stands as a fault
+                log.error("outputs_not_proved_off", error=str(error))
 
     def hardware(self) -> OwnedHardware:
         """Who answers now.  Raises DeviceError while devices cannot be opened."""
@@ -144,7 +169,9 @@ class Opening:
 
     def close(self) -> None:
         """Outputs off, what runs cancelled, what waits left for the next start, devices let go.  Idempotent."""
-        with self._lock:
-            self._closed = True
-        if self._engine is not None:
+        self._closed = True
+        if self._hardware is not None and self._engine is not None:  # also while it takes the queue up
             self._engine.close(keep_queue=True)
+        with self._lock:
+            if self._engine is not None:
+                self._engine.close(keep_queue=True)

@@ -21,6 +21,7 @@ from platform_daemon.schemas import TOKEN_NAME, Role, TokenRecord, TokenRecords,
 from .durable import write_file
 from .errors import StorageUnusable
 
+_READ = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC  # no link, and no pipe that is waited for
 RESERVED = ("local",)
 """Names that the audit log gives to those without a token."""
 
@@ -32,7 +33,7 @@ class TokenFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         # As of which state of the file; one value, as two threads may read at once.
-        self._known: tuple[tuple[int, int, int] | None, tuple[TokenRecord, ...]] = (None, ())
+        self._known: tuple[tuple[int, ...] | None, tuple[TokenRecord, ...]] = (None, ())
 
     @property
     def exists(self) -> bool:
@@ -49,19 +50,20 @@ class TokenFile:
         more: the disk may have gone with it, and who may stop must be able to then.
         """
         try:
-            state = self.path.stat()
-            seen = (state.st_ino, state.st_mtime_ns, state.st_size)
-            known, records = self._known
-            if seen == known:
-                return records
-            text, ours = self.path.read_bytes(), (0, os.geteuid(), self.path.parent.stat().st_uid)
+            with open(os.open(self.path, _READ), "rb") as file:  # what is looked at is what is read
+                state = os.fstat(file.fileno())
+                seen = (state.st_ino, state.st_mtime_ns, state.st_size, state.st_mode, state.st_uid)
+                known, records = self._known
+                if seen == known:
+                    return records
+                text, ours = file.read(), (0, os.geteuid(), self.path.parent.stat().st_uid)
         except (FileNotFoundError, NotADirectoryError):  # the latter: who opens the data folder says what is wrong
             if self._known[0] is None:
                 return ()
             remedy = "look whether the disk of the data folder is there; put back a copy, or make the tokens anew"
             raise ConfigError("the tokens are gone", where=str(self.path), remedy=remedy) from None
         except OSError as error:
-            remedy = "make it readable for the user of the daemon, with mode 0600"
+            remedy = "make it a file, no link, that the user of the daemon can read, with mode 0600"
             raise ConfigError(
                 "the tokens cannot be read", where=str(self.path), why=str(error), remedy=remedy
             ) from None

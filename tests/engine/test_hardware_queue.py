@@ -8,7 +8,7 @@ from drivers.errors import DeviceStateError
 from platform_daemon.engine.hardware_queue import Ended, HardwareQueue
 from platform_daemon.engine.jobs import Job
 from platform_daemon.engine.queue_edits import edit_waiting, put_in_order
-from platform_daemon.schemas import SelfTestRequest
+from platform_daemon.schemas import JobState, SelfTestRequest
 from platform_daemon.store import StorageError
 
 OTHER = SimpleNamespace(request=SelfTestRequest(priority=2), total=7, unit="shots", no_result=None)
@@ -19,8 +19,8 @@ def queue():
     return HardwareQueue()
 
 
-def asked(queue, name, priority=0, kind="acquisition"):
-    job = Job(kind, SelfTestRequest(priority=priority), None, 1, "shots", identifier=name)
+def asked(queue, name, priority=0, kind="acquisition", arrival=None):
+    job = Job(kind, SelfTestRequest(priority=priority), None, 1, "shots", identifier=name, arrival=arrival)
     queue.put(job, lambda job: None)
     return job
 
@@ -29,8 +29,8 @@ def names(queue):
     return "".join(job.identifier for job in queue.jobs())
 
 
-def ordered(queue, order=(), **priorities):
-    put_in_order(SimpleNamespace(queue=queue), order, priorities)
+def ordered(queue, order=(), keep=lambda job: None, **priorities):
+    put_in_order(SimpleNamespace(queue=queue, keep=keep), order, priorities)
     return names(queue)
 
 
@@ -72,6 +72,42 @@ def test_a_new_priority_moves_a_job_also_out_of_an_order_given_before(queue):
     assert ordered(queue, c=-1) == "bac"
     assert ordered(queue, ["c"], c=7, a=1) == "cba"
     assert [job.priority for job in queue.jobs()] == [7, 0, 1]
+
+
+def test_an_order_and_a_priority_can_be_undone(queue):
+    for k, name in enumerate("abc"):
+        asked(queue, name, arrival=k)
+    assert ordered(queue, ["c", "a"]) == "cab"
+    assert ordered(queue, a=0, c=0) == "abc"
+    assert ordered(queue, b=9) == "bac"
+    assert ordered(queue, b=0) == "abc"
+
+
+def test_only_what_changed_is_kept_and_nothing_has_where_the_disk_does_not_take_it(queue):
+    jobs, kept = [asked(queue, name, arrival=k) for k, name in enumerate("abcd")], []
+    assert ordered(queue, ["c"], keep=kept.append) == "cabd"
+    assert kept == [jobs[2]]
+    assert ordered(queue, ["c"], keep=kept.append) == "cabd"
+    assert len(kept) == 1
+
+    def full(job):
+        if job is jobs[3]:
+            raise StorageError("the disk is full")
+
+    with pytest.raises(StorageError):
+        ordered(queue, ["d", "b"], keep=full, a=7)
+    assert names(queue) == "cabd"
+    assert [(job.place, job.priority) for job in jobs] == [(None, 0), (None, 0), (0, 0), (None, 0)]
+
+
+def test_what_an_ended_job_had_in_the_queue_is_not_that_of_the_one_that_goes_on_with_it():
+    work = SimpleNamespace(kind="acquisition", request=SelfTestRequest(), total=1, unit="shots", no_result=None)
+    before = Job("acquisition", SelfTestRequest(), None, 1, "shots", place=3, arrival=8)
+    again = Job.of(work, again=before)
+    assert (again.place, again.arrival) == (3, 8)
+    before.end(JobState.CANCELLED)
+    again = Job.of(work, again=before)
+    assert (again.place, again.arrival) == (None, None)
 
 
 def test_a_procedure_begins_when_the_hardware_is_free_and_nothing_comes_before_its_first_step(queue):

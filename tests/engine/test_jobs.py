@@ -229,3 +229,29 @@ def test_a_disk_that_refuses_keeps_nobody_from_starting(tmp_path, monkeypatch):
 
     monkeypatch.setattr(job_records, "write_file", full)
     assert [j.state for j in JobRecords(tmp_path).load()] == [JobState.FAILED]
+
+
+def test_a_procedure_between_its_steps_is_under_way_and_one_that_rests_is_not():
+    registry = job_registry.JobRegistry(JobRecords(None), job_registry.ON_HARDWARE)
+    procedure = Job("procedure", None, None, 1, "shots")
+    registry.add(procedure, queued=True)
+    assert not registry.conducts
+    procedure.begin()
+    assert registry.conducts
+    procedure.pause_requested.set()
+    assert not registry.conducts
+    procedure.pause_requested.clear()
+    procedure.end(JobState.DONE)
+    assert not registry.conducts
+
+
+def test_a_wish_to_rest_that_comes_after_the_end_is_told_nobody_again():
+    events = []
+    registry = job_registry.JobRegistry(JobRecords(None), job_registry.ON_HARDWARE, events.append)
+    job = Job("acquisition", ASKED, AcquisitionResult(), 1, "shots")
+    registry.add(job, queued=True)
+    job.request_cancel()
+    told = len(events)
+    assert not job.ask_pause(pause=True)
+    assert len(events) == told
+    assert not job.pause_requested.is_set()

@@ -4,6 +4,7 @@ import json
 import random
 import re
 import sqlite3
+import time
 from collections import Counter
 from datetime import UTC, datetime
 from itertools import islice, pairwise
@@ -34,7 +35,7 @@ class Owner:
     def __init__(self, clock, takes_s=10.0):
         self.clock, self.takes_s, self.jobs, self.next_fails = clock, takes_s, {}, None
         self.ends, self.mounted, self.began_with = "done", None, []
-        self.priorities = []
+        self.priorities, self.stopped, self.asked_after = [], 0, []
 
     def planned_s(self, work):
         return self.takes_s
@@ -49,11 +50,15 @@ class Owner:
     def new_id(self, work):
         return f"acquisition-{len(self.jobs)}"
 
-    def launch(self, work, job):
+    def stops(self):
+        return self.stopped
+
+    def launch(self, work, job, stops):
         if self.next_fails is not None:
             raise self.next_fails
         assert job not in self.jobs
         self.jobs[job] = self.clock()
+        self.asked_after.append(stops)
         self.began_with.append(getattr(work.request, "resonator", None))
         self.priorities.append(work.request.priority)
 
@@ -301,7 +306,7 @@ def test_a_start_that_a_daemon_refuses_because_it_ends_is_made_by_the_next_one(b
     made = bench.all.add(asked({"every_s": 3600.0}))
     launch = bench.owner.launch
 
-    def ends_meanwhile(work, job):
+    def ends_meanwhile(work, job, stops):
         bench.all.stop_starting()
         raise PlatformError("the daemon is shutting down")
 
@@ -365,7 +370,7 @@ def test_nothing_is_started_that_the_disk_does_not_take_and_it_is_tried_again(be
     other = sqlite3.connect(bench.path, isolation_level=None)
     other.execute("CREATE TRIGGER full BEFORE UPDATE OF started ON rows BEGIN SELECT RAISE(ABORT, 'full'); END")
     bench.now += 60
-    with pytest.raises(StorageError, match="cannot be written"):
+    with pytest.raises(StorageError, match="cannot be read or written"):
         bench.all.step()
     assert not bench.owner.jobs
     other.execute("DROP TRIGGER full")
@@ -447,16 +452,78 @@ def test_a_stop_that_the_disk_does_not_take_starts_nothing_and_is_kept_once_it_d
     other.execute("CREATE TRIGGER full BEFORE UPDATE OF off ON schedules BEGIN SELECT RAISE(ABORT, 'full'); END")
     assert "full" in str(bench.all.pause_all("everything was stopped"))
     bench.now += 120
-    with pytest.raises(StorageError, match="cannot be written"):
+    with pytest.raises(StorageError, match="cannot be read or written"):
         bench.all.step()
-    with pytest.raises(StorageError, match="cannot be written"):
+    with pytest.raises(StorageError, match="cannot be read or written"):
         bench.all.resume(made.identifier)
     assert not bench.owner.jobs
+    bench.restart()  # with the disk still full: what was stopped stays so
+    with pytest.raises(StorageError, match="full"):
+        bench.all.step()
+    assert not bench.owner.jobs
+    assert bench.all.get(made.identifier).active is False
     other.execute("DROP TRIGGER full")
     other.close()
     bench.until(bench.now + 120)
     assert not bench.owner.jobs
-    assert bench.all.get(made.identifier).reason == "everything was stopped"
+    assert "everything was stopped" in bench.all.get(made.identifier).reason
+    bench.restart()
+    assert bench.all.get(made.identifier).active is False
     bench.all.resume(made.identifier)
     bench.until(bench.now + 120)
     assert bench.owner.jobs
+
+
+def test_a_stop_waits_for_no_step_that_plans_and_what_that_begins_was_asked_for_before_it(bench):
+    made = bench.all.add(asked({"every_s": 60.0}))
+    bench.now += 61
+    answered = []
+
+    def stopped_meanwhile(work, *, surely):
+        if not answered:
+            bench.all.rest("everything was stopped")
+            bench.owner.stopped += 1
+            began = time.monotonic()
+            answered.append((bench.all.pause_all("everything was stopped"), time.monotonic() - began))
+
+    bench.owner.missing = stopped_meanwhile
+    bench.all.step()
+    [(error, took_s)] = answered
+    assert error is None
+    assert took_s < 5  # the step would wait for ever for itself
+    assert not bench.owner.jobs
+    found = bench.all.get(made.identifier)
+    assert (found.active, found.reason) == (False, "everything was stopped")
+
+
+def test_a_start_is_given_the_stops_that_there_were_before_anybody_wanted_another_one(bench):
+    bench.all.add(asked({"every_s": 60.0}))
+    bench.now += 61
+    bench.owner.stopped = 3
+    bench.all.step()
+    assert bench.owner.asked_after == [3]
+
+
+def test_a_job_that_is_paused_before_it_begins_holds_no_other_schedule_back(bench):
+    bench.all.add(asked({"every_s": 60.0}))
+    other = bench.all.add(asked({"every_s": 60.0}, name="other"))
+    bench.now += 61
+    bench.all.step()
+    assert len(bench.owner.jobs) == 1
+    bench.owner.takes_s, bench.owner.ends = 0.0, "resting"
+    bench.now += 1
+    bench.all.step()
+    assert len(bench.owner.jobs) == 2
+    assert bench.rows(other.identifier)[-1].state == "started"
+
+
+def test_a_ledger_whose_disk_is_gone_is_an_error_of_storage_and_a_stop_is_answered(bench):
+    bench.all.add(asked({"every_s": 60.0}))
+    other = sqlite3.connect(bench.path, isolation_level=None)
+    other.execute("DROP TABLE rows")
+    other.execute("ALTER TABLE schedules RENAME TO gone")
+    other.close()
+    assert "no such table" in str(bench.all.pause_all("everything was stopped"))
+    for ask in (bench.all.step, bench.all.list):
+        with pytest.raises(StorageError, match="no such table"):
+            ask()

@@ -99,3 +99,23 @@ def test_commands_at_once_lose_nothing(tokens):
     with ThreadPoolExecutor(8) as pool:
         list(pool.map(lambda n: TokenFile(tokens.path).add(f"t{n}", Role.VIEWER), range(24)))
     assert len(tokens.records()) == len(json.loads(tokens.path.read_text())["tokens"]) == 24
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe"])
+def test_what_is_no_file_of_its_own_is_not_believed_and_not_waited_for(tokens, tmp_path, kind):
+    one = tokens.add("ann", Role.ADMIN)
+    tokens.path.rename(tmp_path / "elsewhere")
+    if kind == "link":
+        tokens.path.symlink_to(tmp_path / "elsewhere")
+    else:
+        os.mkfifo(tokens.path, 0o600)
+    with pytest.raises(ConfigError):
+        TokenFile(tokens.path).holder(one)
+
+
+def test_a_file_that_others_may_write_from_now_on_is_believed_no_more(tokens):
+    one = tokens.add("ann", Role.ADMIN)
+    assert tokens.holder(one).name == "ann"
+    tokens.path.chmod(0o666)
+    with pytest.raises(ConfigError, match="give themselves a token"):
+        tokens.holder(one)

@@ -60,7 +60,10 @@ class Owner:
         """See Launcher."""
         return f"acquisition-{len(self.began)}-{self._years.chance.random()}"
 
-    def launch(self, work: Any, job: str) -> None:
+    def stops(self) -> int:
+        return 0
+
+    def launch(self, work: Any, job: str, stops: int) -> None:
         """See Launcher."""
         self._years.maybe_die()
         assert job not in self.began, "started twice"

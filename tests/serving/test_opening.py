@@ -1,0 +1,117 @@
+"""The start of the hardware process, while devices do not open and while the queue is taken up."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from drivers.errors import DeviceLost
+from platform_daemon.app import start_engine
+from platform_daemon.engine import JobRecords
+from platform_daemon.engine.jobs import Job
+from platform_daemon.link import LinkServer, StopMark, Stopper
+from platform_daemon.schedules import Schedules
+from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobState
+from platform_daemon.serving.hardware_process import Opening
+from platform_daemon.settings import load_platform
+from platform_daemon.store import open_data_folder
+from tests.kit.acquisitions import SHORT_JEWEL
+
+
+class Start:
+    """With two jobs from before; `lost`: its devices do not open; `after`: is called with its engine."""
+
+    def __init__(self, folder, *, forget=False):
+        self.data = open_data_folder(folder)
+        self.records, self.mark, self.lost, self.after = JobRecords(self.data.jobs), StopMark(folder), False, []
+        self.jobs = [
+            Job("acquisition", AcquisitionRequest.model_validate(SHORT_JEWEL), AcquisitionResult(), 3, "shots")
+            for _ in range(2)
+        ]
+        for job in self.jobs:
+            self.records.save(job)
+        self.opening = Opening(self.engine, self.data, self.mark, forget=forget)
+        launcher = SimpleNamespace(outcome=None)
+        self.opening.schedules = Schedules(folder / "schedules.db", launcher)
+
+    def engine(self):
+        if self.lost:
+            raise DeviceLost("it is not plugged in")
+        made = start_engine(load_platform("simulated"), self.records)
+        for each in self.after:
+            each(made)
+        return made
+
+    def states(self):
+        return [self.records.one(job.identifier).state for job in self.jobs]
+
+    def close(self):
+        self.opening.close()
+        self.opening.schedules.close()
+
+
+@pytest.fixture
+def start(tmp_path):
+    made = Start(tmp_path)
+    yield made
+    made.close()
+
+
+def test_a_stop_while_devices_do_not_open_cancels_what_waits_once_they_do(start, monkeypatch):
+    monkeypatch.setattr("platform_daemon.serving.hardware_process._AGAIN_S", 0.0)
+    start.lost = True
+    start.opening.open()
+    with pytest.raises(DeviceLost):
+        start.opening.hardware()
+    start.opening.stopped()
+    assert start.mark.stands  # should this process die before they open
+    start.lost = False
+    start.opening.hardware()
+    assert start.states() == [JobState.CANCELLED] * 2
+    assert not start.mark.stands
+
+
+def test_a_stop_that_came_while_nobody_listened_yet_is_heard(start):
+    start.after.append(lambda engine: start.mark.leave())  # after the start has looked for it
+    start.opening.open()
+    start.opening.listens()
+    assert start.states() == [JobState.CANCELLED] * 2
+    assert not start.mark.stands
+
+
+def test_a_stop_while_the_queue_is_taken_up_reaches_all_of_it(start, tmp_path):
+    server = LinkServer(start.opening.hardware, tmp_path, start.opening.stopped)
+    stopper, told = Stopper(tmp_path), []
+
+    def planning(engine):
+        plan = engine.plan
+
+        def stopped_meanwhile(request):
+            if not told:
+                told.append(stopper.outputs_off())
+            return plan(request)
+
+        engine.plan = stopped_meanwhile
+
+    start.after.append(planning)
+    start.opening.open()
+    server.close()
+    assert told[0].status.startswith("outputs are off")
+    assert start.states() == [JobState.CANCELLED] * 2
+
+
+def test_the_mark_of_a_stop_stays_until_it_is_made_good(start):
+    start.mark.leave()
+    start.lost = True
+    start.opening.stopped()
+    start.opening.open()
+    start.opening.close()
+    assert start.mark.stands
+    assert start.states() == [JobState.QUEUED] * 2
+
+
+def test_what_is_to_be_forgotten_is_cancelled_with_the_reason(tmp_path):
+    start = Start(tmp_path, forget=True)
+    start.opening.open()
+    start.close()
+    assert start.states() == [JobState.CANCELLED] * 2
+    assert "--forget-queue" in start.records.one(start.jobs[0].identifier).warnings[0]
