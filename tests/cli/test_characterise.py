@@ -66,6 +66,7 @@ def test_shots_that_are_all_refused_end_with_3_and_a_report(tmp_path):
     assert (tmp_path / "c.html").exists()
 
 
+@pytest.mark.long
 def test_a_resonator_is_measured_and_characterised_at_once(tmp_path):
     short = ("--resonator", "jewel", "--shots", "2", "--blank-shots", "0", "--rx-s", "0.6", "--pause-s", "5")
     short += ("--no-tune", "--no-ramp")

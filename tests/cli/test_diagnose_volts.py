@@ -34,6 +34,7 @@ def test_a_hidden_drag_is_named_in_counts_of_three_coils(tmp_path):
     assert "m_r" not in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("dtype", "channels"),
     [("<u2", 2), *(pytest.param(*each, marks=pytest.mark.campaign) for each in ((">f4", 3), (">i4", 1)))],

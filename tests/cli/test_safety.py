@@ -119,6 +119,7 @@ def test_doctor_on_a_folder_that_is_none(tmp_path):
     assert "disk" in done.stdout
 
 
+@pytest.mark.long
 def test_a_daemon_that_runs_is_told_to_stop_and_resets_its_fault(lab, tmp_path):
     data = tmp_path / "data"
     lock(place_of(lab.file().section), FAULT)

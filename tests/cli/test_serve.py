@@ -43,6 +43,7 @@ def test_a_folder_of_resonators_is_offered_by_name(client):
     assert client.post("/acquisitions/dry-run", json=asked).json()["variant"] == "thread"
 
 
+@pytest.mark.long
 def test_a_folder_of_resonators_is_checked_first(tmp_path):
     (tmp_path / "broken.toml").write_text("variant = 1\n")
     refused = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", tmp_path)

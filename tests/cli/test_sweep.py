@@ -50,6 +50,7 @@ def test_the_dry_run_shows_every_step_and_writes_nothing_but_its_json(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
+@pytest.mark.long
 def test_ctrl_c_ends_it_in_order_and_what_was_measured_is_put_together(tmp_path):
     def interrupt():
         wait_for(lambda: len(steps_of(tmp_path / "s.h5.log.json")) >= 2)

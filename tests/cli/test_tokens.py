@@ -81,6 +81,7 @@ def _seconds_of(client, address):
     return time.monotonic() - began
 
 
+@pytest.mark.long
 def test_a_server_with_tls_and_tokens_is_reached_by_those_who_trust_it_and_stops_by_either_port(tmp_path):
     data = tmp_path / "data"
     token = tokens_in(data).add("ann", Role.VIEWER)

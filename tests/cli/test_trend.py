@@ -11,6 +11,7 @@ from tests.kit.fit_tables import read_fits
 from tests.kit.specimen_months import months
 
 
+@pytest.mark.long
 def test_a_trend_is_told_drawn_and_written(tmp_path):
     months(tmp_path, 70)
     files = ("--png", tmp_path / "t.png", "--csv", tmp_path / "t.csv", "--json", tmp_path / "t.json")

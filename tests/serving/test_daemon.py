@@ -81,6 +81,7 @@ def test_when_the_parent_ends_all_do_and_the_series_is_put_together(tmp_path, nu
     assert not (tmp_path / "data/hardware.sock").exists()
 
 
+@pytest.mark.long
 def test_devices_that_do_not_open_are_told_by_the_web_and_tried_again(tmp_path):
     folder = tmp_path / "data"
     with served(folder, "--platform", "lab") as daemon:

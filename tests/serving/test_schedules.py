@@ -202,6 +202,7 @@ def test_a_specimen_that_nobody_has_measured_yet_is_a_failure_as_any_other(daemo
     assert "no recording is of" in rows(daemon, made["identifier"])[0]["reason"]
 
 
+@pytest.mark.long
 def test_the_command_line_takes_several_resonators_and_says_what_is_mounted(daemon):
     made = command(daemon, "add", "two", "--every-s", "600", "--resonator", "thread", "--resonator", "jewel")
     assert made.returncode == 0, made.stderr

@@ -89,6 +89,7 @@ def test_lost_magnetisation_is_found_in_files_and_said_by_name(kept, tmp_path):
         assert relative == pytest.approx(expected[name], rel=0.05)
 
 
+@pytest.mark.long
 def test_only_what_is_new_or_has_changed_is_looked_at_and_the_rest_is_as_if_made_anew(folder):
     assert update_index(folder)[0] == IndexUpdate(0, frozenset())
     (folder / "T-1-000.h5").unlink()

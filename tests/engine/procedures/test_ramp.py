@@ -56,6 +56,7 @@ def test_a_ramp_ends_near_the_threshold_of_the_world_and_keeps_it_with_the_speci
         work(engine, tmp_path, str(kept), max_t=400e-6)
 
 
+@pytest.mark.long
 def test_without_side_modes_it_goes_to_the_highest_field(engine_with, tmp_path):
     engine = engine_with()
     job = done(engine, work(engine, tmp_path, "thread", start_t=260e-6, max_t=290e-6))
@@ -64,6 +65,7 @@ def test_without_side_modes_it_goes_to_the_highest_field(engine_with, tmp_path):
     assert [s.verdict for s in found.steps] == ["below"] * 4
 
 
+@pytest.mark.long
 def test_a_first_field_above_the_threshold_is_told_and_nothing_is_kept(engine_with, tmp_path):
     """Nothing can be fitted there, but it rings."""
     engine = engine_with()

@@ -43,6 +43,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.long
 def test_a_series_with_fits_loads_neither_compiler_nor_pictures_nor_web(lab_of_its_own, tmp_path):
     lab = lab_of_its_own()
     script = tmp_path / "series.py"
