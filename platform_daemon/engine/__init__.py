@@ -13,6 +13,8 @@ quiet: Nobody listens.
 AcquisitionPlan: The checked plan of a series.
 Engine: Runs acquisitions one after the other on one platform, and fits beside them.
 ShuttingDown: The daemon takes no work any more.
+WaitsNoMore: A job of an earlier run has ended while it was planned.
+Asked: How it came to be asked for a job.
 UnknownId: No job or recording has that id.
 JobRecords: One JSON file per job in `folder`.
 record_of: What is kept of a job, as it is now.
@@ -46,13 +48,14 @@ check_model: Is there such a model, are there such terms?
 """
 
 from .analysis_jobs import AnalysisJobs
+from .asked import Asked
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
 from .engine import Engine
 from .happenings import Tell, quiet
 from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
-from .jobs import DAEMON_ENDED, AnyJob, Job, ShuttingDown, Work
+from .jobs import DAEMON_ENDED, AnyJob, Job, ShuttingDown, WaitsNoMore, Work
 from .latency import reduce_latency
 from .plan_checks import check_model, plan_calibration
 from .planning import AcquisitionPlan
@@ -75,6 +78,7 @@ __all__ = [
     "AcquisitionPlan",
     "AnalysisJobs",
     "AnyJob",
+    "Asked",
     "Budget",
     "CalibrationFiles",
     "Callbacks",
@@ -97,6 +101,7 @@ __all__ = [
     "Tell",
     "TunedPresets",
     "UnknownId",
+    "WaitsNoMore",
     "Work",
     "check_model",
     "edit_waiting",

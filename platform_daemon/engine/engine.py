@@ -27,6 +27,7 @@ from platform_daemon.workers import Computer, InThisProcess
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
+from .asked import AS_NOW, Asked
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .happenings import Tell, quiet
@@ -35,7 +36,7 @@ from .hardware_thread import HardwareThread
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
-from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, Work
+from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, WaitsNoMore, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
@@ -110,16 +111,15 @@ class Engine:
         folder: Path,
         *,
         overwrite: bool = False,
-        again: AnyJob | None = None,
         goes_on: bool = False,
-        identifier: str | None = None,
-        stops: int | None = None,
+        asked: Asked = AS_NOW,
     ) -> AcquisitionJob:
         """Queue an acquisition.  It writes `target`, or `folder`/ID.h5; runs when those before it have ended.
 
-        goes_on: in the recording that `again` has left; identifier: of its job; stops: see `submit`.  Raises
-        DeviceStateError if the transmit side is no longer the planned one, or `again` is gone on with already.
+        goes_on: in the recording that the job of an earlier run, `asked.again`, has left.  Raises DeviceStateError if
+        the transmit side is no longer the planned one, or that one is gone on with already.
         """
+        again = asked.again
         with self._planning:
             if goes_on and again is not None:
                 known = self.job(again.kind, again.identifier)
@@ -131,7 +131,7 @@ class Engine:
                 raise DeviceStateError(what, remedy="plan anew")
             same = SameFile(folder / f"{again.identifier}.h5") if again is not None and goes_on else None
             destination = same or OwnFile(target, folder, overwrite=overwrite)
-            return self.submit(SeriesWork(self.series_bench, plan, destination), None, again, identifier, stops)
+            return self.submit(SeriesWork(self.series_bench, plan, destination), asked=asked)
 
     @property
     def queue(self) -> HardwareQueue:
@@ -146,42 +146,41 @@ class Engine:
         fits = self._online, self.online
         return SeriesBench(self.platform, self.config_text, *fits, self.live, in_shot, self_test, self._tell)
 
-    def calibrate(
-        self,
-        request: CalibrationRequest,
-        folder: Path,
-        again: AnyJob | None = None,
-        identifier: str | None = None,
-        stops: int | None = None,
-    ) -> CalibrationJob:
+    def calibrate(self, request: CalibrationRequest, folder: Path, asked: Asked = AS_NOW) -> CalibrationJob:
         """Queue a calibration, which writes a new version into `folder`.  Raises InputError; nothing moves then."""
         with self._planning:
             work = calibration_work(self.platform, request, self.side, folder, self.calibration_in_use.self_test)
-            return self.submit(work, None, again, identifier, stops)
+            return self.submit(work, asked=asked)
 
     def submit(
-        self,
-        work: Work[RequestT, ResultT],
-        within: AnyJob | None = None,
-        again: AnyJob | None = None,
-        identifier: str | None = None,
-        stops: int | None = None,
+        self, work: Work[RequestT, ResultT], within: AnyJob | None = None, asked: Asked = AS_NOW
     ) -> Job[RequestT, ResultT]:
         """Queue work on the hardware: it runs behind the interlock once those before it have ended.
 
-        A procedure submits its steps itself.  See `Job.of`; whatever stops the procedure stops its step.  stops: what
-        `self.stops` was when it was asked for, None: now; what was stopped since is cancelled.  Raises ShuttingDown,
-        InterlockError while a fault stands.
+        A procedure submits its steps itself; whatever stops that stops its step.  What everything was stopped after is
+        cancelled.  Raises ShuttingDown, InterlockError while a fault stands, WaitsNoMore.
         """
         self._interlock.refuse()
         with self._planning:
-            job = Job.of(work, within, again, identifier)
             if self._closed.is_set():
                 raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
-            self._registry.add(job, queued=True)
-            if stops is not None and stops != self.stops:  # asked once a stop can reach it
+            job = self._registered(work, within, asked)
+            if asked.stops is not None and asked.stops != self.stops:  # looked at once a stop can reach it
                 job.request_cancel()
             self._hardware.put(job, work)
+            return job
+
+    def _registered(self, work: Work[RequestT, ResultT], within: AnyJob | None, asked: Asked) -> Job[RequestT, ResultT]:
+        if not asked.waits or asked.again is None:
+            job = Job.of(work, within, asked.again, asked.identifier)
+            self._registry.add(job, queued=True)
+            return job
+        with asked.again.held() as waits:  # what was told that one until now holds, and from now on is told this one
+            if not waits:
+                raise WaitsNoMore("it was cancelled", where=asked.again.identifier)
+            job = Job.of(work, within, asked.again)
+            self._registry.add(job, queued=True)
+            asked.again.successor = job
             return job
 
     def activate(self, request: ActivationRequest, folder: Path) -> CalibrationsInUse:

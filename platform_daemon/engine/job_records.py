@@ -45,12 +45,13 @@ class JobRecords:
                 record = to_json(record_of(job), indent=1, allow_nan=True)
                 write_file(self._folder / f"{job.identifier}.json", record.encode())
 
-    def drop(self, identifier: str) -> None:
-        """Have no record of that job, which needs no room on the disk.  Raises OSError."""
+    def empty(self, identifier: str) -> None:
+        """Leave nothing of that record but its name, which needs no room on the disk.  Raises OSError."""
         if self._folder is not None:
+            path = self._folder / f"{identifier}.json"
             with self._lock(identifier):
-                (self._folder / f"{identifier}.json").unlink(missing_ok=True)
-                sync(self._folder)
+                os.truncate(path, 0)
+                sync(path)
 
     def _lock(self, identifier: str) -> threading.Lock:
         return self._locks[hash(identifier) % _AT_ONCE]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import threading
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import structlog
@@ -52,6 +51,7 @@ class JobRegistry:
         self._left = [job for job in found if not job.state.final]  # which nobody has queued
         self._arrivals = itertools.count(1 + max((job.arrival or 0 for job in found), default=0))
         self._unsaved: dict[str, AnyJob] = {}  # whose end is not on the disk
+        self._ending = False
         self._ended = {job.identifier: _fits(job) for job in found if job.state.final}  # fits in them
         self._forget_oldest()
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
@@ -65,6 +65,7 @@ class JobRegistry:
         if queued and job.arrival is None:
             job.arrival = next(self._arrivals)
         self._journal.save(job)
+        self._unsaved.pop(job.identifier, None)  # an earlier end of one that goes on
         self._save_ended()
         job.on_change = self._keep
         # known to `outputs_off` before it can begin
@@ -80,7 +81,8 @@ class JobRegistry:
 
     def keep(self, job: AnyJob) -> None:
         """A job as it is now, on disk.  Raises StorageError."""
-        self._journal.save(job)
+        if not self._stays(job):
+            self._journal.save(job)
 
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, and that nobody has queued again; in the order of the queue."""
@@ -129,7 +131,18 @@ class JobRegistry:
     def cancel_all(self, *, left: bool) -> None:
         """What moves something, or will; left: and those that wait for a person to clear a fault."""
         jobs = [job for job in self.stoppable() if not job.state.final]
-        _at_once([*jobs, *(self.left_waiting() if left else [])], lambda job: job.request_cancel())
+        jobs += self.left_waiting() if left else []
+        for job in jobs:
+            job.cancel_requested.set()
+        for job in jobs[:1]:  # what runs, if anything does
+            _cancel(job)
+        try:  # each waits for the disk, which syncs many as fast as one: a stop is to be answered within 0.2 s
+            with ThreadPoolExecutor(_WRITERS, "cancels") as pool:
+                list(pool.map(_cancel, jobs[1:]))
+        except RuntimeError as error:  # no thread can be had
+            log.error("cancelled_in_turn", error=str(error))
+            for job in jobs[1:]:
+                _cancel(job)
 
     def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None) -> None:
         """A job of an earlier run will not be done."""
@@ -138,8 +151,10 @@ class JobRegistry:
 
     def leave_waiting(self) -> None:
         """From now on nothing is kept of what becomes of jobs that have not begun: on disk they wait."""
-        for job in self.all():
-            job.leave_waiting()
+        self._ending = True
+
+    def _stays(self, job: AnyJob) -> bool:
+        return self._ending and job.started is None and job.within is None
 
     @property
     def running(self) -> str | None:
@@ -183,10 +198,12 @@ class JobRegistry:
 
     @property
     def unsaved(self) -> int:
-        """Jobs that have ended, and the disk does not have it yet."""
-        return len(self._unsaved)
+        """Jobs that are cancelled, and the disk does not have it yet."""
+        return sum(job.state is JobState.CANCELLED for job in list(self._unsaved.values()))
 
     def _keep(self, job: AnyJob) -> None:
+        if self._stays(job):
+            return
         saved = True
         try:
             self._journal.save(job)
@@ -203,11 +220,11 @@ class JobRegistry:
 
     def _must_not_wait(self, job: AnyJob) -> None:
         """On disk it waits still and would begin after a restart, though it was cancelled: better nobody knows it."""
-        if job.started is None:
+        if job.started is None and job.state is JobState.CANCELLED:
             try:
-                self._journal.drop(job.identifier)
+                self._journal.empty(job.identifier)
             except OSError as error:
-                log.error("job_not_dropped", job=job.identifier, error=str(error))
+                log.error("job_not_emptied", job=job.identifier, error=str(error))
 
     def _save_ended(self) -> None:
         """The disk has taken something again: also what it refused."""
@@ -221,13 +238,11 @@ class JobRegistry:
                     self._ended[identifier] = _fits(job)
 
 
-def _at_once(jobs: list[AnyJob], act: Callable[[AnyJob], None]) -> None:
-    """Each waits for the disk, which syncs many as fast as one: a stop is to be answered within 0.2 s."""
-    if not jobs:
-        return
-    act(jobs[0])  # what runs, if anything does
-    with ThreadPoolExecutor(_WRITERS, "cancels") as pool:
-        list(pool.map(act, jobs[1:]))
+def _cancel(job: AnyJob) -> None:
+    try:
+        job.request_cancel()
+    except Exception as error:  # the others must not wait for one that nobody has thought of
+        log.error("job_not_cancelled", job=job.identifier, exc_info=error)
 
 
 def _fits(job: AnyJob) -> int:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import secrets
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, Protocol, TypeVar
@@ -15,6 +16,7 @@ from drivers.clock import Clock, SystemClock
 from drivers.errors import DeviceStateError, PlatformError
 from platform_daemon.schemas import JobState, Progress
 
+from .pace import left_s
 from .shot_log import ShotLog
 
 log = structlog.get_logger()
@@ -33,6 +35,12 @@ class ShuttingDown(DeviceStateError):
     """The daemon takes no work any more."""
 
     title = "Shutting down"
+
+
+class WaitsNoMore(DeviceStateError):
+    """A job of an earlier run has ended while it was planned."""
+
+    title = "Waits no more"
 
 
 RequestT = TypeVar("RequestT")
@@ -76,7 +84,8 @@ class Job(Generic[RequestT, ResultT]):
     request: what was asked for; result: what came out so far, replaced as a whole; question: what the operator has to
     do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
     series of this run of the program; place: in the queue, if somebody has put that in order, which goes before its
-    priority; arrival: its number among all that ever came to the queue, None: it never did.
+    priority; arrival: its number among all that ever came to the queue, None: it never did; successor: that was queued
+    in its place after a restart.
     """
 
     kind: str
@@ -102,6 +111,7 @@ class Job(Generic[RequestT, ResultT]):
     shots: ShotLog = field(default_factory=ShotLog)
     place: int | None = None
     arrival: int | None = None
+    successor: Job[Any, Any] | None = None
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _kept: float | None = None
@@ -160,6 +170,12 @@ class Job(Generic[RequestT, ResultT]):
         self.on_change(self)
         return True
 
+    @contextmanager
+    def held(self) -> Iterator[bool]:
+        """Nothing becomes of it meanwhile; does it wait?"""
+        with self._lock:
+            yield self.state is JobState.QUEUED and self.successor is None
+
     def expect(self, seconds: Sequence[float]) -> None:
         """What each of its units takes from now on, s, as planned: time left follows from that and the pace so far.
 
@@ -187,7 +203,8 @@ class Job(Generic[RequestT, ResultT]):
             if self._rests_since_s is not None and not self.state.final:
                 left = None
             elif self.state is JobState.RUNNING:
-                left = self._left_s(self.clock.monotonic_s() - self._started_s - self._rested_s)
+                worked_s = self.clock.monotonic_s() - self._started_s - self._rested_s
+                left = left_s(self._planned_s, self._before, self.done, self.total, worked_s)
             elif self.state.final:
                 left = 0.0
             share = min(1.0, max(self.done, self._reached) / self.total) if self.total > 0 else 1.0
@@ -196,26 +213,6 @@ class Job(Generic[RequestT, ResultT]):
             return Progress(
                 done=self.done, total=self.total, unit=self.unit, phase=phase, fraction=share, time_left_s=left
             )
-
-    def _left_s(self, worked_s: float) -> float | None:
-        """By the pace so far, which without a plan must be there, and else counts from the beginning as planned: what
-        was made counts against one unit as long as all are on average."""
-        made = self._plan_s(self.done) - self._plan_s(self._before)
-        rest = max(0.0, self._plan_s(self.total) - self._plan_s(self.done))
-        if not self._planned_s:
-            return worked_s * rest / made if made > 0 else None
-        mean_s = self._plan_s(self.total) / max(self.total, 1e-9)
-        return rest * (worked_s + mean_s) / (made + mean_s)
-
-    def _plan_s(self, units: float) -> float:
-        """What so many of its units take by the plan, s; 1 s each without one."""
-        planned = self._planned_s
-        if not planned:
-            return units
-        whole = min(int(units), len(planned))
-        part_s = (units - whole) * planned[whole] if whole < len(planned) else 0.0
-        beyond_s = max(0.0, units - len(planned)) * sum(planned) / len(planned)
-        return sum(planned[:whole]) + part_s + beyond_s
 
     def rest(self, longest_s: float) -> bool:
         """Wait as long as a pause is asked for, at most `longest_s`; False if it is asked for still.
@@ -236,6 +233,8 @@ class Job(Generic[RequestT, ResultT]):
     def ask_pause(self, *, pause: bool) -> bool:
         """Ask it to rest, or to go on; of one that waits it is kept.  False: it has ended."""
         with self._lock:
+            if self.successor is not None:
+                return self.successor.ask_pause(pause=pause)
             if self.state.final:
                 return False
             (self.pause_requested.set if pause else self.pause_requested.clear)()
@@ -255,15 +254,10 @@ class Job(Generic[RequestT, ResultT]):
         """Ask it to stop; a queued job is cancelled at once, a running one at its next safe point."""
         self.cancel_requested.set()
         with self._lock:
-            if self.state is JobState.QUEUED:
+            if self.successor is not None:
+                self.successor.request_cancel()
+            elif self.state is JobState.QUEUED:
                 self.end(JobState.CANCELLED)
-
-    def leave_waiting(self) -> None:
-        """If it has not begun, what becomes of it in this process is not kept any more."""
-        with self._lock:
-            if self.state is JobState.QUEUED and self.within is None:
-                self.on_change = lambda job: None
-                self.cancel_requested.set()  # so that it does not begin
 
     def end(self, state: JobState, error: Exception | None = None) -> None:
         """Final state, once."""

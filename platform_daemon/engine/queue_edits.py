@@ -11,6 +11,7 @@ from drivers.errors import DeviceStateError, InputError
 from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
 
+from .asked import Asked
 from .engine import Engine
 from .hardware_queue import in_turn
 from .jobs import AnyJob, Work
@@ -115,7 +116,7 @@ def resume_series(engine: Engine, job: AnyJob, folder: Path) -> AcquisitionJob:
     elif job.state is JobState.DONE:
         what, why = "nothing is missing", "all its shots are there"
     else:
-        stops = engine.stops
-        return engine.acquire(engine.plan(job.request), None, folder, again=job, goes_on=True, stops=stops)
+        asked = Asked(again=job, stops=engine.stops)
+        return engine.acquire(engine.plan(job.request), None, folder, goes_on=True, asked=asked)
     remedy = "ask for what is missing as a new job"
     raise DeviceStateError(what, where=job.identifier, why=why, remedy=remedy)

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from platform_daemon.schemas import SelfTestRequest
 
+from .asked import AS_NOW, Asked
 from .engine import Engine
-from .jobs import AnyJob
 from .work.self_test_work import SelfTestJob, SelfTestWork
 
 
-def queue_self_test(
-    engine: Engine,
-    request: SelfTestRequest,
-    again: AnyJob | None = None,
-    identifier: str | None = None,
-    stops: int | None = None,
-) -> SelfTestJob:
+def queue_self_test(engine: Engine, request: SelfTestRequest, asked: Asked = AS_NOW) -> SelfTestJob:
     """Behind what waits for the platform.  Raises SequenceRejected and as `Engine.submit`; nothing moves then."""
-    return engine.submit(plan_self_test(engine, request), None, again, identifier, stops)
+    return engine.submit(plan_self_test(engine, request), asked=asked)
 
 
 def plan_self_test(engine: Engine, request: SelfTestRequest) -> SelfTestWork:

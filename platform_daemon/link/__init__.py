@@ -9,10 +9,10 @@ LinkServer: Answers others on a local socket.
 RemoteHardware: The contract over the socket.
 Stopper: Everything off, whoever answers on the socket.
 STOPPED: Why schedules are paused by it.
+StoppedMeanwhile: What was asked for before a stop is not done after it.
 StopMark: That somebody asked to stop while nobody owned the hardware.
 HardwareAway: The process that owns the hardware does not answer.
 HardwareLauncher: Starts scheduled works on the owner of the hardware.
-take_up_queue: Queue again what an earlier run has left.
 LocalJobs: The jobs of this process, as shown to others.
 """
 

@@ -7,8 +7,8 @@ from .jobs import ShownJob as ShownJob
 from .launcher import HardwareLauncher as HardwareLauncher
 from .owner import OwnedHardware as OwnedHardware
 from .plans import Folders as Folders
-from .queue import take_up_queue as take_up_queue
 from .server import LinkServer as LinkServer
 from .stopping import STOPPED as STOPPED
 from .stopping import StopMark as StopMark
+from .stopping import StoppedMeanwhile as StoppedMeanwhile
 from .stopping import Stopper as Stopper

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Sequence
 
+from drivers.errors import DeviceStateError
 from platform_daemon.engine import (
     AnyJob,
+    Asked,
     Engine,
     check_model,
     edit_waiting,
@@ -27,15 +30,11 @@ from platform_daemon.schemas import (
     FaultCleared,
     FaultReset,
     FaultUnlock,
-    LedgerPage,
-    LedgerRow,
     MountedResonator,
     MountRequest,
     PlatformStatus,
     ProcedureSummary,
     QueueOrder,
-    Schedule,
-    ScheduleRequest,
     SelfTestRequest,
     ShotHarmonics,
     ShotPage,
@@ -45,13 +44,15 @@ from platform_daemon.store import StorageError, check_room
 
 from .jobs import LocalJobs, ShownJob, rest, waiting
 from .mounted import Mounted
+from .owned_schedules import OwnedSchedules
 from .plans import Folders, Plans
 from .queue import take_up_queue
-from .stopping import STOPPED
+from .stopping import STOPPED, StopMark
 
 
-class OwnedHardware(LocalJobs):
-    """See Hardware.  schedules: tells those there are, None: their ledger is damaged; damage: says how."""
+class OwnedHardware(LocalJobs, OwnedSchedules):
+    """See Hardware.  schedules: tells those there are, None: their ledger is damaged; damage: says how;
+    mark: of a stop that found nobody."""
 
     def __init__(
         self,
@@ -59,9 +60,12 @@ class OwnedHardware(LocalJobs):
         folders: Folders,
         schedules: Callable[[], Schedules | None] = lambda: None,
         damage: Callable[[], StorageError | None] = lambda: None,
+        mark: StopMark | None = None,
     ) -> None:
-        super().__init__(engine)
-        self._engine, self._folders, self._schedules, self._damage = engine, folders, schedules, damage
+        LocalJobs.__init__(self, engine)
+        OwnedSchedules.__init__(self, schedules, damage)
+        self._engine, self._folders = engine, folders
+        self._mark, self._taking_up = mark, threading.Lock()
         self._plans = Plans(engine, folders)
         self._mounted = Mounted(folders.mounted, changes_itself=engine.platform.changes_resonators)
 
@@ -75,7 +79,8 @@ class OwnedHardware(LocalJobs):
     def busy(self) -> bool:
         """Does something run, or wait that will begin by itself?"""
         engine = self._engine
-        return engine.status().running is not None or engine.conducts or engine.queue.awaits
+        busy = engine.status().running is not None or engine.conducts or engine.queue.awaits
+        return busy or self._taking_up.locked()
 
     def devices(self) -> DeviceListing:
         """See Hardware."""
@@ -97,10 +102,12 @@ class OwnedHardware(LocalJobs):
         try:
             self._engine.outputs_off(left=True)
         finally:
+            if self._mark is not None:
+                self._mark.forget()
             error = None if schedules is None else schedules.pause_all(STOPPED)
         later = "" if error is None else f"; schedules rest, but that is not in their ledger yet: {error}"
         if self._engine.unsaved:
-            later += f"; {self._engine.unsaved} of them could not be written as cancelled: the disk refuses"
+            later += f"; of {self._engine.unsaved} it is not on the disk, which refuses"
         return StopReport(status=f"outputs are off, acquisitions are cancelled{later}")
 
     @property
@@ -116,7 +123,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware."""
         fault = self._engine.unlock(request.by, request.reason)
         if fault is not None:  # what waited when the daemon was started
-            take_up_queue(self._engine, self)
+            self.take_up_queue()
         return FaultCleared(fault=fault, by=request.by)
 
     def acquire(
@@ -127,7 +134,8 @@ class OwnedHardware(LocalJobs):
         plan = self._plans.series(request)
         self._mounted.say(request.resonator, None)
         folder = self._folders.recordings
-        return ShownJob.of(self._engine.acquire(plan, None, folder, identifier=identifier, stops=stops))
+        asked = Asked(identifier, stops=stops)
+        return ShownJob.of(self._engine.acquire(plan, None, folder, asked=asked))
 
     def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
         """See Hardware."""
@@ -144,7 +152,7 @@ class OwnedHardware(LocalJobs):
         stops = self.stops if stops is None else stops
         work = self._plans.procedure(request)
         self._mounted.say(request.acquisition.resonator, None)
-        return ShownJob.of(self._engine.submit(work, identifier=identifier, stops=stops))
+        return ShownJob.of(self._engine.submit(work, asked=Asked(identifier, stops=stops)))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
@@ -181,7 +189,7 @@ class OwnedHardware(LocalJobs):
         """See Hardware.  identifier, stops: as for `acquire`."""
         stops, folder = self.stops if stops is None else stops, self._folders.calibrations
         check_room(folder, 0)  # a file of some kB: what it costs is the shots before it
-        return ShownJob.of(self._engine.calibrate(request, folder, identifier=identifier, stops=stops))
+        return ShownJob.of(self._engine.calibrate(request, folder, Asked(identifier, stops=stops)))
 
     def check_calibration(self, request: CalibrationRequest) -> None:
         """Can it be made?  Nothing moves.  Raises InputError."""
@@ -196,7 +204,7 @@ class OwnedHardware(LocalJobs):
     ) -> ShownJob:
         """See Hardware.  identifier, stops: as for `acquire`."""
         stops = self.stops if stops is None else stops
-        return ShownJob.of(queue_self_test(self._engine, request, identifier=identifier, stops=stops))
+        return ShownJob.of(queue_self_test(self._engine, request, Asked(identifier, stops=stops)))
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""
@@ -204,22 +212,33 @@ class OwnedHardware(LocalJobs):
 
     def activate(self, request: ActivationRequest) -> CalibrationsInUse:
         """See Hardware."""
-        return self._engine.activate(request, self._folders.calibrations)
+        if not self._taking_up.acquire(blocking=False):
+            what, remedy = "what waited when the daemon ended is being planned", "ask again in some seconds"
+            raise DeviceStateError(what, where="calibration", remedy=remedy)
+        try:
+            return self._engine.activate(request, self._folders.calibrations)
+        finally:
+            self._taking_up.release()
 
-    def take_up(self, job: AnyJob, stops: int) -> None:
-        """Queue a job of an earlier run again, under its id; stops: see Engine.submit.  Raises InputError."""
+    def take_up_queue(self, forget: Callable[[], str | None] = lambda: None) -> None:
+        """See `take_up_queue`."""
+        with self._taking_up:
+            take_up_queue(self._engine, self, forget)
+
+    def take_up(self, job: AnyJob) -> None:
+        """Queue a job of an earlier run again, under its id.  Raises InputError, WaitsNoMore."""
+        asked, folders = Asked(again=job, waits=True), self._folders
         match job.request:
             case AcquisitionRequest():
                 resumed = job.result.recording is not None  # and had to wait
                 plan = self._engine.plan(job.request)
-                folder = self._folders.recordings
-                self._engine.acquire(plan, None, folder, again=job, goes_on=resumed, stops=stops)
+                self._engine.acquire(plan, None, folders.recordings, goes_on=resumed, asked=asked)
             case CalibrationRequest():
-                self._engine.calibrate(job.request, self._folders.calibrations, again=job, stops=stops)
+                self._engine.calibrate(job.request, folders.calibrations, asked)
             case SelfTestRequest():
-                queue_self_test(self._engine, job.request, again=job, stops=stops)
+                queue_self_test(self._engine, job.request, asked)
             case _:
-                self._engine.submit(self._plans.known_procedure(job.request), again=job, stops=stops)
+                self._engine.submit(self._plans.known_procedure(job.request), asked=asked)
 
     def mounted(self) -> MountedResonator:
         """See Hardware."""
@@ -233,50 +252,3 @@ class OwnedHardware(LocalJobs):
     def not_mounted(self, resonator: str, *, surely: bool) -> str | None:
         """See Mounted.missing."""
         return self._mounted.missing(resonator, surely=surely)
-
-    def add_schedule(self, request: ScheduleRequest) -> Schedule:
-        """See Hardware."""
-        return self._known_schedules.add(request)
-
-    def list_schedules(self) -> tuple[Schedule, ...]:
-        """See Hardware."""
-        return self._known_schedules.list()
-
-    def get_schedule(self, identifier: str) -> Schedule:
-        """See Hardware."""
-        return self._known_schedules.get(identifier)
-
-    def ledger(self, identifier: str, after: int, limit: int) -> LedgerPage:
-        """See Hardware."""
-        return self._known_schedules.page(identifier, after, limit)
-
-    def pause_schedule(self, identifier: str) -> Schedule:
-        """See Hardware."""
-        return self._known_schedules.pause(identifier)
-
-    def resume_schedule(self, identifier: str) -> Schedule:
-        """See Hardware."""
-        return self._known_schedules.resume(identifier)
-
-    def run_schedule(self, identifier: str) -> LedgerRow:
-        """See Hardware."""
-        return self._known_schedules.run(identifier)
-
-    def remove_schedule(self, identifier: str) -> Schedule:
-        """See Hardware."""
-        return self._known_schedules.remove(identifier)
-
-    def preview_schedule(self, request: ScheduleRequest, count: int) -> tuple[str, ...]:
-        """See Hardware."""
-        return self._known_schedules.preview(request, count)
-
-    @property
-    def _known_schedules(self) -> Schedules:
-        """Raises StorageError where the ledger is damaged."""
-        found = self._schedules()
-        if found is None:
-            damage = self._damage()
-            what, why = "there are no schedules: their ledger cannot be used", damage and damage.why
-            remedy = "put back a copy of it, or move it away to begin a new one; then start the daemon again"
-            raise StorageError(what, where=(damage and damage.where) or "schedules.db", why=why or "", remedy=remedy)
-        return found

@@ -8,7 +8,7 @@ from typing import Protocol
 import structlog
 
 from drivers.errors import InterlockError, PlatformError
-from platform_daemon.engine import AnyJob, Engine, ShuttingDown
+from platform_daemon.engine import AnyJob, Engine, ShuttingDown, WaitsNoMore
 from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
 
@@ -18,8 +18,8 @@ log = structlog.get_logger()
 class TakesUp(Protocol):
     """Who makes the work of a job anew."""
 
-    def take_up(self, job: AnyJob, stops: int) -> None:
-        """Queue it again under its id; stops: see Engine.submit.  Raises PlatformError."""
+    def take_up(self, job: AnyJob) -> None:
+        """Queue it again under its id.  Raises WaitsNoMore, PlatformError."""
 
 
 def take_up_queue(engine: Engine, owner: TakesUp, forget: Callable[[], str | None] = lambda: None) -> None:
@@ -30,7 +30,6 @@ def take_up_queue(engine: Engine, owner: TakesUp, forget: Callable[[], str | Non
     forget: asked before each: why it is cancelled, None: it is not.
     """
     for job in engine.left_waiting():
-        stops = engine.stops
         if job.state is not JobState.QUEUED:  # cancelled while those before it were planned
             continue
         if (why := forget()) is not None:
@@ -38,8 +37,10 @@ def take_up_queue(engine: Engine, owner: TakesUp, forget: Callable[[], str | Non
             engine.end_left(job, JobState.CANCELLED)
             continue
         try:
-            owner.take_up(job, stops)
+            owner.take_up(job)
             log.info("job_taken_up", job=job.identifier)
+        except WaitsNoMore:
+            continue
         except ShuttingDown:  # they wait for the next start
             return
         except (InterlockError, StorageError) as error:  # they wait until a person has reset it, or for the next start

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import structlog
 
+from drivers.errors import DeviceStateError
 from platform_daemon.schemas import LinkCall, StopReport
 
 from .address import NAME, connected, folder_of
@@ -26,6 +27,12 @@ _LOOK_S, _AGAIN_S = 0.3, 0.05
 _MARK = "stop-asked"
 STOPPED = "everything was stopped"
 """Why schedules are paused then."""
+
+
+class StoppedMeanwhile(DeviceStateError):
+    """What was asked for before a stop is not done after it."""
+
+    title = "Stopped meanwhile"
 
 
 class StopMark:

@@ -131,6 +131,17 @@ class Ledger:
         with self._change():
             self._sql.execute("UPDATE schedules SET off = ?, failures = 0 WHERE id = ?", (off, schedule))
 
+    def rest(self, reason: str) -> list[Row]:
+        """Switch all off, for that reason, also starts by hand that have no job yet; rows that were skipped by it."""
+        with self._change():
+            query = f"SELECT {_ROW} FROM rows WHERE state = 'due' AND asked = 1"
+            rows = [Row(*found) for found in self._sql.execute(query)]
+            skip = "UPDATE rows SET state = 'skipped', reason = ? WHERE state = 'due' AND asked = 1"
+            self._sql.execute(skip, (reason,))
+            self._sql.execute("UPDATE rows SET asked = 0 WHERE state = 'started'")  # whose job is not made yet
+            self._sql.execute("UPDATE schedules SET off = ?, failures = 0 WHERE off IS NULL", (reason,))
+        return rows
+
     def reach(self, schedule: str, dues: list[tuple[float, float, float]], moment: float) -> None:
         """Write down instants (due, begins, deadline), and that all up to `moment` are."""
         rows = [(schedule, *due) for due in dues]

@@ -69,6 +69,11 @@ class Scheduler:
         started = [self._start_one(schedules, now, beside=beside) for beside in (False, True)]
         return any(started)
 
+    def rest(self, reason: str) -> None:
+        """Start nothing more, of what was asked for by hand neither.  Raises StorageError."""
+        for row in self._ledger.rest(reason):
+            self._tell(_event(row, "skipped", reason))
+
     def remove(self, schedule: str) -> None:
         """It starts nothing any more; its ledger stays.  Raises StorageError."""
         waiting = [row for row in self._ledger.open_rows() if row.schedule == schedule and row.state == "due"]

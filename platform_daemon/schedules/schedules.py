@@ -160,6 +160,8 @@ class Schedules:
         try:
             self._mark.touch()
             sync(self._mark.parent)
+            if self._to_pause is None:  # a step has paused them meanwhile
+                self._mark.unlink(missing_ok=True)
         except OSError as error:
             log.error("schedules_not_marked", error=str(error))
             why, remedy = str(error), "free or repair the disk; they rest as long as the daemon runs"
@@ -169,9 +171,7 @@ class Schedules:
     def _pause_rest(self) -> None:
         """Raises StorageError."""
         if self._to_pause is not None:
-            for kept in self._ledger.schedules():
-                if kept.off is None:
-                    self._ledger.switch(kept.identifier, self._to_pause)
+            self._scheduler.rest(self._to_pause)
             with suppress(OSError):
                 self._mark.unlink(missing_ok=True)
             self._to_pause = None

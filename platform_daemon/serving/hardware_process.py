@@ -19,7 +19,7 @@ from platform_daemon.link import (
     LinkServer,
     OwnedHardware,
     StopMark,
-    take_up_queue,
+    StoppedMeanwhile,
 )
 from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
@@ -100,7 +100,7 @@ class Opening:
     """
 
     def __init__(self, start: Callable[[], Engine], folder: DataFolder, mark: StopMark, *, forget: bool) -> None:
-        self._start, self._mark, self._forget, self._stopped = start, mark, forget, False
+        self._start, self._mark, self._forget, self._stops = start, mark, forget, 0
         self._folders = Folders(
             folder.recordings, folder.procedures, folder.characterisations, folder.calibrations, folder.mounted
         )
@@ -129,15 +129,17 @@ class Opening:
             self._tried_s = time.monotonic()
 
     def _take_up(self, engine: Engine) -> None:
-        owned = OwnedHardware(engine, self._folders, lambda: self.schedules, lambda: self.damage)
+        owned = OwnedHardware(engine, self._folders, lambda: self.schedules, lambda: self.damage, self._mark)
         self._hardware = owned  # first: a stop must reach what is queued
-        take_up_queue(engine, owned, self._why_to_forget)
-        if self._stopped:
+        if self._closed:  # it is told to end: what waits does so for the next one
+            return
+        owned.take_up_queue(self._why_to_forget)
+        if self._stops:
             self._mark.forget()
         engine.warm_up_fits()
 
     def _why_to_forget(self) -> str | None:
-        if self._stopped or self._mark.stands:
+        if self._stops or self._mark.stands:
             return STOPPED
         return "forgotten when the daemon was started (--forget-queue)" if self._forget else None
 
@@ -145,26 +147,32 @@ class Opening:
         """Everything is to stop, while nobody may be there to be told: what waits does not begin later, in another
         process neither."""
         if self._hardware is None:
-            self._stopped = True
+            self._stops += 1
             self._mark.leave()
             if self.schedules is not None:
                 self.schedules.pause_all(STOPPED)
 
     def listens(self) -> None:
         """From now on whoever wants to stop reaches this process; those who did not are heard now."""
-        if self._mark.stands and self._hardware is not None:
+        if not self._mark.stands:
+            return
+        self.stopped()
+        if self._hardware is not None:
             try:
                 self._hardware.outputs_off()
-                self._mark.forget()
             except DeviceError as error:  # all is cancelled; what it cannot prove off stands as a fault
                 log.error("outputs_not_proved_off", error=str(error))
 
     def hardware(self) -> OwnedHardware:
-        """Who answers now.  Raises DeviceError while devices cannot be opened."""
+        """Who answers now.  Raises DeviceError while devices cannot be opened, and if a stop came meanwhile."""
+        stops = self._stops
         if self._hardware is None and not self._lock.locked() and time.monotonic() - self._tried_s >= _AGAIN_S:
             self.open()
         if self._hardware is None:
             raise self._error
+        if stops != self._stops:
+            what, remedy = "everything was stopped while the devices were opened", "ask again if it is to be done"
+            raise StoppedMeanwhile(what, remedy=remedy)
         return self._hardware
 
     def close(self) -> None:

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
+from typing import BinaryIO
 
 from drivers.errors import ConfigError, InputError
 from platform_daemon.schemas import TOKEN_NAME, Role, TokenRecord, TokenRecords, to_json
@@ -50,7 +51,7 @@ class TokenFile:
         more: the disk may have gone with it, and who may stop must be able to then.
         """
         try:
-            with open(os.open(self.path, _READ), "rb") as file:  # what is looked at is what is read
+            with _opened(self.path) as file:  # what is looked at is what is read
                 state = os.fstat(file.fileno())
                 seen = (state.st_ino, state.st_mtime_ns, state.st_size, state.st_mode, state.st_uid)
                 known, records = self._known
@@ -152,6 +153,15 @@ class TokenFile:
         with self.path.with_name(f".{self.path.name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
+
+
+def _opened(path: Path) -> BinaryIO:
+    """Raises OSError, also for what is no file."""
+    number = os.open(path, _READ)
+    if stat.S_ISREG(os.fstat(number).st_mode):
+        return open(number, "rb")
+    os.close(number)
+    raise OSError("it is no file")
 
 
 def has_expired(record: TokenRecord) -> bool:

@@ -255,3 +255,53 @@ def test_a_wish_to_rest_that_comes_after_the_end_is_told_nobody_again():
     assert not job.ask_pause(pause=True)
     assert len(events) == told
     assert not job.pause_requested.is_set()
+
+
+def test_a_series_that_goes_on_is_not_overwritten_by_its_end_that_the_disk_did_not_take(tmp_path, monkeypatch):
+    records = JobRecords(tmp_path)
+    registry = job_registry.JobRegistry(records, job_registry.ON_HARDWARE)
+    job = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots")
+    registry.add(job, queued=True)
+    job.begin()
+
+    def full(path, content):
+        raise StorageError("the disk is full")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(job_records, "write_file", full)
+        job.end(JobState.FAILED)
+    again = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots", identifier=job.identifier)
+    registry.add(again, queued=True)
+    assert records.one(job.identifier).state is JobState.QUEUED
+
+
+def test_while_the_daemon_ends_nothing_of_what_waits_is_written(tmp_path):
+    records = JobRecords(tmp_path)
+    registry = job_registry.JobRegistry(records, job_registry.ON_HARDWARE)
+    waiting, running = (Job("acquisition", ASKED, AcquisitionResult(), 3, "shots") for _ in range(2))
+    registry.add(waiting, queued=True)
+    registry.add(running, queued=True)
+    running.begin()
+    registry.leave_waiting()
+    late = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots")
+    registry.add(late, queued=True)  # it was being queued
+    for job in (waiting, running, late):
+        job.request_cancel()
+    running.end(JobState.CANCELLED)
+    registry.keep(waiting)  # somebody was putting it in order
+    found = [records.one(job.identifier).state for job in (waiting, running, late)]
+    assert found == [JobState.QUEUED, JobState.CANCELLED, JobState.QUEUED]
+
+
+def test_one_that_cannot_be_cancelled_keeps_no_other_from_it():
+    registry = job_registry.JobRegistry(JobRecords(None), job_registry.ON_HARDWARE)
+    jobs = [Job("acquisition", ASKED, AcquisitionResult(), 3, "shots") for _ in range(3)]
+    for job in jobs:
+        registry.add(job, queued=True)
+
+    def breaks(job):
+        raise RuntimeError("nobody thought of it")
+
+    jobs[0].on_change = breaks
+    registry.cancel_all(left=False)
+    assert [job.state for job in jobs] == [JobState.CANCELLED] * 3

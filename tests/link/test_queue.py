@@ -1,10 +1,15 @@
 """Jobs that waited when the daemon ended, while a fault keeps them from being queued again."""
 
+import threading
+import time
+
 import pytest
 
 from drivers.errors import InterlockError
 from platform_daemon.engine import JobRecords, job_records
+from platform_daemon.engine.interlock import Interlock
 from platform_daemon.engine.jobs import Job
+from platform_daemon.link import HardwareLauncher
 from platform_daemon.link.queue import take_up_queue
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobState
 from platform_daemon.store import StorageError
@@ -15,7 +20,7 @@ from tests.kit.acquisitions import SHORT_JEWEL
 class Fault:
     """Nothing may be queued."""
 
-    def take_up(self, job, stops):
+    def take_up(self, job):
         raise InterlockError("a fault stands")
 
 
@@ -61,8 +66,8 @@ class Meanwhile:
     def __init__(self, owned, happens):
         self.owned, self.happens = owned, [happens]
 
-    def take_up(self, job, stops):
-        self.owned.take_up(job, stops)
+    def take_up(self, job):
+        self.owned.take_up(job)
         while self.happens:
             self.happens.pop()()
 
@@ -120,10 +125,10 @@ def test_what_breaks_while_one_is_queued_again_costs_the_others_nothing(left):
     made, jobs, records = left
 
     class Breaks:
-        def take_up(self, job, stops):
+        def take_up(self, job):
             if job.identifier == jobs[0].identifier:
                 raise RuntimeError("nobody thought of it")
-            made.owned.take_up(job, stops)
+            made.owned.take_up(job)
 
     take_up_queue(made.engine, Breaks())
     assert records.one(jobs[0].identifier).state is JobState.FAILED
@@ -149,8 +154,8 @@ def test_what_a_full_disk_does_not_take_as_cancelled_does_not_begin_after_a_rest
 
     with monkeypatch.context() as disk:
         disk.setattr(job_records, "write_file", full)
-        assert "2 of them could not be written as cancelled" in made.remote.outputs_off().status
-        assert not any(records.has(job.identifier) for job in jobs)
+        assert "of 2 it is not on the disk" in made.remote.outputs_off().status
+        assert records.load() == []  # another process would not know them
         assert made.remote.job("acquisition", jobs[0].identifier).state is JobState.CANCELLED
     asked = made.owned.acquire(jobs[0].request)  # the disk takes something again, and with it the rest
     assert states(jobs, records) == [JobState.CANCELLED] * 2
@@ -190,3 +195,93 @@ def test_jobs_of_an_earlier_run_come_before_new_ones_and_one_that_goes_on_comes_
     made.engine.close()
     assert waiting == [jobs[1].identifier, jobs[0].identifier, again]
     assert arrived == [5, 7, 9]
+
+
+def in_thread(act):
+    thread = threading.Thread(target=act, daemon=True)
+    thread.start()
+    return thread
+
+
+def test_a_stop_that_proves_outputs_off_while_one_is_planned_holds_for_it(left, monkeypatch):
+    made, jobs, records = left
+    plan, prove_off, confirmed, taking = made.engine.plan, Interlock.prove_off, threading.Event(), []
+
+    def planned_until_it_is_confirmed(request):
+        confirmed.wait(20)
+        return plan(request)
+
+    def taken_up_meanwhile(interlock):
+        if not taking:
+            taking.append(in_thread(made.owned.take_up_queue))
+            time.sleep(0.2)
+        prove_off(interlock)
+
+    monkeypatch.setattr(made.engine, "plan", planned_until_it_is_confirmed)
+    monkeypatch.setattr(Interlock, "prove_off", taken_up_meanwhile)
+    made.remote.outputs_off()
+    confirmed.set()
+    taking[0].join(20)
+    assert states(jobs, records) == [JobState.CANCELLED] * 2
+    assert made.engine.queue.jobs() == ()
+
+
+def test_one_that_is_cancelled_while_it_is_planned_again_stays_so(left, monkeypatch):
+    made, jobs, records = left
+    plan = made.engine.plan
+
+    def cancelled_meanwhile(request):
+        made.remote.cancel("acquisition", jobs[0].identifier)
+        return plan(request)
+
+    monkeypatch.setattr(made.engine, "plan", cancelled_meanwhile)
+    made.owned.take_up_queue()
+    made.engine.job("acquisition", jobs[1].identifier).ended.wait(60)
+    assert states(jobs, records) == [JobState.CANCELLED, JobState.DONE]
+
+
+def test_what_is_told_the_job_of_before_is_told_the_one_in_its_place(left):
+    made, jobs, records = left
+    before = made.engine.job("acquisition", jobs[1].identifier)
+    made.owned.acquire(AcquisitionRequest.model_validate({**SHORT_JEWEL, "shots": 100}))  # they wait for it
+    made.owned.take_up_queue()
+    now = made.engine.job("acquisition", jobs[1].identifier)
+    assert before is not now
+    assert before.ask_pause(pause=True)
+    assert now.pause_requested.is_set()
+    before.request_cancel()
+    assert now.state is JobState.CANCELLED
+    assert records.one(jobs[1].identifier).state is JobState.CANCELLED
+
+
+def test_two_that_take_the_queue_up_at_once_queue_each_job_once(left, monkeypatch):
+    made, jobs, _ = left
+    made.owned.acquire(AcquisitionRequest.model_validate({**SHORT_JEWEL, "shots": 100}))
+    plan, other = made.engine.plan, []
+
+    def unlocked_meanwhile(request):
+        if not other:
+            other.append(in_thread(made.owned.take_up_queue))
+            time.sleep(0.2)
+            assert made.owned.busy()
+        return plan(request)
+
+    monkeypatch.setattr(made.engine, "plan", unlocked_meanwhile)
+    made.owned.take_up_queue()
+    other[0].join(20)
+    queued = [each.identifier for each in made.engine.queue.jobs()]
+    assert sorted(each for each in queued if each in {job.identifier for job in jobs}) == sorted(
+        job.identifier for job in jobs
+    )
+
+
+def test_a_scheduled_job_that_a_full_disk_does_not_take_as_cancelled_is_not_made_again(left, monkeypatch):
+    made, jobs, records = left
+
+    def full(path, content):
+        raise StorageError("the disk is full")
+
+    monkeypatch.setattr(job_records, "write_file", full)
+    made.remote.cancel("acquisition", jobs[0].identifier)
+    launcher = HardwareLauncher(lambda: made.owned, records, made.data.recordings)
+    assert launcher.outcome(jobs[0].identifier).state == "cancelled"

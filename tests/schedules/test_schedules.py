@@ -527,3 +527,37 @@ def test_a_ledger_whose_disk_is_gone_is_an_error_of_storage_and_a_stop_is_answer
     for ask in (bench.all.step, bench.all.list):
         with pytest.raises(StorageError, match="no such table"):
             ask()
+
+
+def test_a_start_by_hand_that_waits_is_stopped_with_everything_else(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}, work=THREAD))
+    bench.owner.mounted = "jewel"
+    bench.all.run(made.identifier)
+    bench.all.step()  # somebody has to mount it
+    assert bench.rows(made.identifier)[-1].state == "due"
+    bench.all.pause_all("everything was stopped")
+    bench.owner.mounted = "thread"
+    bench.until(bench.now + 600, step=60.0)
+    assert not bench.owner.jobs
+    row = bench.rows(made.identifier)[-1]
+    assert (row.state, row.reason) == ("skipped", "everything was stopped")
+    bench.all.run(made.identifier)  # asked for after the stop
+    bench.all.step()
+    assert len(bench.owner.jobs) == 1
+
+
+def test_a_start_by_hand_that_is_claimed_when_everything_is_stopped_is_not_made(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}))
+    bench.all.run(made.identifier)
+    claim = bench.owner.stops
+
+    def stopped_meanwhile():
+        bench.owner.stops = claim
+        bench.all.rest("everything was stopped")
+        return claim()
+
+    bench.owner.stops = stopped_meanwhile
+    bench.until(bench.now + 60, step=10.0)
+    assert not bench.owner.jobs
+    row = bench.rows(made.identifier)[-1]
+    assert (row.state, row.reason) == ("failed", "everything was stopped")

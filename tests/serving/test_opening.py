@@ -1,5 +1,7 @@
 """The start of the hardware process, while devices do not open and while the queue is taken up."""
 
+import threading
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -8,7 +10,7 @@ from drivers.errors import DeviceLost
 from platform_daemon.app import start_engine
 from platform_daemon.engine import JobRecords
 from platform_daemon.engine.jobs import Job
-from platform_daemon.link import LinkServer, StopMark, Stopper
+from platform_daemon.link import LinkServer, StopMark, StoppedMeanwhile, Stopper
 from platform_daemon.schedules import Schedules
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobState
 from platform_daemon.serving.hardware_process import Opening
@@ -115,3 +117,47 @@ def test_what_is_to_be_forgotten_is_cancelled_with_the_reason(tmp_path):
     start.close()
     assert start.states() == [JobState.CANCELLED] * 2
     assert "--forget-queue" in start.records.one(start.jobs[0].identifier).warnings[0]
+
+
+def test_a_request_that_opens_the_devices_is_refused_if_a_stop_came_meanwhile(start):
+    start.after.append(lambda engine: start.opening.stopped())
+    with pytest.raises(StoppedMeanwhile, match="everything was stopped"):
+        start.opening.hardware()
+    assert start.states() == [JobState.CANCELLED] * 2
+    assert start.opening.hardware() is not None
+
+
+def test_two_that_stop_while_the_devices_are_opened_are_both_answered(start, tmp_path):
+    server = LinkServer(start.opening.hardware, tmp_path, start.opening.stopped)
+    start.after.append(lambda engine: start.opening.stopped())  # the second one
+    assert "outputs are off" in Stopper(tmp_path).outputs_off().status
+    server.close()
+
+
+def test_a_stop_while_the_first_opening_fails_rests_schedules_and_is_made_good_when_devices_open(start, monkeypatch):
+    monkeypatch.setattr("platform_daemon.serving.hardware_process._AGAIN_S", 0.0)
+    paused = []
+    monkeypatch.setattr(start.opening.schedules, "pause_all", paused.append)
+    start.lost = True
+    start.opening.open()
+    start.mark.leave()  # by somebody who found nobody
+    start.opening.listens()
+    assert paused == ["everything was stopped"]
+    start.lost = False
+    start.opening.hardware()
+    assert start.states() == [JobState.CANCELLED] * 2
+    assert not start.mark.stands
+
+
+def test_told_to_end_while_devices_open_the_queue_is_left_for_the_next_one(start):
+    ending = []
+
+    def told_to_end(engine):
+        ending.append(threading.Thread(target=start.opening.close))
+        ending[0].start()
+        time.sleep(0.3)
+
+    start.after.append(told_to_end)
+    start.opening.open()
+    ending[0].join(30)
+    assert start.states() == [JobState.QUEUED] * 2

@@ -119,3 +119,12 @@ def test_a_file_that_others_may_write_from_now_on_is_believed_no_more(tokens):
     tokens.path.chmod(0o666)
     with pytest.raises(ConfigError, match="give themselves a token"):
         tokens.holder(one)
+
+
+def test_a_folder_in_its_place_costs_no_descriptor(tokens):
+    tokens.path.mkdir(parents=True)
+    before = len(os.listdir("/proc/self/fd"))
+    for _ in range(10):
+        with pytest.raises(ConfigError, match="no link"):
+            tokens.records()
+    assert len(os.listdir("/proc/self/fd")) == before

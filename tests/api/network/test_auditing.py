@@ -71,7 +71,7 @@ def test_what_was_refused_at_once_is_not_written_nor_what_only_looks(secured, en
 
 def test_what_was_begun_and_failed_is_written_with_the_reason(secured, entries, monkeypatch):
 
-    def fail():
+    def fail(*, left):
         from drivers.errors import OutputsUnconfirmed
 
         raise OutputsUnconfirmed("power may be on", where="power_amplifier", remedy="switch it off by hand")

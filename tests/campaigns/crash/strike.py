@@ -158,6 +158,7 @@ def _afterwards(bench: Bench, what: Strike, came: Came) -> None:
     """The outputs are off, whoever is left; and what lives can measure again, which the next strike begins with."""
     if what.must == "go on":
         return  # with the next strike, in the same series
+    powered = bench.world.power.enabled  # who dies while no power can come leaves no fault
     if what.ends == "daemon":
         bench.stop_daemon()
     else:
@@ -167,7 +168,7 @@ def _afterwards(bench: Bench, what: Strike, came: Came) -> None:
         bench.end_series()
     if what.must == "wiring":
         fault = bench.reset_fault()
-        if fault is None:
+        if fault is None and powered:
             came.missed.append("no fault stood")
     until = time.monotonic() + _WITHIN_S  # a device that could not be reached is tried again and again
     while bench.outputs_on:

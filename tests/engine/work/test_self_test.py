@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from drivers.errors import SequenceRejected
-from platform_daemon.engine import JobRecords, queue_self_test
+from platform_daemon.engine import Asked, JobRecords, queue_self_test
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.work.self_test import SelfTest, SelfTestFailed
 from platform_daemon.schemas.jobs import JobState
@@ -176,7 +176,7 @@ class TestAsked:
         self, engine_with: Callable[..., Engine], tmp_path: Path
     ) -> None:
         engine = engine_with(jobs=tmp_path)
-        job = queue_self_test(engine, SelfTestRequest(comment="new cables"), identifier="self_test-mine")
+        job = queue_self_test(engine, SelfTestRequest(comment="new cables"), asked=Asked("self_test-mine"))
         assert job.ended.wait(60)
         assert (job.state, job.identifier) == (JobState.DONE, "self_test-mine")
         assert all(abs(gain - 1) < 0.3 for gain in job.result.gain.values())
