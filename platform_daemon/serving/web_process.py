@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+import warnings
 
 from platform_daemon.alarms import Caller
 from platform_daemon.api import AnalysisKeeper, create_api, served
@@ -19,11 +20,14 @@ from .process import step_back
 from .rules import rules_for
 
 _NICE = 5
+# FastAPI hands pydantic an alias that it has no use for there; on the terminal it would worry people.
+_NOISE = "The 'alias' attribute with value 'body'"
 
 
 def run_web(options: ServeOptions, life: Life, sockets: tuple[int, ...]) -> None:
     """Until it is told to end.  Raises InputError, OSError."""
     step_back(_NICE)
+    warnings.filterwarnings("ignore", message=_NOISE)
     network, certificate = rules_for(options)
     bounds = WorkerLimits().changed(options.worker_limits)
     caller = Caller(options.alarm_command, options.alarm_url)
