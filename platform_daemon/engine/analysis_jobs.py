@@ -11,12 +11,13 @@ import structlog
 
 from drivers.errors import PlatformError
 from platform_daemon.schemas import JobState
+from platform_daemon.store import StorageError
 from platform_daemon.workers import Computer
 
 from .happenings import Tell, quiet
 from .job_records import JobRecords
 from .job_registry import ANALYSES, JobRegistry
-from .jobs import AnyJob, Job, RequestT, ResultT, ShuttingDown, Work
+from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, Work
 
 log = structlog.get_logger()
 
@@ -28,12 +29,12 @@ class AnalysisJobs:
         self.computer = computer
         self._registry = JobRegistry(journal or JobRecords(None), ANALYSES, tell)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="analyses")
-        self._lock, self._closed = threading.Lock(), False
+        self._lock, self._closed = threading.Lock(), self._registry.ends
 
     def analyse(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
         """Queue it.  Raises ShuttingDown."""
         with self._lock:
-            if self._closed:
+            if self._closed.is_set():
                 raise ShuttingDown("the daemon is shutting down", remedy="start it again, then ask anew")
             return self._queued(work)
 
@@ -47,11 +48,13 @@ class AnalysisJobs:
         for job in found:
             try:
                 work = make(job.request)
-                with self._lock:
-                    if self._closed or job.state is not JobState.QUEUED:
+                with self._lock, job.held() as waits:
+                    if self._closed.is_set() or not waits:
                         continue
-                    self._queued(work, job)
+                    job.successor = self._queued(work, job)
                 log.info("job_taken_up", job=job.identifier)
+            except StorageError as error:  # it waits for the next start
+                log.warning("job_waits", job=job.identifier, error=str(error))
             except PlatformError as error:
                 log.error("job_not_taken_up", job=job.identifier, error=str(error))
                 self._registry.end_left(job, JobState.FAILED, error)
@@ -71,10 +74,13 @@ class AnalysisJobs:
         return self._registry.ids(kind)
 
     def close(self) -> None:
-        """All cancelled.  Idempotent."""
+        """What runs is cancelled, what waits is left for the next start.  Idempotent."""
         with self._lock:
-            self._closed = True
+            self._closed.set()
         for job in self._registry.all():
-            job.request_cancel()
+            with job.held() as waits:
+                if not waits and not job.state.final:
+                    job.warnings.append(DAEMON_ENDED)
+                    job.request_cancel()
         self._thread.shutdown(wait=True, cancel_futures=True)
         self.computer.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -83,12 +84,11 @@ class Engine:
         self.live = LiveEstimate()
         self.catalogue = catalogue
         self.calibration_in_use = CalibrationInUse(platform, limits, self_test or SelfTestOptions(), files)
-        self.models = models
-        self.online, self.computing = online, computing
+        self.models, self.online, self.computing = models, online, computing
         self._registry, self._tell = JobRegistry(journal or JobRecords(None), ON_HARDWARE, tell), tell
         self._online = ThreadPoolExecutor(max_workers=1, thread_name_prefix="online-fits")
         self._planning = threading.RLock()  # held while a job is made from what the platform is now
-        self._closed = threading.Event()
+        self._closed = self._registry.ends
         self.stops = 0  # how often everything was stopped
         self._interlock, self._warm_fits = Interlock(platform, tell), WarmFits(self._online, online)
         self._readback = Readback(platform, tell)
@@ -227,12 +227,15 @@ class Engine:
         """Everything off, now, from any thread; all that moves something or waits to is cancelled.  left: of an earlier
         run too, that nobody has queued again."""
         self.stops += 1  # before anything is looked for: what is queued from now on sees it
-        for job in self._registry.stoppable():
+        self._all_off(partial(self._registry.stoppable, left=left))
+
+    def _all_off(self, jobs: Callable[[], list[AnyJob]]) -> None:
+        for job in jobs():
             job.cancel_requested.set()
         try:
             self._interlock.prove_off()
         finally:
-            self._registry.cancel_all(left=left)
+            self._registry.cancel(jobs())
 
     def reset_fault(self) -> FaultReset:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
@@ -272,23 +275,21 @@ class Engine:
     def close(self, *, keep_queue: bool = False) -> None:
         """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent.
 
-        keep_queue: what has not begun stays on disk as it is, for the next start.
+        keep_queue: what has not begun stays as it is, for the next start.
         """
         if self._closed.is_set():
             return
         self._closed.set()  # no lock yet: none may hold up outputs off
-        if keep_queue:
-            self._registry.leave_waiting()
-        for job in self._registry.stoppable():
+        ends = self._registry.begun if keep_queue else self._registry.all
+        for job in ends():
             if job.state is JobState.RUNNING:
                 job.warnings.append(DAEMON_ENDED)
         try:
-            self.outputs_off()
+            self._all_off(ends)
         finally:
             with self._planning:  # work that was still taken is queued now
                 self._hardware.put_end()
-            for job in self._registry.all():
-                job.request_cancel()
+            self._registry.cancel(ends())
             try:
                 self._hardware.join()
             finally:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import structlog
@@ -37,12 +38,12 @@ class UnknownId(InputError):
 
 class JobRegistry:
     """The jobs of these kinds.  Written under the lock of whoever keeps it, read by anybody.  tell: of what becomes of
-    them."""
+    them; ends: set it, and what has not begun waits for the next process."""
 
     def __init__(self, journal: JobRecords, kinds: frozenset[str], tell: Tell = quiet) -> None:
         self._journal, self._tell = journal, tell
         self._told: dict[str, JobState] = {}  # of jobs that have not ended
-        self._lock = threading.Lock()
+        self._lock, self.ends = threading.Lock(), threading.Event()
         self._kinds = kinds
         found = journal.load(kinds, kinds, lambda job: tell(job_event(job)), most=MOST_ENDED)
         self._jobs = {job.identifier: job for job in found}  # those that have not ended, and those that were used last
@@ -51,7 +52,6 @@ class JobRegistry:
         self._left = [job for job in found if not job.state.final]  # which nobody has queued
         self._arrivals = itertools.count(1 + max((job.arrival or 0 for job in found), default=0))
         self._unsaved: dict[str, AnyJob] = {}  # whose end is not on the disk
-        self._ending = False
         self._ended = {job.identifier: _fits(job) for job in found if job.state.final}  # fits in them
         self._forget_oldest()
         self._moving: list[AnyJob] = []  # wait for the hardware, have it or had it last
@@ -62,6 +62,7 @@ class JobRegistry:
 
         queued: it wants the hardware, or submits those that do.  Raises StorageError.
         """
+        job.stays = self.ends
         if queued and job.arrival is None:
             job.arrival = next(self._arrivals)
         self._journal.save(job)
@@ -81,8 +82,7 @@ class JobRegistry:
 
     def keep(self, job: AnyJob) -> None:
         """A job as it is now, on disk.  Raises StorageError."""
-        if not self._stays(job):
-            self._journal.save(job)
+        self._journal.save(job)
 
     def left_waiting(self) -> list[AnyJob]:
         """Jobs of an earlier run that had not begun, and that nobody has queued again; in the order of the queue."""
@@ -124,37 +124,33 @@ class JobRegistry:
         """All jobs that have not ended, and some that have."""
         return list(self._jobs.values())
 
-    def stoppable(self) -> list[AnyJob]:
-        """What moves something, or will: procedures first, so that none submits another step."""
-        return [*self._conducting, *self._moving]
+    def stoppable(self, *, left: bool = False) -> list[AnyJob]:
+        """What moves something, or will: procedures first, so that none submits another step; left: of an earlier run
+        too."""
+        waiting = self.left_waiting() if left else []  # first: one that is queued meanwhile is among the others
+        return [*self._conducting, *self._moving, *waiting]
 
-    def cancel_all(self, *, left: bool) -> None:
-        """What moves something, or will; left: and those that wait for a person to clear a fault."""
-        jobs = [job for job in self.stoppable() if not job.state.final]
-        jobs += self.left_waiting() if left else []
-        for job in jobs:
-            job.cancel_requested.set()
-        for job in jobs[:1]:  # what runs, if anything does
+    def begun(self) -> list[AnyJob]:
+        """What moves something, and steps of it that wait."""
+        return [job for job in self.stoppable() if _has_begun(job)]
+
+    def cancel(self, jobs: Sequence[AnyJob]) -> None:
+        """At once; what runs, if anything does, first."""
+        todo = sorted((job for job in jobs if not job.state.final), key=lambda job: job.state is not JobState.RUNNING)
+        for job in todo[:1]:
             _cancel(job)
         try:  # each waits for the disk, which syncs many as fast as one: a stop is to be answered within 0.2 s
             with ThreadPoolExecutor(_WRITERS, "cancels") as pool:
-                list(pool.map(_cancel, jobs[1:]))
+                list(pool.map(_cancel, todo[1:]))
         except RuntimeError as error:  # no thread can be had
             log.error("cancelled_in_turn", error=str(error))
-            for job in jobs[1:]:
+            for job in todo[1:]:
                 _cancel(job)
 
     def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None) -> None:
         """A job of an earlier run will not be done."""
         job.on_change = self._keep
         job.end(state, error)
-
-    def leave_waiting(self) -> None:
-        """From now on nothing is kept of what becomes of jobs that have not begun: on disk they wait."""
-        self._ending = True
-
-    def _stays(self, job: AnyJob) -> bool:
-        return self._ending and job.started is None and job.within is None
 
     @property
     def running(self) -> str | None:
@@ -168,7 +164,7 @@ class JobRegistry:
             return
         self._told[job.identifier] = state
         if state.final:
-            del self._told[job.identifier]
+            self._told.pop(job.identifier, None)
             if saved:
                 with self._lock:
                     self._ended[job.identifier] = _fits(job)
@@ -202,8 +198,6 @@ class JobRegistry:
         return sum(job.state is JobState.CANCELLED for job in list(self._unsaved.values()))
 
     def _keep(self, job: AnyJob) -> None:
-        if self._stays(job):
-            return
         saved = True
         try:
             self._journal.save(job)
@@ -229,6 +223,8 @@ class JobRegistry:
     def _save_ended(self) -> None:
         """The disk has taken something again: also what it refused."""
         for identifier, job in list(self._unsaved.items()):
+            if self._unsaved.get(identifier) is not job:  # it goes on
+                continue
             try:
                 self._journal.save(job)
             except StorageError:
@@ -236,6 +232,11 @@ class JobRegistry:
             if self._unsaved.pop(identifier, None) is not None:
                 with self._lock:
                     self._ended[identifier] = _fits(job)
+
+
+def _has_begun(job: AnyJob) -> bool:
+    with job.held() as waits:
+        return job.within is not None or not waits
 
 
 def _cancel(job: AnyJob) -> None:

@@ -85,7 +85,7 @@ class Job(Generic[RequestT, ResultT]):
     do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
     series of this run of the program; place: in the queue, if somebody has put that in order, which goes before its
     priority; arrival: its number among all that ever came to the queue, None: it never did; successor: that was queued
-    in its place after a restart.
+    in its place after a restart; stays: set once the daemon ends, for the next one to begin it.
     """
 
     kind: str
@@ -112,6 +112,7 @@ class Job(Generic[RequestT, ResultT]):
     place: int | None = None
     arrival: int | None = None
     successor: Job[Any, Any] | None = None
+    stays: threading.Event = field(default_factory=threading.Event)
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
     _kept: float | None = None
@@ -146,7 +147,7 @@ class Job(Generic[RequestT, ResultT]):
             job.identifier, job.created = again.identifier, again.created
             job.result, job.done = again.result, again.done
             if not again.state.final:
-                job.place, job.arrival = again.place, again.arrival
+                job.place, job.arrival, job.cancel_requested = again.place, again.arrival, again.cancel_requested
                 if again.pause_requested.is_set():
                     job.pause_requested.set()
         if within is not None:  # one event for both, so that no moment is left in which only one of them is stopped
@@ -160,8 +161,10 @@ class Job(Generic[RequestT, ResultT]):
         return getattr(self.request, "priority", 0)
 
     def begin(self) -> bool:
-        """From queued to running; False if it was cancelled before, or is to be."""
+        """From queued to running; False if it was cancelled before, or is to be, or stays."""
         with self._lock:
+            if self.stays.is_set() and self.within is None:
+                return False
             if self.cancel_requested.is_set():  # stopped while the one before it ended
                 self.request_cancel()
             if self.state is not JobState.QUEUED:
@@ -262,10 +265,11 @@ class Job(Generic[RequestT, ResultT]):
     def end(self, state: JobState, error: Exception | None = None) -> None:
         """Final state, once."""
         with self._lock:
-            if not self.state.final:
-                self.state, self.error, self.finished, self.phase = state, error, self.clock.utc(), str(state)
-                if state is not JobState.DONE and self._kept is not None:
-                    self.done = self._kept
+            if self.state.final:
+                return
+            self.state, self.error, self.finished, self.phase = state, error, self.clock.utc(), str(state)
+            if state is not JobState.DONE and self._kept is not None:
+                self.done = self._kept
         self.on_change(self)  # kept before anybody who waits is told
         self.ended.set()
 

@@ -105,9 +105,8 @@ class LocalJobs:
         return self._told(kind, identifier, lambda job: job.request_cancel())
 
     def _told(self, kind: str, identifier: str, tell: Callable[[AnyJob], None]) -> ShownJob:
-        job = self._keeper.job(kind, identifier)
-        tell(job)
-        return ShownJob.of(job)
+        tell(self._keeper.job(kind, identifier))
+        return ShownJob.of(self._keeper.job(kind, identifier))  # another one may have come in its place
 
 
 def alive(job: AnyJob) -> AnyJob:

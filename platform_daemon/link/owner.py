@@ -167,8 +167,7 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         job = self._engine.job(kind, identifier)
         if job.state.final and job.kind == "acquisition":
             return ShownJob.of(resume_series(self._engine, job, self._folders.recordings))
-        rest(job, pause=False)
-        return ShownJob.of(job)
+        return self._told(kind, identifier, lambda job: rest(job, pause=False))
 
     def edit(self, kind: str, identifier: str, request: AnyQueuedRequest) -> ShownJob:
         """See Hardware."""

@@ -172,9 +172,9 @@ class Schedules:
         """Raises StorageError."""
         if self._to_pause is not None:
             self._scheduler.rest(self._to_pause)
+            self._to_pause = None
             with suppress(OSError):
                 self._mark.unlink(missing_ok=True)
-            self._to_pause = None
 
     def remove(self, identifier: str) -> Schedule:
         """It starts nothing any more; its ledger stays.  As it was; raises InputError."""
@@ -186,6 +186,7 @@ class Schedules:
     def run(self, identifier: str) -> LedgerRow:
         """Start it once, now.  Raises InputError, DeviceStateError: the platform is busy."""
         with self._lock:
+            self._pause_rest()  # it is asked for after that stop
             beside = self._kept(identifier).request.work.kind in LEAVE_THE_PLATFORM
             if not beside and self._launcher.busy():
                 remedy = "wait until it has ended"

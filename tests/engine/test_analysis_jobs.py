@@ -5,15 +5,16 @@ import threading
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.engine import AnalysisJobs, Job, JobRecords, ShuttingDown
+from platform_daemon.engine import DAEMON_ENDED, AnalysisJobs, Job, JobRecords, ShuttingDown
+from platform_daemon.engine.jobs import Cancelled
 from platform_daemon.schemas import JobState, NoResult, RecordingFitRequest
 from platform_daemon.workers import InThisProcess
 from tests.kit.walks import TIMEOUT_S, Walk, ended
 
 
-def fit_walk(request):
+def fit_walk(request, *does):
     """The record of a job knows its kinds."""
-    walk = Walk()
+    walk = Walk(*does)
     walk.kind, walk.request, walk.unit, walk.no_result = "fit", request, "frames", NoResult()
     return walk
 
@@ -81,3 +82,20 @@ def test_one_that_was_cancelled_while_it_waited_is_not_begun(tmp_path):
         assert JobRecords(tmp_path).one("fit-1").state is JobState.CANCELLED
     finally:
         analyses.close()
+
+
+def test_what_waits_when_the_daemon_ends_waits_for_the_next_one_and_what_runs_says_why_it_ended(tmp_path):
+    runs, records = threading.Event(), JobRecords(tmp_path)
+
+    def until_cancelled(job):
+        runs.set()
+        job.cancel_requested.wait(TIMEOUT_S)
+        raise Cancelled
+
+    analyses = AnalysisJobs(InThisProcess(), records)
+    first, second = (analyses.analyse(fit_walk(RecordingFitRequest(recording=r), until_cancelled)) for r in "ab")
+    runs.wait(TIMEOUT_S)
+    analyses.close()
+    found = records.one(first.identifier)
+    assert (found.state, found.warnings) == (JobState.CANCELLED, [DAEMON_ENDED])
+    assert records.one(second.identifier).state is JobState.QUEUED

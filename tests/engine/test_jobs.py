@@ -275,22 +275,24 @@ def test_a_series_that_goes_on_is_not_overwritten_by_its_end_that_the_disk_did_n
     assert records.one(job.identifier).state is JobState.QUEUED
 
 
-def test_while_the_daemon_ends_nothing_of_what_waits_is_written(tmp_path):
+def test_while_the_daemon_ends_what_waits_stays_and_whoever_cancels_it_is_heard(tmp_path):
     records = JobRecords(tmp_path)
     registry = job_registry.JobRegistry(records, job_registry.ON_HARDWARE)
-    waiting, running = (Job("acquisition", ASKED, AcquisitionResult(), 3, "shots") for _ in range(2))
-    registry.add(waiting, queued=True)
-    registry.add(running, queued=True)
+    waiting, running, late = (Job("acquisition", ASKED, AcquisitionResult(), 3, "shots") for _ in range(3))
+    step = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots", within="procedure-1")
+    for job in (waiting, running, step):
+        registry.add(job, queued=True)
     running.begin()
-    registry.leave_waiting()
-    late = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots")
+    registry.ends.set()
     registry.add(late, queued=True)  # it was being queued
-    for job in (waiting, running, late):
-        job.request_cancel()
+    assert registry.begun() == [running, step]
+    assert not waiting.begin()
+    registry.cancel(registry.begun())
     running.end(JobState.CANCELLED)
-    registry.keep(waiting)  # somebody was putting it in order
-    found = [records.one(job.identifier).state for job in (waiting, running, late)]
-    assert found == [JobState.QUEUED, JobState.CANCELLED, JobState.QUEUED]
+    found = [records.one(job.identifier).state for job in (waiting, running, step, late)]
+    assert found == [JobState.QUEUED, JobState.CANCELLED, JobState.CANCELLED, JobState.QUEUED]
+    registry.cancel(registry.stoppable())  # a person stops everything
+    assert records.one(waiting.identifier).state is JobState.CANCELLED
 
 
 def test_one_that_cannot_be_cancelled_keeps_no_other_from_it():
@@ -303,5 +305,17 @@ def test_one_that_cannot_be_cancelled_keeps_no_other_from_it():
         raise RuntimeError("nobody thought of it")
 
     jobs[0].on_change = breaks
-    registry.cancel_all(left=False)
+    registry.cancel(registry.stoppable())
     assert [job.state for job in jobs] == [JobState.CANCELLED] * 3
+
+
+def test_an_end_is_told_once():
+    events = []
+    registry = job_registry.JobRegistry(JobRecords(None), job_registry.ON_HARDWARE, events.append)
+    job = Job("acquisition", ASKED, AcquisitionResult(), 1, "shots")
+    registry.add(job, queued=True)
+    job.request_cancel()
+    told = len(events)
+    registry.end_left(job, JobState.FAILED, DeviceFault("it could not be planned either"))
+    assert len(events) == told
+    assert job.state is JobState.CANCELLED

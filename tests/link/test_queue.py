@@ -285,3 +285,38 @@ def test_a_scheduled_job_that_a_full_disk_does_not_take_as_cancelled_is_not_made
     made.remote.cancel("acquisition", jobs[0].identifier)
     launcher = HardwareLauncher(lambda: made.owned, records, made.data.recordings)
     assert launcher.outcome(jobs[0].identifier).state == "cancelled"
+
+
+def test_one_that_is_queued_again_while_a_stop_proves_outputs_off_never_begins(left, monkeypatch):
+    made, jobs, records = left
+    prove_off, taken = Interlock.prove_off, []
+
+    def taken_up_meanwhile(interlock):
+        if not taken:
+            taken.append(1)
+            made.owned.take_up_queue()
+            time.sleep(0.3)
+        prove_off(interlock)
+
+    monkeypatch.setattr(Interlock, "prove_off", taken_up_meanwhile)
+    made.remote.outputs_off()
+    assert states(jobs, records) == [JobState.CANCELLED] * 2
+    assert [made.engine.job("acquisition", job.identifier).started for job in jobs] == [None, None]
+
+
+def test_a_stop_that_is_answered_while_the_daemon_ends_holds_for_the_next_one(left, monkeypatch):
+    made, jobs, records = left
+    made.owned.acquire(AcquisitionRequest.model_validate({**SHORT_JEWEL, "shots": 100}))
+    made.owned.take_up_queue()
+    answered, join = [], made.engine.platform.close
+
+    def stopped_meanwhile():
+        answered.append([made.remote.job("acquisition", job.identifier).state for job in jobs])
+        answered.append(made.remote.outputs_off().status)
+        join()
+
+    monkeypatch.setattr(made.engine.platform, "close", stopped_meanwhile)
+    made.engine.close(keep_queue=True)
+    assert answered[0] == [JobState.QUEUED] * 2  # they wait for the next one, and say so
+    assert "cancelled" in answered[1]
+    assert states(jobs, records) == [JobState.CANCELLED] * 2

@@ -561,3 +561,12 @@ def test_a_start_by_hand_that_is_claimed_when_everything_is_stopped_is_not_made(
     assert not bench.owner.jobs
     row = bench.rows(made.identifier)[-1]
     assert (row.state, row.reason) == ("failed", "everything was stopped")
+
+
+def test_a_start_by_hand_that_is_asked_for_after_a_stop_is_made(bench):
+    made = bench.all.add(asked({"every_s": 3600.0}))
+    bench.all.rest("everything was stopped")  # which the ledger does not have yet
+    bench.all.run(made.identifier)
+    bench.all.step()
+    assert len(bench.owner.jobs) == 1
+    assert bench.all.get(made.identifier).reason == "everything was stopped"
