@@ -48,14 +48,14 @@ check_model: Is there such a model, are there such terms?
 """
 
 from .analysis_jobs import AnalysisJobs
-from .asked import Asked
+from .asked import Asked, ShuttingDown, WaitsNoMore
 from .calibration_in_use import CalibrationFiles, read_receive
 from .catalogue import Catalogue, Shelf, open_catalogue
 from .engine import Engine
 from .happenings import Tell, quiet
 from .job_records import JobRecords, record_of
 from .job_registry import ANALYSES, UnknownId
-from .jobs import DAEMON_ENDED, AnyJob, Job, ShuttingDown, WaitsNoMore, Work
+from .jobs import DAEMON_ENDED, AnyJob, Job, Work
 from .latency import reduce_latency
 from .plan_checks import check_model, plan_calibration
 from .planning import AcquisitionPlan

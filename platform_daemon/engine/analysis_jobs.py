@@ -14,10 +14,11 @@ from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
 from platform_daemon.workers import Computer
 
+from .asked import ShuttingDown
 from .happenings import Tell, quiet
 from .job_records import JobRecords
 from .job_registry import ANALYSES, JobRegistry
-from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, Work
+from .jobs import AnyJob, Job, RequestT, ResultT, Work
 
 log = structlog.get_logger()
 
@@ -29,7 +30,7 @@ class AnalysisJobs:
         self.computer = computer
         self._registry = JobRegistry(journal or JobRecords(None), ANALYSES, tell)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="analyses")
-        self._lock, self._closed = threading.Lock(), self._registry.ends
+        self._lock, self._closed, self._refused = threading.Lock(), self._registry.ends, ""
 
     def analyse(self, work: Work[RequestT, ResultT]) -> Job[RequestT, ResultT]:
         """Queue it.  Raises ShuttingDown."""
@@ -53,8 +54,11 @@ class AnalysisJobs:
                         continue
                     job.successor = self._queued(work, job)
                 log.info("job_taken_up", job=job.identifier)
-            except StorageError as error:  # it waits for the next start
-                log.warning("job_waits", job=job.identifier, error=str(error))
+            except StorageError as error:
+                self._registry.waits_again(job)
+                if str(error) != self._refused:  # said once
+                    self._refused = str(error)
+                    log.warning("job_waits", job=job.identifier, error=self._refused)
             except PlatformError as error:
                 log.error("job_not_taken_up", job=job.identifier, error=str(error))
                 self._registry.end_left(job, JobState.FAILED, error)
@@ -77,10 +81,7 @@ class AnalysisJobs:
         """What runs is cancelled, what waits is left for the next start.  Idempotent."""
         with self._lock:
             self._closed.set()
-        for job in self._registry.all():
-            with job.held() as waits:
-                if not waits and not job.state.final:
-                    job.warnings.append(DAEMON_ENDED)
-                    job.request_cancel()
+        self._registry.say_ended()
+        self._registry.cancel([job for job in self._registry.all() if job.has_begun])
         self._thread.shutdown(wait=True, cancel_futures=True)
         self.computer.close()

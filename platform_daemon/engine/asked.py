@@ -1,10 +1,24 @@
-"""How it came to be asked for a job."""
+"""How it came to be asked for a job, and why none is made."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from drivers.errors import DeviceStateError
+
 from .jobs import AnyJob
+
+
+class ShuttingDown(DeviceStateError):
+    """The daemon takes no work any more."""
+
+    title = "Shutting down"
+
+
+class WaitsNoMore(DeviceStateError):
+    """A job of an earlier run has ended while it was planned."""
+
+    title = "Waits no more"
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from platform_daemon.workers import Computer, InThisProcess
 from sequences.compiler import TransmitSide
 from sequences.limits import SafetyLimits
 
-from .asked import AS_NOW, Asked
+from .asked import AS_NOW, Asked, ShuttingDown, WaitsNoMore
 from .calibration_in_use import CalibrationFiles, CalibrationInUse
 from .catalogue import Catalogue
 from .happenings import Tell, quiet
@@ -37,7 +37,7 @@ from .hardware_thread import HardwareThread
 from .interlock import Interlock
 from .job_records import JobRecords
 from .job_registry import ON_HARDWARE, JobRegistry
-from .jobs import DAEMON_ENDED, AnyJob, Job, RequestT, ResultT, ShuttingDown, WaitsNoMore, Work
+from .jobs import AnyJob, Job, RequestT, ResultT, Work
 from .live_estimate import LiveEstimate
 from .planning import AcquisitionPlan, plan_acquisition
 from .readback import Readback
@@ -230,12 +230,14 @@ class Engine:
         self._all_off(partial(self._registry.stoppable, left=left))
 
     def _all_off(self, jobs: Callable[[], list[AnyJob]]) -> None:
-        for job in jobs():
-            job.cancel_requested.set()
         try:
-            self._interlock.prove_off()
+            for job in jobs():
+                job.cancel_requested.set()
         finally:
-            self._registry.cancel(jobs())
+            try:
+                self._interlock.prove_off()
+            finally:
+                self._registry.cancel(jobs())
 
     def reset_fault(self) -> FaultReset:
         """See `reset_amplifier`.  Raises also DeviceStateError while a job moves something."""
@@ -268,9 +270,9 @@ class Engine:
         """Jobs that have ended, and the disk does not have it yet."""
         return self._registry.unsaved
 
-    def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None = None) -> None:
-        """A job of an earlier run will not be done."""
-        self._registry.end_left(job, state, error)
+    def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None = None) -> bool:
+        """See JobRegistry."""
+        return self._registry.end_left(job, state, error)
 
     def close(self, *, keep_queue: bool = False) -> None:
         """Outputs off, jobs cancelled, threads ended, devices let go.  Idempotent.
@@ -281,10 +283,8 @@ class Engine:
             return
         self._closed.set()  # no lock yet: none may hold up outputs off
         ends = self._registry.begun if keep_queue else self._registry.all
-        for job in ends():
-            if job.state is JobState.RUNNING:
-                job.warnings.append(DAEMON_ENDED)
         try:
+            self._registry.say_ended()
             self._all_off(ends)
         finally:
             with self._planning:  # work that was still taken is queued now

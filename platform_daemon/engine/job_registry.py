@@ -16,7 +16,7 @@ from platform_daemon.store import StorageError
 from .happenings import Tell, job_event, quiet
 from .hardware_queue import in_turn
 from .job_records import JobRecords, second_of
-from .jobs import AnyJob
+from .jobs import DAEMON_ENDED, AnyJob
 
 log = structlog.get_logger()
 ANALYSES = frozenset({"fit", "diagnosis", "characterisation"})
@@ -65,8 +65,13 @@ class JobRegistry:
         job.stays = self.ends
         if queued and job.arrival is None:
             job.arrival = next(self._arrivals)
-        self._journal.save(job)
-        self._unsaved.pop(job.identifier, None)  # an earlier end of one that goes on
+        before = self._unsaved.pop(job.identifier, None)  # an earlier end of one that goes on
+        try:
+            self._journal.save(job)
+        except StorageError:
+            if before is not None:
+                self._unsaved[job.identifier] = before
+            raise
         self._save_ended()
         job.on_change = self._keep
         # known to `outputs_off` before it can begin
@@ -106,6 +111,10 @@ class JobRegistry:
             job.on_change = self._keep
         return found
 
+    def waits_again(self, job: AnyJob) -> None:
+        """It could not be queued yet: `found_waiting` finds it once more."""
+        self._left.append(job)
+
     def job(self, kind: str, identifier: str) -> AnyJob:
         """The job of that id.  Raises UnknownId."""
         job = self._jobs.get(identifier)
@@ -131,8 +140,14 @@ class JobRegistry:
         return [*self._conducting, *self._moving, *waiting]
 
     def begun(self) -> list[AnyJob]:
-        """What moves something, and steps of it that wait."""
-        return [job for job in self.stoppable() if _has_begun(job)]
+        """What moves something, steps of it that wait, and what a stop has not come to yet."""
+        return [job for job in self.stoppable() if job.has_begun]
+
+    def say_ended(self) -> None:
+        """By the daemon: a warning for what runs, unless somebody has cancelled it."""
+        for job in self.all():
+            if job.state is JobState.RUNNING and not job.cancel_requested.is_set():
+                job.warnings.append(DAEMON_ENDED)
 
     def cancel(self, jobs: Sequence[AnyJob]) -> None:
         """At once; what runs, if anything does, first."""
@@ -147,10 +162,13 @@ class JobRegistry:
             for job in todo[1:]:
                 _cancel(job)
 
-    def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None) -> None:
-        """A job of an earlier run will not be done."""
+    def end_left(self, job: AnyJob, state: JobState, error: PlatformError | None) -> bool:
+        """A job of an earlier run will not be done.  False: it has failed because the daemon ends, and waits."""
+        if self.ends.is_set() and state is JobState.FAILED:
+            return False
         job.on_change = self._keep
         job.end(state, error)
+        return True
 
     @property
     def running(self) -> str | None:
@@ -232,11 +250,6 @@ class JobRegistry:
             if self._unsaved.pop(identifier, None) is not None:
                 with self._lock:
                     self._ended[identifier] = _fits(job)
-
-
-def _has_begun(job: AnyJob) -> bool:
-    with job.held() as waits:
-        return job.within is not None or not waits
 
 
 def _cancel(job: AnyJob) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import structlog
 
 from drivers.clock import Clock, SystemClock
-from drivers.errors import DeviceStateError, PlatformError
+from drivers.errors import PlatformError
 from platform_daemon.schemas import JobState, Progress
 
 from .pace import left_s
@@ -21,6 +21,7 @@ from .shot_log import ShotLog
 
 log = structlog.get_logger()
 RESTING_STEP_S = 0.05
+_BEGINS_WITHIN_S = 0.05
 
 
 DAEMON_ENDED = "stopped because the daemon was told to end"
@@ -29,18 +30,6 @@ DAEMON_ENDED = "stopped because the daemon was told to end"
 
 class Cancelled(Exception):
     """Somebody asked the job to stop, and it did at a safe point."""
-
-
-class ShuttingDown(DeviceStateError):
-    """The daemon takes no work any more."""
-
-    title = "Shutting down"
-
-
-class WaitsNoMore(DeviceStateError):
-    """A job of an earlier run has ended while it was planned."""
-
-    title = "Waits no more"
 
 
 RequestT = TypeVar("RequestT")
@@ -178,6 +167,17 @@ class Job(Generic[RequestT, ResultT]):
         """Nothing becomes of it meanwhile; does it wait?"""
         with self._lock:
             yield self.state is JobState.QUEUED and self.successor is None
+
+    @property
+    def has_begun(self) -> bool:
+        """It runs, is a step, or is to be cancelled; asked when all is to go off, so it waits for no disk."""
+        begins_no_more = self._lock.acquire(timeout=_BEGINS_WITHIN_S)  # else it is being written
+        try:
+            queued = self.state is JobState.QUEUED and self.within is None
+            return not queued or self.cancel_requested.is_set()
+        finally:
+            if begins_no_more:
+                self._lock.release()
 
     def expect(self, seconds: Sequence[float]) -> None:
         """What each of its units takes from now on, s, as planned: time left follows from that and the pace so far.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 
-from drivers.errors import DeviceStateError
+from drivers.errors import DeviceStateError, PlatformError
 from platform_daemon.engine import (
     AnyJob,
     Asked,
@@ -99,12 +99,16 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         schedules = self._schedules()
         if schedules is not None:
             schedules.rest(STOPPED)  # first: what they start from now on is not asked for before the stop
+        unproved = None
         try:
             self._engine.outputs_off(left=True)
-        finally:
-            if self._mark is not None:
-                self._mark.forget()
-            error = None if schedules is None else schedules.pause_all(STOPPED)
+        except PlatformError as refused:  # all is cancelled nevertheless
+            unproved = refused
+        if self._mark is not None:
+            self._mark.forget()
+        error = None if schedules is None else schedules.pause_all(STOPPED)
+        if unproved is not None:
+            raise unproved
         later = "" if error is None else f"; schedules rest, but that is not in their ledger yet: {error}"
         if self._engine.unsaved:
             later += f"; of {self._engine.unsaved} it is not on the disk, which refuses"

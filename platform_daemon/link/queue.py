@@ -48,8 +48,10 @@ def take_up_queue(engine: Engine, owner: TakesUp, forget: Callable[[], str | Non
             return
         except PlatformError as error:
             log.error("job_not_taken_up", job=job.identifier, error=str(error))
-            engine.end_left(job, JobState.FAILED, error)
+            if not engine.end_left(job, JobState.FAILED, error):
+                return
         except Exception as error:  # those after it must not wait for one that nobody has thought of
             log.error("job_broke", job=job.identifier, exc_info=error)
             what, remedy = f"unexpected {type(error).__name__}", f"report it; the log has it under {job.identifier}"
-            engine.end_left(job, JobState.FAILED, PlatformError(what, why=str(error), remedy=remedy))
+            if not engine.end_left(job, JobState.FAILED, PlatformError(what, why=str(error), remedy=remedy)):
+                return

@@ -53,7 +53,7 @@ class Schedules:
             self._ledger, launcher, tell, self._ended.is_set, lambda: self._to_pause is not None
         )
         self._thread: threading.Thread | None = None
-        self._error = ""
+        self._error, self._closed = "", False
         self._mark = path.with_suffix(".rest")
         # Why all shall be paused, until the ledger has it.
         self._to_pause: str | None = _STOPPED_BEFORE if self._mark.exists() else None
@@ -81,6 +81,12 @@ class Schedules:
         if self._thread is not None:
             self._thread.join()
         with self._lock:
+            try:
+                if not self._closed:
+                    self._pause_rest()
+            except StorageError:
+                self._marked()
+            self._closed = True
             self._ledger.close()
 
     def add(self, request: ScheduleRequest) -> Schedule:
@@ -146,6 +152,8 @@ class Schedules:
         if not self._lock.acquire(timeout=_PATIENCE_S):
             return self._marked()
         try:
+            if self._closed:
+                return self._marked()
             self._pause_rest()
         except StorageError as error:
             log.error("schedules_not_paused", error=str(error))

@@ -5,9 +5,10 @@ import threading
 import pytest
 
 from drivers.errors import InputError
-from platform_daemon.engine import DAEMON_ENDED, AnalysisJobs, Job, JobRecords, ShuttingDown
+from platform_daemon.engine import DAEMON_ENDED, AnalysisJobs, Job, JobRecords, ShuttingDown, job_records
 from platform_daemon.engine.jobs import Cancelled
 from platform_daemon.schemas import JobState, NoResult, RecordingFitRequest
+from platform_daemon.store import StorageError
 from platform_daemon.workers import InThisProcess
 from tests.kit.walks import TIMEOUT_S, Walk, ended
 
@@ -99,3 +100,22 @@ def test_what_waits_when_the_daemon_ends_waits_for_the_next_one_and_what_runs_sa
     found = records.one(first.identifier)
     assert (found.state, found.warnings) == (JobState.CANCELLED, [DAEMON_ENDED])
     assert records.one(second.identifier).state is JobState.QUEUED
+
+
+def test_one_that_a_full_disk_does_not_take_is_queued_once_it_does(tmp_path, monkeypatch):
+    job = Job("fit", RecordingFitRequest(recording="a"), NoResult(), 1, "frames", identifier="fit-1")
+    JobRecords(tmp_path).save(job)
+    analyses = AnalysisJobs(InThisProcess(), JobRecords(tmp_path))
+
+    def full(path, content):
+        raise StorageError("the disk is full")
+
+    try:
+        with monkeypatch.context() as disk:
+            disk.setattr(job_records, "write_file", full)
+            analyses.take_up(fit_walk)
+            assert analyses.job("fit", "fit-1").state is JobState.QUEUED
+        analyses.take_up(fit_walk)
+        assert ended(analyses.job("fit", "fit-1")).state is JobState.DONE
+    finally:
+        analyses.close()

@@ -10,9 +10,10 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from drivers.errors import DeviceFault, InterlockError, OutputsUnconfirmed
+from platform_daemon.engine.asked import ShuttingDown
 from platform_daemon.engine.engine import Engine
 from platform_daemon.engine.job_records import JobRecords
-from platform_daemon.engine.jobs import AnyJob, Cancelled, Job, ShuttingDown
+from platform_daemon.engine.jobs import AnyJob, Cancelled, Job
 from platform_daemon.schemas.jobs import JobState
 from tests.kit.walks import TIMEOUT_S, Walk, ended
 

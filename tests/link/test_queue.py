@@ -320,3 +320,28 @@ def test_a_stop_that_is_answered_while_the_daemon_ends_holds_for_the_next_one(le
     assert answered[0] == [JobState.QUEUED] * 2  # they wait for the next one, and say so
     assert "cancelled" in answered[1]
     assert states(jobs, records) == [JobState.CANCELLED] * 2
+
+
+def test_an_end_while_they_are_planned_makes_none_of_them_fail(left, monkeypatch):
+    made, jobs, records = left
+
+    def ends_meanwhile(request):
+        made.engine.close(keep_queue=True)
+        raise RuntimeError("who computed it was ended")
+
+    monkeypatch.setattr(made.engine, "plan", ends_meanwhile)
+    made.owned.take_up_queue()
+    assert states(jobs, records) == [JobState.QUEUED] * 2
+
+
+def test_an_end_finishes_what_a_stop_has_wished_and_waits_for_no_disk(left, monkeypatch):
+    made, jobs, records = left
+    made.owned.acquire(AcquisitionRequest.model_validate({**SHORT_JEWEL, "shots": 100}))
+    made.owned.take_up_queue()
+    first, second = (made.engine.job("acquisition", job.identifier) for job in jobs)
+    first.cancel_requested.set()  # the stop was cut off there
+    with second.held():  # its record is being written
+        closing = in_thread(lambda: made.engine.close(keep_queue=True))
+        closing.join(20)
+        assert not closing.is_alive()
+    assert states(jobs, records) == [JobState.CANCELLED, JobState.QUEUED]

@@ -570,3 +570,15 @@ def test_a_start_by_hand_that_is_asked_for_after_a_stop_is_made(bench):
     bench.all.step()
     assert len(bench.owner.jobs) == 1
     assert bench.all.get(made.identifier).reason == "everything was stopped"
+
+
+def test_a_stop_while_the_daemon_ends_is_kept_for_the_next_one(bench):
+    made = bench.all.add(asked({"every_s": 60.0}))
+    bench.all.rest("everything was stopped")
+    bench.restart()
+    assert bench.all.get(made.identifier).active is False
+    bench.all.resume(made.identifier)
+    bench.all.close()
+    assert bench.all.pause_all("everything was stopped") is None
+    bench.restart()
+    assert bench.all.get(made.identifier).active is False

@@ -22,7 +22,8 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import write_file
 
-from ..jobs import Cancelled, ShuttingDown
+from ..asked import ShuttingDown
+from ..jobs import Cancelled
 from ..work.series import AcquisitionJob
 from .procedure import Conclusion, Fits, Procedure, ProcedureJob, ReadsShots, Steps
 from .step_report import StepAttempts
