@@ -171,12 +171,12 @@ class Job(Generic[RequestT, ResultT]):
     @property
     def has_begun(self) -> bool:
         """It runs, is a step, or is to be cancelled; asked when all is to go off, so it waits for no disk."""
-        begins_no_more = self._lock.acquire(timeout=_BEGINS_WITHIN_S)  # else it is being written
+        ours = self._lock.acquire(timeout=_BEGINS_WITHIN_S)  # else it is being written
         try:
             queued = self.state is JobState.QUEUED and self.within is None
             return not queued or self.cancel_requested.is_set()
         finally:
-            if begins_no_more:
+            if ours:
                 self._lock.release()
 
     def expect(self, seconds: Sequence[float]) -> None:

@@ -10,7 +10,7 @@ RemoteHardware: The contract over the socket.
 Stopper: Everything off, whoever answers on the socket.
 STOPPED: Why schedules are paused by it.
 StoppedMeanwhile: What was asked for before a stop is not done after it.
-StopMark: That somebody asked to stop while nobody owned the hardware.
+stop_mark: That somebody asked to stop while nobody owned the hardware.
 HardwareAway: The process that owns the hardware does not answer.
 HardwareLauncher: Starts scheduled works on the owner of the hardware.
 LocalJobs: The jobs of this process, as shown to others.

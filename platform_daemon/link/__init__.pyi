@@ -9,6 +9,6 @@ from .owner import OwnedHardware as OwnedHardware
 from .plans import Folders as Folders
 from .server import LinkServer as LinkServer
 from .stopping import STOPPED as STOPPED
-from .stopping import StopMark as StopMark
 from .stopping import StoppedMeanwhile as StoppedMeanwhile
 from .stopping import Stopper as Stopper
+from .stopping import stop_mark as stop_mark

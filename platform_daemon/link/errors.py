@@ -25,13 +25,18 @@ def away(why: str) -> HardwareAway:
     return HardwareAway("the process that owns the hardware does not answer", why=why, remedy=remedy)
 
 
+def foreseen(error: Exception) -> PlatformError:
+    """One that nobody foresaw is named, and the log here has its traceback."""
+    if isinstance(error, PlatformError):
+        return error
+    log.error("unexpected_error", exc_info=error)
+    remedy = "report it; the log of the daemon has it"
+    return PlatformError(f"unexpected {type(error).__name__}", why=str(error), remedy=remedy)
+
+
 def error_on_wire(error: Exception) -> LinkError:
-    """An error as it goes over the socket; one that nobody foresaw is named, and the log here has its traceback."""
-    if not isinstance(error, PlatformError):
-        log.error("unexpected_error", exc_info=error)
-        error = PlatformError(
-            f"unexpected {type(error).__name__}", why=str(error), remedy="report it; the log of the daemon has it"
-        )
+    """An error as it goes over the socket."""
+    error = foreseen(error)
     return LinkError(
         kinds=tuple(each.__name__ for each in type(error).__mro__ if issubclass(each, PlatformError)),
         title=error.title,

@@ -8,7 +8,7 @@ from pathlib import Path
 from secrets import token_hex
 
 from drivers.errors import InputError
-from platform_daemon.engine import DAEMON_ENDED, JobRecords
+from platform_daemon.engine import DAEMON_ENDED, Asked, JobRecords
 from platform_daemon.schedules import JobOutcome, Launcher
 from platform_daemon.schemas import AnyWorkRequest, JobState
 
@@ -64,16 +64,17 @@ class HardwareLauncher(Launcher):
 
     def launch(self, work: AnyWorkRequest, job: str, stops: int) -> None:
         """See Launcher; what leaves the platform alone is not stopped."""
+        asked = Asked(job, stops=stops)
         if work.kind == "fit" or work.kind == "diagnosis":
             self._analyses.queue(work, job)
         elif work.kind == "acquisition":
-            self._hardware().acquire(work.request, identifier=job, stops=stops)
+            self._hardware().acquire(work.request, asked)
         elif work.kind == "procedure":
-            self._hardware().conduct(work.request, identifier=job, stops=stops)
+            self._hardware().conduct(work.request, asked)
         elif work.kind == "self_test":
-            self._hardware().self_test(work.request, identifier=job, stops=stops)
+            self._hardware().self_test(work.request, asked)
         else:
-            self._hardware().calibrate(work.request, identifier=job, stops=stops)
+            self._hardware().calibrate(work.request, asked)
 
     def outcome(self, job: str) -> JobOutcome:
         """See Launcher."""

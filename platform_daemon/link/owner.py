@@ -40,14 +40,14 @@ from platform_daemon.schemas import (
     ShotPage,
     StopReport,
 )
-from platform_daemon.store import StorageError, check_room
+from platform_daemon.store import Mark, StorageError, check_room
 
 from .jobs import LocalJobs, ShownJob, rest, waiting
 from .mounted import Mounted
 from .owned_schedules import OwnedSchedules
 from .plans import Folders, Plans
 from .queue import take_up_queue
-from .stopping import STOPPED, StopMark
+from .stopping import STOPPED
 
 
 class OwnedHardware(LocalJobs, OwnedSchedules):
@@ -60,7 +60,7 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         folders: Folders,
         schedules: Callable[[], Schedules | None] = lambda: None,
         damage: Callable[[], StorageError | None] = lambda: None,
-        mark: StopMark | None = None,
+        mark: Mark | None = None,
     ) -> None:
         LocalJobs.__init__(self, engine)
         OwnedSchedules.__init__(self, schedules, damage)
@@ -119,6 +119,10 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         """How often everything was stopped."""
         return self._engine.stops
 
+    @property
+    def _asked_now(self) -> Asked:
+        return Asked(stops=self.stops)
+
     def reset_fault(self) -> FaultReset:
         """See Hardware."""
         return self._engine.reset_fault()
@@ -130,15 +134,12 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
             self.take_up_queue()
         return FaultCleared(fault=fault, by=request.by)
 
-    def acquire(
-        self, request: AcquisitionRequest, *, identifier: str | None = None, stops: int | None = None
-    ) -> ShownJob:
-        """See Hardware.  identifier: that the job will have, None: a new one; stops: see Engine.submit."""
-        stops = self.stops if stops is None else stops
+    def acquire(self, request: AcquisitionRequest, asked: Asked | None = None) -> ShownJob:
+        """See Hardware.  asked: None, a new one and now."""
+        asked = asked or self._asked_now
         plan = self._plans.series(request)
         self._mounted.say(request.resonator, None)
         folder = self._folders.recordings
-        asked = Asked(identifier, stops=stops)
         return ShownJob.of(self._engine.acquire(plan, None, folder, asked=asked))
 
     def shots(self, identifier: str, after: int, limit: int) -> ShotPage:
@@ -149,14 +150,12 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         """See Hardware."""
         return self._plans.series(request).summary()
 
-    def conduct(
-        self, request: AnyProcedureRequest, *, identifier: str | None = None, stops: int | None = None
-    ) -> ShownJob:
-        """See Hardware.  identifier, stops: as for `acquire`."""
-        stops = self.stops if stops is None else stops
+    def conduct(self, request: AnyProcedureRequest, asked: Asked | None = None) -> ShownJob:
+        """See Hardware; asked: as for `acquire`."""
+        asked = asked or self._asked_now
         work = self._plans.procedure(request)
         self._mounted.say(request.acquisition.resonator, None)
-        return ShownJob.of(self._engine.submit(work, asked=Asked(identifier, stops=stops)))
+        return ShownJob.of(self._engine.submit(work, asked=asked))
 
     def dry_run_procedure(self, request: AnyProcedureRequest) -> ProcedureSummary:
         """See Hardware."""
@@ -186,13 +185,11 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         put_in_order(self._engine, asked.order, asked.priority)
         return self.status()
 
-    def calibrate(
-        self, request: CalibrationRequest, *, identifier: str | None = None, stops: int | None = None
-    ) -> ShownJob:
-        """See Hardware.  identifier, stops: as for `acquire`."""
-        stops, folder = self.stops if stops is None else stops, self._folders.calibrations
+    def calibrate(self, request: CalibrationRequest, asked: Asked | None = None) -> ShownJob:
+        """See Hardware; asked: as for `acquire`."""
+        asked, folder = asked or self._asked_now, self._folders.calibrations
         check_room(folder, 0)  # a file of some kB: what it costs is the shots before it
-        return ShownJob.of(self._engine.calibrate(request, folder, Asked(identifier, stops=stops)))
+        return ShownJob.of(self._engine.calibrate(request, folder, asked))
 
     def check_calibration(self, request: CalibrationRequest) -> None:
         """Can it be made?  Nothing moves.  Raises InputError."""
@@ -202,12 +199,10 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         """Is there such a model, None: whatever a recording says, and are there such terms?  Raises InputError."""
         check_model(self._engine, label, terms)
 
-    def self_test(
-        self, request: SelfTestRequest, *, identifier: str | None = None, stops: int | None = None
-    ) -> ShownJob:
-        """See Hardware.  identifier, stops: as for `acquire`."""
-        stops = self.stops if stops is None else stops
-        return ShownJob.of(queue_self_test(self._engine, request, Asked(identifier, stops=stops)))
+    def self_test(self, request: SelfTestRequest, asked: Asked | None = None) -> ShownJob:
+        """See Hardware; asked: as for `acquire`."""
+        asked = asked or self._asked_now
+        return ShownJob.of(queue_self_test(self._engine, request, asked))
 
     def answer(self, kind: str, identifier: str) -> ShownJob:
         """See Hardware."""

@@ -7,10 +7,12 @@ from typing import Protocol
 
 import structlog
 
-from drivers.errors import InterlockError, PlatformError
+from drivers.errors import InterlockError
 from platform_daemon.engine import AnyJob, Engine, ShuttingDown, WaitsNoMore
 from platform_daemon.schemas import JobState
 from platform_daemon.store import StorageError
+
+from .errors import foreseen
 
 log = structlog.get_logger()
 
@@ -46,12 +48,7 @@ def take_up_queue(engine: Engine, owner: TakesUp, forget: Callable[[], str | Non
         except (InterlockError, StorageError) as error:  # they wait until a person has reset it, or for the next start
             log.warning("queue_waits", job=job.identifier, error=str(error))
             return
-        except PlatformError as error:
-            log.error("job_not_taken_up", job=job.identifier, error=str(error))
-            if not engine.end_left(job, JobState.FAILED, error):
-                return
         except Exception as error:  # those after it must not wait for one that nobody has thought of
-            log.error("job_broke", job=job.identifier, exc_info=error)
-            what, remedy = f"unexpected {type(error).__name__}", f"report it; the log has it under {job.identifier}"
-            if not engine.end_left(job, JobState.FAILED, PlatformError(what, why=str(error), remedy=remedy)):
+            log.error("job_not_taken_up", job=job.identifier, error=str(error))
+            if not engine.end_left(job, JobState.FAILED, foreseen(error)):
                 return

@@ -14,6 +14,7 @@ import structlog
 
 from drivers.errors import DeviceStateError
 from platform_daemon.schemas import LinkCall, StopReport
+from platform_daemon.store import Mark, StorageError
 
 from .address import NAME, connected, folder_of
 from .errors import HardwareAway, error_from_wire
@@ -35,31 +36,9 @@ class StoppedMeanwhile(DeviceStateError):
     title = "Stopped meanwhile"
 
 
-class StopMark:
-    """In the data folder: somebody has asked to stop while nobody owned the hardware, and what waits must not begin.
-
-    A disk that refuses holds nobody up: it is asked again and again anyway.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._path = folder / _MARK
-
-    @property
-    def stands(self) -> bool:
-        """Nobody has made it good."""
-        with contextlib.suppress(OSError):
-            return self._path.exists()
-        return False
-
-    def leave(self) -> None:
-        """For the next hardware process, which has not heard of the stop."""
-        with contextlib.suppress(OSError):
-            self._path.touch()
-
-    def forget(self) -> None:
-        """What waited is cancelled."""
-        with contextlib.suppress(OSError):
-            self._path.unlink(missing_ok=True)
+def stop_mark(folder: Path) -> Mark:
+    """Of a data folder: somebody wanted everything stopped and found nobody, so what waits must not begin."""
+    return Mark(folder / _MARK)
 
 
 class Hangs(Exception):
@@ -76,7 +55,7 @@ class Stopper:
     """
 
     def __init__(self, folder: Path, silent_s: float = SILENT_S, away_s: float = AWAY_S) -> None:
-        self._mark, self._path = StopMark(folder), folder / NAME
+        self._mark, self._path = stop_mark(folder), folder / NAME
         self._silent_s, self._away_s = silent_s, away_s
         self._kept: int | None = None
         with contextlib.suppress(OSError):
@@ -99,7 +78,8 @@ class Stopper:
             else:
                 self._mark.forget()  # also that of an earlier stop, which this one has made good
                 return report
-            self._mark.leave()
+            with contextlib.suppress(StorageError):  # it is asked again and again anyway
+                self._mark.leave()
             if time.monotonic() > until:
                 raise _unconfirmed(why, self._away_s)
             time.sleep(_AGAIN_S)

@@ -7,7 +7,6 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from secrets import token_hex
@@ -16,7 +15,7 @@ import structlog
 
 from drivers.errors import DeviceStateError, InputError, PlatformError
 from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleRequest
-from platform_daemon.store import StorageError, sync
+from platform_daemon.store import Mark, StorageError
 
 from .calendar import Calendar
 from .launcher import Launcher
@@ -54,9 +53,9 @@ class Schedules:
         )
         self._thread: threading.Thread | None = None
         self._error, self._closed = "", False
-        self._mark = path.with_suffix(".rest")
+        self._mark = Mark(path.with_suffix(".rest"))
         # Why all shall be paused, until the ledger has it.
-        self._to_pause: str | None = _STOPPED_BEFORE if self._mark.exists() else None
+        self._to_pause: str | None = _STOPPED_BEFORE if self._mark.stands else None
 
     def start(self) -> None:
         """Step every second, in a thread, until closed."""
@@ -164,16 +163,14 @@ class Schedules:
         return None
 
     def _marked(self) -> StorageError | None:
-        """A file without content, which a full disk takes: should the process die now, the next one pauses them."""
+        """Should the process die now, the next one pauses them."""
         try:
-            self._mark.touch()
-            sync(self._mark.parent)
-            if self._to_pause is None:  # a step has paused them meanwhile
-                self._mark.unlink(missing_ok=True)
-        except OSError as error:
+            self._mark.leave()
+        except StorageError as error:
             log.error("schedules_not_marked", error=str(error))
-            why, remedy = str(error), "free or repair the disk; they rest as long as the daemon runs"
-            return StorageError("it cannot be written", where=str(self._mark), why=why, remedy=remedy)
+            return error
+        if self._to_pause is None:  # a step has paused them meanwhile
+            self._mark.forget()
         return None
 
     def _pause_rest(self) -> None:
@@ -181,8 +178,7 @@ class Schedules:
         if self._to_pause is not None:
             self._scheduler.rest(self._to_pause)
             self._to_pause = None
-            with suppress(OSError):
-                self._mark.unlink(missing_ok=True)
+            self._mark.forget()
 
     def remove(self, identifier: str) -> Schedule:
         """It starts nothing any more; its ledger stays.  As it was; raises InputError."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 import structlog
 
@@ -18,12 +19,12 @@ from platform_daemon.link import (
     HardwareLauncher,
     LinkServer,
     OwnedHardware,
-    StopMark,
     StoppedMeanwhile,
+    stop_mark,
 )
 from platform_daemon.schedules import Schedules
 from platform_daemon.settings import load_platform
-from platform_daemon.store import DataFolder, EventJournal, StorageError, open_data_folder
+from platform_daemon.store import DataFolder, EventJournal, Mark, StorageError, open_data_folder
 from platform_daemon.workers import WorkerLimits
 
 from .child import READY, Life
@@ -51,7 +52,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     def start() -> Engine:
         return start_engine(file, *kept, *hardware_workers(limits), data=options.data, tell=events.tell)
 
-    mark = StopMark(options.data)
+    mark = stop_mark(options.data)
     opening = Opening(start, folder, mark, forget=options.forget_queue)
     server = None
     launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
@@ -99,7 +100,7 @@ class Opening:
     when the daemon ended.
     """
 
-    def __init__(self, start: Callable[[], Engine], folder: DataFolder, mark: StopMark, *, forget: bool) -> None:
+    def __init__(self, start: Callable[[], Engine], folder: DataFolder, mark: Mark, *, forget: bool) -> None:
         self._start, self._mark, self._forget, self._stops = start, mark, forget, 0
         self._folders = Folders(
             folder.recordings, folder.procedures, folder.characterisations, folder.calibrations, folder.mounted
@@ -148,7 +149,8 @@ class Opening:
         process neither."""
         if self._hardware is None:
             self._stops += 1
-            self._mark.leave()
+            with suppress(StorageError):  # what it says is known here
+                self._mark.leave()
             if self.schedules is not None:
                 self.schedules.pause_all(STOPPED)
 

@@ -24,6 +24,7 @@ EventJournal: Takes events from any thread.
 EventReader: Reads the journal that others write.
 KeptEvent: An event as kept.
 read_event: An event, typed.
+Mark: A file without content, which says by being there.
 sync: Have a file or folder on the disk.
 write_file: `target` with `content`, whole or not at all, in the place of what was there.
 write_new_file: The same, but never in the place of another file.

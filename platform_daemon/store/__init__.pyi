@@ -38,6 +38,7 @@ from .indexed import IndexedShot as IndexedShot
 from .indexed import IndexUpdate as IndexUpdate
 from .indexed import Wanted as Wanted
 from .leftovers import kept_series as kept_series
+from .mark import Mark as Mark
 from .reader import open_recording as open_recording
 from .reader import read_calibration as read_calibration
 from .recorded_fits import read_fit as read_fit

@@ -8,8 +8,8 @@ from drivers.errors import InputError
 from platform_daemon.engine import DAEMON_ENDED, AnalysisJobs, Job, JobRecords, ShuttingDown, job_records
 from platform_daemon.engine.jobs import Cancelled
 from platform_daemon.schemas import JobState, NoResult, RecordingFitRequest
-from platform_daemon.store import StorageError
 from platform_daemon.workers import InThisProcess
+from tests.kit.no_room import no_room
 from tests.kit.walks import TIMEOUT_S, Walk, ended
 
 
@@ -107,12 +107,9 @@ def test_one_that_a_full_disk_does_not_take_is_queued_once_it_does(tmp_path, mon
     JobRecords(tmp_path).save(job)
     analyses = AnalysisJobs(InThisProcess(), JobRecords(tmp_path))
 
-    def full(path, content):
-        raise StorageError("the disk is full")
-
     try:
         with monkeypatch.context() as disk:
-            disk.setattr(job_records, "write_file", full)
+            disk.setattr(job_records, "write_file", no_room)
             analyses.take_up(fit_walk)
             assert analyses.job("fit", "fit-1").state is JobState.QUEUED
         analyses.take_up(fit_walk)

@@ -14,8 +14,8 @@ from platform_daemon.schemas.base import EXAMPLES, NoResult
 from platform_daemon.schemas.fits import FitReport
 from platform_daemon.schemas.jobs import JobState
 from platform_daemon.schemas.requests import AcquisitionRequest
-from platform_daemon.store import StorageError
 from tests.kit.acquisitions import acquire
+from tests.kit.no_room import no_room
 
 ASKED = AcquisitionRequest(resonator="jewel")
 
@@ -224,10 +224,7 @@ def test_a_disk_that_refuses_keeps_nobody_from_starting(tmp_path, monkeypatch):
     job.begin()
     JobRecords(tmp_path).save(job)
 
-    def full(path, content):
-        raise StorageError("the disk is full")
-
-    monkeypatch.setattr(job_records, "write_file", full)
+    monkeypatch.setattr(job_records, "write_file", no_room)
     assert [j.state for j in JobRecords(tmp_path).load()] == [JobState.FAILED]
 
 
@@ -264,11 +261,8 @@ def test_a_series_that_goes_on_is_not_overwritten_by_its_end_that_the_disk_did_n
     registry.add(job, queued=True)
     job.begin()
 
-    def full(path, content):
-        raise StorageError("the disk is full")
-
     with monkeypatch.context() as disk:
-        disk.setattr(job_records, "write_file", full)
+        disk.setattr(job_records, "write_file", no_room)
         job.end(JobState.FAILED)
     again = Job("acquisition", ASKED, AcquisitionResult(), 3, "shots", identifier=job.identifier)
     registry.add(again, queued=True)

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from contextlib import suppress
 
 import pytest
 
@@ -12,9 +13,10 @@ from platform_daemon.engine.jobs import Job
 from platform_daemon.link import HardwareLauncher
 from platform_daemon.link.queue import take_up_queue
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobState
-from platform_daemon.store import StorageError
 from platform_daemon.store.data_folder import open_data_folder
 from tests.kit.acquisitions import SHORT_JEWEL
+from tests.kit.no_room import no_room
+from tests.kit.small_disk import small_disk
 
 
 class Fault:
@@ -149,11 +151,8 @@ def test_why_they_are_forgotten_is_asked_before_each_of_them(left):
 def test_what_a_full_disk_does_not_take_as_cancelled_does_not_begin_after_a_restart(left, monkeypatch):
     made, jobs, records = left
 
-    def full(path, content):
-        raise StorageError("the disk is full")
-
     with monkeypatch.context() as disk:
-        disk.setattr(job_records, "write_file", full)
+        disk.setattr(job_records, "write_file", no_room)
         assert "of 2 it is not on the disk" in made.remote.outputs_off().status
         assert records.load() == []  # another process would not know them
         assert made.remote.job("acquisition", jobs[0].identifier).state is JobState.CANCELLED
@@ -165,11 +164,8 @@ def test_what_a_full_disk_does_not_take_as_cancelled_does_not_begin_after_a_rest
 def test_a_disk_that_refuses_at_the_start_makes_none_fail(left, monkeypatch):
     made, jobs, records = left
 
-    def full(path, content):
-        raise StorageError("the disk is full")
-
     with monkeypatch.context() as disk:
-        disk.setattr(job_records, "write_file", full)
+        disk.setattr(job_records, "write_file", no_room)
         take_up_queue(made.engine, made.owned)
     assert states(jobs, records) == [JobState.QUEUED] * 2
     assert [job.identifier for job in made.engine.left_waiting()] == [job.identifier for job in jobs]
@@ -278,10 +274,7 @@ def test_two_that_take_the_queue_up_at_once_queue_each_job_once(left, monkeypatc
 def test_a_scheduled_job_that_a_full_disk_does_not_take_as_cancelled_is_not_made_again(left, monkeypatch):
     made, jobs, records = left
 
-    def full(path, content):
-        raise StorageError("the disk is full")
-
-    monkeypatch.setattr(job_records, "write_file", full)
+    monkeypatch.setattr(job_records, "write_file", no_room)
     made.remote.cancel("acquisition", jobs[0].identifier)
     launcher = HardwareLauncher(lambda: made.owned, records, made.data.recordings)
     assert launcher.outcome(jobs[0].identifier).state == "cancelled"
@@ -345,3 +338,24 @@ def test_an_end_finishes_what_a_stop_has_wished_and_waits_for_no_disk(left, monk
         closing.join(20)
         assert not closing.is_alive()
     assert states(jobs, records) == [JobState.CANCELLED, JobState.QUEUED]
+
+
+def test_on_a_real_disk_without_room_what_a_stop_cancels_stays_so(tmp_path, linked_in):
+    with small_disk(tmp_path / "disk", 4) as folder:
+        records = JobRecords(open_data_folder(folder).jobs)
+        request = AcquisitionRequest.model_validate(SHORT_JEWEL)
+        jobs = [Job("acquisition", request, AcquisitionResult(), 3, "shots") for _ in range(2)]
+        for job in jobs:
+            records.save(job)
+        made = linked_in(folder)
+        with suppress(OSError), (folder / "filler").open("wb", buffering=0) as filler:
+            while True:
+                filler.write(bytes(4096))
+        made.remote.outputs_off()  # what is emptied makes room for what comes after it
+        told = [made.remote.job("acquisition", job.identifier).state for job in jobs]
+        left = records.load(waiting=frozenset({"acquisition"}))
+        made.remote.close()
+        made.server.close()
+        made.engine.close(keep_queue=True)
+        assert told == [JobState.CANCELLED] * 2
+        assert all(job.state is JobState.CANCELLED for job in left)

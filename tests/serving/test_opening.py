@@ -10,7 +10,7 @@ from drivers.errors import DeviceLost
 from platform_daemon.app import start_engine
 from platform_daemon.engine import JobRecords
 from platform_daemon.engine.jobs import Job
-from platform_daemon.link import LinkServer, StopMark, StoppedMeanwhile, Stopper
+from platform_daemon.link import LinkServer, StoppedMeanwhile, Stopper, stop_mark
 from platform_daemon.schedules import Schedules
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobState
 from platform_daemon.serving.hardware_process import Opening
@@ -24,7 +24,7 @@ class Start:
 
     def __init__(self, folder, *, forget=False):
         self.data = open_data_folder(folder)
-        self.records, self.mark, self.lost, self.after = JobRecords(self.data.jobs), StopMark(folder), False, []
+        self.records, self.mark, self.lost, self.after = JobRecords(self.data.jobs), stop_mark(folder), False, []
         self.jobs = [
             Job("acquisition", AcquisitionRequest.model_validate(SHORT_JEWEL), AcquisitionResult(), 3, "shots")
             for _ in range(2)

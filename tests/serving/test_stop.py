@@ -13,7 +13,7 @@ import httpx2
 import pytest
 
 from drivers.errors import DeviceError
-from platform_daemon.link import HardwareAway, LinkServer, StopMark, Stopper
+from platform_daemon.link import HardwareAway, LinkServer, Stopper, stop_mark
 from platform_daemon.schemas import StopReport
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import run, wait_for
@@ -75,7 +75,7 @@ def test_one_that_hangs_is_ended_and_what_waits_does_not_begin_when_the_next_one
     assert daemon.pid("hardware") not in (None, halted)
     assert [daemon.get(each).json()["state"] for each in jobs] == ["failed", "cancelled", "cancelled"]
     assert not stopped(daemon)[1]["hung"]
-    assert not StopMark(daemon.folder).stands
+    assert not stop_mark(daemon.folder).stands
 
 
 def test_the_main_port_does_the_same(daemon):
@@ -111,7 +111,7 @@ def test_a_process_that_never_answers_is_killed_and_the_answer_says_that_nobody_
         with pytest.raises(HardwareAway, match="no hardware process has confirmed"):
             Stopper(tmp_path, silent_s=0.5, away_s=0.2).outputs_off()
         assert silent.wait(10) == -signal.SIGKILL
-    assert StopMark(tmp_path).stands
+    assert stop_mark(tmp_path).stands
 
 
 class Owner:
@@ -149,13 +149,13 @@ def test_what_the_owner_raises_is_raised_here(linked, tmp_path):
     with pytest.raises(DeviceError, match="it is dark"):
         linked(Owner(error=DeviceError("it is dark")), stopped=lambda: told.append(1)).outputs_off()
     assert told == [1]
-    assert not StopMark(tmp_path).stands
+    assert not stop_mark(tmp_path).stands
 
 
 def test_the_mark_of_an_earlier_stop_is_made_good_by_one_that_is_confirmed(linked, tmp_path):
-    StopMark(tmp_path).leave()
+    stop_mark(tmp_path).leave()
     linked(Owner()).outputs_off()
-    assert not StopMark(tmp_path).stands
+    assert not stop_mark(tmp_path).stands
 
 
 def test_a_folder_that_is_moved_away_is_stopped_all_the_same(tmp_path):
