@@ -9,6 +9,7 @@ import pytest
 from tests.campaigns.ramp import CASES, Rotor, ramp, told
 
 
+@pytest.mark.long
 def test_a_ramp_of_the_study_ends_near_the_threshold_of_the_world() -> None:
     case = replace(CASES[0], span_ut=(200, 320))
     rotor = Rotor(case)

@@ -179,7 +179,7 @@ def test_forces_scale_with_the_second_power_of_the_size(bearing: Bearing, defect
 
 
 @pytest.mark.parametrize(("bearing", "defect"), KINDS)
-@pytest.mark.parametrize("span", [None, 3.0])
+@pytest.mark.parametrize("span", [None, pytest.param(3.0, marks=pytest.mark.long)])
 def test_brute_force_by_angles_and_differences_of_energy_finds_the_same(
     bearing: Bearing, defect: Defect, span: float | None
 ) -> None:

@@ -54,7 +54,10 @@ def long(*case):
         long("jewel", {"id": "crosstalk", "strength": 1e-3, "from": "x", "to": "y"}),
         pytest.param(*("jewel", {"id": "receiver_compression", "strength": 3e-3, "axis": "x"}), marks=pytest.mark.long),
         long("jewel", {"id": "receive_lowpass", "strength": 1.5e-5}),
-        ("jewel", {"id": "side_mode", "strength": 0.02, "frequency_hz": 171.3, "tau_s": 0.2, "axis": "z"}),
+        pytest.param(
+            *("jewel", {"id": "side_mode", "strength": 0.02, "frequency_hz": 171.3, "tau_s": 0.2, "axis": "z"}),
+            marks=pytest.mark.long,
+        ),
         long("jewel", {"id": "switch_transient", "strength": 0.05, "tau_s": 0.01, "axis": "x"}),
         long("thread", {"id": "spectral_line", "strength": 2e-3, "frequency_hz": 737.3}),
         long(

@@ -22,7 +22,7 @@ def ramped(curve, seed=0, start=150e-6, most=500e-6, scatter=0.02, noise=0.005):
 
 
 @pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("at", [223e-6, 317e-6])
+@pytest.mark.parametrize("at", [223e-6, pytest.param(317e-6, marks=pytest.mark.long)])
 def test_a_ramp_finds_the_threshold_and_goes_no_step_beyond(shape, at):
     for seed in range(3):
         state = ramped(lambda b: SHAPES[shape](b, at), seed)
@@ -56,6 +56,7 @@ def test_a_ramp_that_begins_above_the_threshold_says_so_and_knows_none():
 DRAWS = 600
 
 
+@pytest.mark.long
 def test_just_below_the_level_side_modes_are_called_visible_as_rarely_as_stated():
     rng, stops = np.random.default_rng(5), 0
     for _ in range(DRAWS):

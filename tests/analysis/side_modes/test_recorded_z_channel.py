@@ -28,7 +28,7 @@ def recorded(bench, field_t):
     ("name", "fields_ut", "scale"),
     [
         pytest.param("thread_imperfect", (250, 280), 1, marks=pytest.mark.long),
-        ("thread_imperfect", (280,), 3),
+        pytest.param("thread_imperfect", (280,), 3, marks=pytest.mark.long),
         ("jewel_imperfect", (600, 640), 1),
     ],
 )

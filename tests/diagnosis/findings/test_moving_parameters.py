@@ -69,6 +69,7 @@ def test_nothing_moves_in_clean_records(tmp_path):
     assert moved(dipole_shots(2, 1.0, tf_over_i_rad_per_s2=600.0), model_named("jewel")) == ()
 
 
+@pytest.mark.long
 def test_chances_hold_their_level_over_clean_records(tmp_path):
     """Two hundred and more were tried once with 0 to 2 % below 1 %; here a few."""
     found = []

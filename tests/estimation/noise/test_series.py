@@ -124,6 +124,7 @@ def test_unusable_shots_teach_nothing():
     assert series([broken, CLEAN[:, :100]]).model is None
 
 
+@pytest.mark.long
 def test_fits_with_the_noise_of_the_series_scatter_as_predicted_and_name_it():
     make, _ = pink(500.0)
     rng = np.random.default_rng(0)

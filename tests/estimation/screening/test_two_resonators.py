@@ -31,7 +31,7 @@ def frequencies(reason):
 
 @pytest.mark.parametrize("size", [0.06, pytest.param(0.3, marks=pytest.mark.campaign), 1.0])
 @pytest.mark.parametrize("shift_hz", [-40.0, 5.0, 10.0, 65.0])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_a_second_thread_of_any_axis_is_refused_with_both_frequencies(size, shift_hz, seed):
     any_pose = random_truth(np.random.default_rng(seed), "thread")
     # Where the axes agree there is no second direction, so let them differ.
@@ -52,7 +52,7 @@ def test_the_same_axis_and_phase_do_not_hide_a_second_thread(size):
     assert result.reason.startswith("two_resonators"), result.reason
 
 
-@pytest.mark.parametrize("size", [0.15, 0.5, 1.0])
+@pytest.mark.parametrize("size", [0.15, *(pytest.param(s, marks=pytest.mark.long) for s in (0.5, 1.0))])
 @pytest.mark.parametrize("shift_hz", [-3.0, 30.0])
 def test_a_second_jewel_is_refused(size, shift_hz):
     other = companion(JEWEL, size, shift_hz, phi_max_rad=0.5, psi_start_rad=1.0, rodrigues=(0.3, 0.2, 0.1))
@@ -97,7 +97,7 @@ def test_a_broken_record_is_not_called_two_resonators_and_never_passes_in_silenc
         assert not result.reason.startswith("two_resonators")
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(s, marks=pytest.mark.long) for s in range(2, 8))])
 @pytest.mark.parametrize("variant", ["thread", "jewel"])
 def test_a_single_resonator_is_white_and_raises_no_doubt(seed, variant):
     truth = random_truth(np.random.default_rng(seed), variant)

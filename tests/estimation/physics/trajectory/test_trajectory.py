@@ -189,9 +189,9 @@ def stribeck(phi, v, sigma, s):
     [
         pytest.param(CONSTANT, (0.3, 1190.0), constant_friction, [traced, tabulated], marks=pytest.mark.campaign),
         pytest.param(SMALL, (0.3, 1190.0), small_angle, [traced, tabulated], marks=pytest.mark.campaign),
-        (LOPSIDED, (0.3, 2e-3, 9000.0, 0.02), lopsided, [traced, tabulated]),
+        pytest.param(LOPSIDED, (0.3, 2e-3, 9000.0, 0.02), lopsided, [traced, tabulated], marks=pytest.mark.long),
         (STRIBECK, (0.3, 1190.0, 400.0, 60.0), stribeck, [traced]),
-        (DRIFTING, (0.3, 900.0, 0.01), drifting, [traced, tabulated]),
+        pytest.param(DRIFTING, (0.3, 900.0, 0.01), drifting, [traced, tabulated], marks=pytest.mark.long),
     ],
 )
 @pytest.mark.parametrize("amplitude", [0.9, pytest.param(-0.3, marks=pytest.mark.campaign)])

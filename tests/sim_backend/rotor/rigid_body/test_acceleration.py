@@ -35,7 +35,11 @@ def start(other):
 
 @pytest.mark.parametrize(
     ("name", "rough", "seconds"),
-    [("thread", 0, 0.01), ("jewel", 1, 0.004), pytest.param("jewel", 0, 0.02, marks=pytest.mark.campaign)],
+    [
+        pytest.param("thread", 0, 0.01, marks=pytest.mark.long),
+        ("jewel", 1, 0.004),
+        pytest.param("jewel", 0, 0.02, marks=pytest.mark.campaign),
+    ],
 )
 def test_the_equations_are_those_of_lagrange_from_energies_alone(name, rough, seconds):
     rotor, p = rigid(name, gravity=[1.0, 4.0, -9.0], defects=DEFECTS[name])
