@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -97,11 +97,14 @@ def _place(loc: Sequence[Any], model: Any, *, keep_last: bool) -> tuple[tuple[st
     """The keys of a location, without what pydantic calls the members of a union, and the keys that may stand last."""
     kinds, place, known = _inside(model), [], []
     for number, part in enumerate(loc):
-        fields = {f.alias or n: f for k in kinds if _is_model(k) for n, f in k.model_fields.items()}
+        of_kind = [k for k in kinds if _is_model(k) and _is_tag(k, part)]
+        fields = _fields(kinds)
         if isinstance(part, int):
             place.append(str(part))
+        elif of_kind:
+            kinds = of_kind
         elif part in fields:
-            known, kinds = list(fields), _inside(fields[part].annotation)
+            known, kinds = list(fields), [each for annotation in fields[part] for each in _inside(annotation)]
             place.append(part)
         elif model is None or any(k is dict for k in kinds) or (keep_last and number == len(loc) - 1):
             known = list(fields)
@@ -116,6 +119,21 @@ def _inside(annotation: Any) -> list[Any]:
     return [origin or annotation, *inner]
 
 
+def _fields(kinds: list[Any]) -> dict[str, list[Any]]:
+    """By name of a key: what it may be, in any of the models."""
+    found: dict[str, list[Any]] = {}
+    for kind in filter(_is_model, kinds):
+        for name, field in kind.model_fields.items():
+            found.setdefault(field.alias or name, []).append(field.annotation)
+    return found
+
+
+def _is_tag(model: type[BaseModel], part: Any) -> bool:
+    """Is it what tells this model from the others of its union?"""
+    field = model.model_fields.get("kind")
+    return field is not None and get_origin(field.annotation) is Literal and part in get_args(field.annotation)
+
+
 def _is_model(kind: Any) -> bool:
     return isinstance(kind, type) and issubclass(kind, BaseModel)
 
@@ -127,6 +145,13 @@ def _words(place: tuple[str, ...], entries: list[Any], known: list[str]) -> str:
         return "is missing"
     if first["type"] == "extra_forbidden":
         return f"is unknown (value {_shown(first['input'])})" + _nearest(place[-1], known)
+    if first["type"] == "union_tag_not_found":
+        return f"has no key {first['ctx']['discriminator']}, which says what it is"
+    if first["type"] == "union_tag_invalid":
+        tags = re.findall(r"'([^']*)'", first["ctx"]["expected_tags"])
+        return f"has an unknown {first['ctx']['discriminator']}, {_shown(first['ctx']['tag'])}" + _nearest(
+            str(first["ctx"]["tag"]), tags
+        )
     for entry in entries:
         if entry["type"] == "value_error":
             return f"is wrong: {entry['ctx']['error']}"

@@ -83,7 +83,10 @@ class AlarmBoard:
         self._tell(AlarmEvent(alarm=name, state="cleared", what=before.what))
 
     def acknowledge(self, name: str, by: str) -> Alarm:
-        """Somebody knows; it stands until it is over.  Raises UnknownAlarm, InputError, DeviceStateError if it is."""
+        """Somebody knows; it stands until it is over.
+
+        Raises UnknownAlarm, InputError, DeviceStateError if it is, StorageError: nobody would know after a restart.
+        """
         if not by.strip():
             raise InputError("nobody is named", where="by", remedy="say who knows of it")
         with self._lock:
@@ -95,7 +98,11 @@ class AlarmBoard:
                 raise DeviceStateError("this alarm is over", where=name, why=f"since {before.cleared}", remedy=remedy)
             found = before.model_copy(update={"acknowledged_by": by.strip(), "acknowledged": _now()})
             self._alarms[name] = found
-            self._keep()
+            try:
+                self._write()
+            except StorageError:
+                self._alarms[name] = before
+                raise
         self._tell(AlarmEvent(alarm=name, state="acknowledged", what=found.what, by=by.strip()))
         return found
 
@@ -105,11 +112,14 @@ class AlarmBoard:
             del self._alarms[each.name]
 
     def _keep(self) -> None:
-        self._kept_s = time.monotonic()
         try:
-            write_file(self._path, to_json(Alarms(tuple(self._alarms.values())), indent=1).encode())
+            self._write()
         except StorageError as error:  # it stands all the same, until this process ends
             log.error("alarms_not_kept", error=str(error))
+
+    def _write(self) -> None:
+        self._kept_s = time.monotonic()
+        write_file(self._path, to_json(Alarms(tuple(self._alarms.values())), indent=1).encode())
 
 
 def _read(path: Path) -> tuple[Alarm, ...]:

@@ -86,8 +86,9 @@ class Rules:
     def _schedule(self, row: ScheduleEvent) -> None:
         name = f"schedule:{row.schedule}"
         if row.state in ("missed", "failed"):
-            self._board.notice(name, f"the start due at {row.due} was {row.state}: {row.reason}")
-        elif row.state in ("run", "late"):
+            became = "failed" if row.state == "failed" else "was missed"
+            self._board.notice(name, f"the start due at {row.due} {became}: {row.reason}")
+        elif row.state in ("run", "late") and row.active:  # one by hand ends nothing of a schedule that is off
             self._board.clear(name)
         waits = f"mount:{row.schedule}"
         if row.state == "due" and row.reason is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from concurrent.futures import Executor
 
@@ -13,10 +14,15 @@ from platform_daemon.workers import Computer
 from .computed import computed_surely
 
 log = structlog.get_logger()
+AGAIN_S = 5.0
 
 
 class WarmFits:
-    """Loads them there where on-line fits are made: thread hands them to `computer`.  done: set once they are there."""
+    """Loads them there where on-line fits are made: thread hands them to `computer`.  done: set once they are there.
+
+    What fails is tried again: on a slow computer compiling takes longer than one work may, and what has been compiled
+    until then is kept.
+    """
 
     def __init__(self, thread: Executor, computer: Computer) -> None:
         self._thread, self._computer = thread, computer
@@ -26,11 +32,18 @@ class WarmFits:
         """Before the first fit."""
         self._thread.submit(self._load)
 
+    def _again(self) -> None:
+        with contextlib.suppress(RuntimeError):  # it is ending
+            self.begin()
+
     def _load(self) -> None:
         try:
             seconds = computed_surely(self._computer, "planning", analysis.Warmth())
-        except Exception as error:  # the first fit will meet the same error and report it
-            log.error("warm_up_failed", error=str(error))
+        except Exception as error:
+            log.error("warm_up_failed", error=str(error), again_in_s=AGAIN_S)
+            again = threading.Timer(AGAIN_S, self._again)
+            again.daemon = True
+            again.start()
             return
         log.info("estimator_warm", seconds=round(seconds, 2))
         self.done.set()

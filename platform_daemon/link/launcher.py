@@ -26,14 +26,14 @@ class HardwareLauncher(Launcher):
         self._analyses = ScheduledAnalyses(records, recordings)
 
     def planned_s(self, work: AnyWorkRequest) -> float | None:
-        """See Launcher; of a calibration, a self-test and of what is stored nobody knows."""
+        """See Launcher; of a self-test and of what is stored nobody knows."""
         match work.kind:
             case "acquisition":
                 return self._hardware().dry_run(work.request).duration_s
             case "procedure":
                 return self._hardware().dry_run_procedure(work.request).duration_s
             case "calibration":
-                self._hardware().check_calibration(work.request)
+                return self._hardware().calibration_takes_s(work.request)
             case "fit":
                 self._hardware().check_model(work.variant, work.terms)
             case "diagnosis":

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
-from platform_daemon.schedules import Schedules
+from platform_daemon.schedules import ScheduleKeeper, Schedules
 from platform_daemon.schemas import LedgerPage, LedgerRow, Schedule, ScheduleRequest
 from platform_daemon.store import StorageError
 
 
 class OwnedSchedules:
-    """schedules: tells those there are, None: their ledger is damaged; damage: says how."""
+    """schedules: None: there are none."""
 
-    def __init__(self, schedules: Callable[[], Schedules | None], damage: Callable[[], StorageError | None]) -> None:
-        self._schedules, self._damage = schedules, damage
+    def __init__(self, schedules: ScheduleKeeper | None) -> None:
+        self._schedules = schedules
 
     def add_schedule(self, request: ScheduleRequest) -> Schedule:
         """See Hardware."""
@@ -53,11 +51,7 @@ class OwnedSchedules:
 
     @property
     def _known_schedules(self) -> Schedules:
-        """Raises StorageError where the ledger is damaged."""
-        found = self._schedules()
-        if found is None:
-            damage = self._damage()
-            what, why = "there are no schedules: their ledger cannot be used", damage and damage.why
-            remedy = "put back a copy of it, or move it away to begin a new one; then start the daemon again"
-            raise StorageError(what, where=(damage and damage.where) or "schedules.db", why=why or "", remedy=remedy)
-        return found
+        """Raises StorageError while their ledger cannot be used."""
+        if self._schedules is None:
+            raise StorageError("there are no schedules here", remedy="ask a daemon (`platform-daemon serve`)")
+        return self._schedules.get()

@@ -17,7 +17,7 @@ from platform_daemon.engine import (
     queue_self_test,
     resume_series,
 )
-from platform_daemon.schedules import Schedules
+from platform_daemon.schedules import ScheduleKeeper
 from platform_daemon.schemas import (
     AcquisitionRequest,
     AcquisitionSummary,
@@ -40,7 +40,7 @@ from platform_daemon.schemas import (
     ShotPage,
     StopReport,
 )
-from platform_daemon.store import Mark, StorageError, check_room
+from platform_daemon.store import Mark, check_room
 
 from .jobs import LocalJobs, ShownJob, rest, waiting
 from .mounted import Mounted
@@ -51,19 +51,17 @@ from .stopping import STOPPED
 
 
 class OwnedHardware(LocalJobs, OwnedSchedules):
-    """See Hardware.  schedules: tells those there are, None: their ledger is damaged; damage: says how;
-    mark: of a stop that found nobody."""
+    """See Hardware.  schedules: None: there are none; mark: of a stop that found nobody."""
 
     def __init__(
         self,
         engine: Engine,
         folders: Folders,
-        schedules: Callable[[], Schedules | None] = lambda: None,
-        damage: Callable[[], StorageError | None] = lambda: None,
+        schedules: ScheduleKeeper | None = None,
         mark: Mark | None = None,
     ) -> None:
         LocalJobs.__init__(self, engine)
-        OwnedSchedules.__init__(self, schedules, damage)
+        OwnedSchedules.__init__(self, schedules)
         self._engine, self._folders = engine, folders
         self._mark, self._taking_up = mark, threading.Lock()
         self._plans = Plans(engine, folders)
@@ -96,7 +94,7 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
 
     def outputs_off(self) -> StopReport:
         """See Hardware.  Schedules start nothing more until somebody resumes them."""
-        schedules = self._schedules()
+        schedules = self._schedules
         if schedules is not None:
             schedules.rest(STOPPED)  # first: what they start from now on is not asked for before the stop
         unproved = None
@@ -191,9 +189,9 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         check_room(folder, 0)  # a file of some kB: what it costs is the shots before it
         return ShownJob.of(self._engine.calibrate(request, folder, asked))
 
-    def check_calibration(self, request: CalibrationRequest) -> None:
-        """Can it be made?  Nothing moves.  Raises InputError."""
-        plan_calibration(self._engine, request, self._folders.calibrations)
+    def calibration_takes_s(self, request: CalibrationRequest) -> float:
+        """How long its shots take at least, s.  Nothing moves.  Raises InputError: it cannot be made."""
+        return sum(plan_calibration(self._engine, request, self._folders.calibrations).shots_s)
 
     def check_model(self, label: str | None, terms: Sequence[str] = ()) -> None:
         """Is there such a model, None: whatever a recording says, and are there such terms?  Raises InputError."""

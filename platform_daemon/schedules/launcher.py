@@ -22,7 +22,7 @@ class Launcher(Protocol):
     """The owner of the queue."""
 
     def planned_s(self, work: AnyWorkRequest) -> float | None:
-        """How long it takes by its plan, s; None: nobody knows.  Raises InputError: it could not be done."""
+        """How long it takes by its plan, s, at least; None: nobody knows.  Raises InputError: it could not be done."""
 
     def busy(self) -> bool:
         """Does something run on the platform, or wait for it?  What is paused before it has begun does neither."""

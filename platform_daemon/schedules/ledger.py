@@ -7,9 +7,10 @@ whole ledger is refused by name, and never replaced by an empty one.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,10 @@ CREATE TABLE rows (number INTEGER PRIMARY KEY AUTOINCREMENT, schedule TEXT NOT N
 CREATE INDEX open_rows ON rows (schedule, due) WHERE state IN ('due', 'started');
 """
 _ROW = "number, schedule, due, begins, deadline, state, reason, started, ended, late_s, job, recording, asked"
+
+
+class DamagedLedger(StorageError):
+    """It is there and is no whole ledger."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +72,11 @@ class Row:
 
 
 class Ledger:
-    """The file.  Not for several threads at once.  Raises StorageError: it is damaged, or the disk refuses."""
+    """The file.  Not for several threads at once.
+
+    Raises DamagedLedger; StorageError: the disk refuses, or the file was taken away while it is open, so that nothing
+    would be kept.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -76,15 +85,24 @@ class Ledger:
         beside = [path.with_name(path.name + end) for end in ("-wal", "-journal")]
         if new and any(each.exists() for each in beside):
             raise self._damaged("the file is gone, its log is there")
-        if not new:
-            self._check_length()
         try:
-            self._sql = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
-            self._open(new=new)
+            if new:
+                _begin(path)
+            self._file = _file(path)
+            self._check_length()
+            self._sql = _connected(path)
+        except (OSError, sqlite3.Error) as error:
+            raise self._refused(error) from error
+        try:
+            self._open()
         except sqlite3.DatabaseError as error:
+            self._sql.close()
             if isinstance(error, sqlite3.OperationalError):
                 raise self._refused(error) from error
             raise self._damaged(str(error)) from error
+        except StorageError:
+            self._sql.close()
+            raise
 
     def close(self) -> None:
         """Idempotent."""
@@ -218,13 +236,9 @@ class Ledger:
         update = "UPDATE rows SET state = 'skipped', reason = ? WHERE schedule = ? AND state = 'due'"
         self._sql.execute(update, (reason, schedule))
 
-    def _open(self, *, new: bool) -> None:
+    def _open(self) -> None:
         self._sql.execute("PRAGMA journal_mode = WAL")
         self._sql.execute("PRAGMA synchronous = FULL")
-        if new:
-            tables = f"BEGIN IMMEDIATE; {_TABLES} PRAGMA application_id = {_APPLICATION};"
-            self._sql.executescript(f"{tables} PRAGMA user_version = {_VERSION}; COMMIT;")
-            sync(self._path.parent)
         found = self._sql.execute("PRAGMA quick_check(1)").fetchone()[0]
         if found != "ok":
             raise self._damaged(str(found))
@@ -249,6 +263,7 @@ class Ledger:
             raise self._damaged(f"it has been cut off after {size} bytes")
 
     def _read(self, query: str, values: tuple[object, ...] = ()) -> list[tuple[Any, ...]]:
+        self._check_there()
         try:
             return self._sql.execute(query, values).fetchall()
         except sqlite3.Error as error:
@@ -257,6 +272,7 @@ class Ledger:
     @contextmanager
     def _change(self) -> Iterator[None]:
         """One transaction.  Raises StorageError: nothing of it was done."""
+        self._check_there()
         try:
             self._sql.execute("BEGIN IMMEDIATE")
             yield
@@ -266,12 +282,51 @@ class Ledger:
                 self._sql.execute("ROLLBACK")
             raise self._refused(error) from error
 
+    def _check_there(self) -> None:
+        """Raises StorageError where another file, or none, has its name: what is written here nobody would find."""
+        with suppress(OSError):
+            if _file(self._path) == self._file:
+                return
+        raise StorageError(
+            "the ledger of the schedules was taken away",
+            where=str(self._path),
+            why="its file has been moved, removed or replaced while it was in use",
+            remedy="start the daemon again, with the file in its place, or without it to begin a new one",
+        )
+
     def _refused(self, error: Exception) -> StorageError:
         remedy = "free or repair the disk; nothing was started, it is tried again"
         return StorageError(
             "the ledger cannot be read or written", where=str(self._path), why=str(error), remedy=remedy
         )
 
-    def _damaged(self, why: str) -> StorageError:
-        remedy = "put back a copy of it, or move it away to begin a new ledger: what it says of earlier starts is lost"
-        return StorageError("the ledger of the schedules is damaged", where=str(self._path), why=why, remedy=remedy)
+    def _damaged(self, why: str) -> DamagedLedger:
+        remedy = (
+            "put back a copy of it, or move it away to begin a new one, without what it says of earlier starts; "
+            "then start the daemon again"
+        )
+        return DamagedLedger("the ledger of the schedules is damaged", where=str(self._path), why=why, remedy=remedy)
+
+
+def _connected(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+
+
+def _begin(path: Path) -> None:
+    """A new ledger, whole or not at all.  Raises OSError, sqlite3.Error."""
+    part = path.with_name(f".{path.name}.part")
+    for left in (part, part.with_name(f"{part.name}-journal")):  # of one that died here
+        left.unlink(missing_ok=True)
+    with closing(_connected(part)) as sql:
+        tables = f"BEGIN IMMEDIATE; {_TABLES} PRAGMA application_id = {_APPLICATION};"
+        sql.executescript(f"{tables} PRAGMA user_version = {_VERSION}; COMMIT;")
+    sync(part)
+    os.replace(part, path)
+    sync(path.parent)
+    log.info("ledger_begun", file=str(path))
+
+
+def _file(path: Path) -> tuple[int, int]:
+    """Which file has that name.  Raises OSError."""
+    found = path.stat()
+    return found.st_dev, found.st_ino

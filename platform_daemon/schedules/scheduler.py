@@ -72,14 +72,14 @@ class Scheduler:
     def rest(self, reason: str) -> None:
         """Start nothing more, of what was asked for by hand neither.  Raises StorageError."""
         for row in self._ledger.rest(reason):
-            self._tell(_event(row, "skipped", reason))
+            self._tell(_event(row, "skipped", reason, active=False))
 
     def remove(self, schedule: str) -> None:
         """It starts nothing any more; its ledger stays.  Raises StorageError."""
         waiting = [row for row in self._ledger.open_rows() if row.schedule == schedule and row.state == "due"]
         self._ledger.remove(schedule)
         for row in waiting:
-            self._tell(_event(row, "skipped", "removed"))
+            self._tell(_event(row, "skipped", "removed", active=False))
 
     def next_due(self, kept: Kept) -> float | None:
         """The first instant that is not in the ledger yet; None: there is none."""
@@ -143,7 +143,7 @@ class Scheduler:
         if ends:
             self._ledger.close_rows([(row.number, state, reason) for row, state, reason in ends])
             for row, state, reason in ends:
-                self._tell(_event(row, state, reason))
+                self._tell(_event(row, state, reason, active=schedules[row.schedule].off is None))
 
     def _start_one(self, schedules: dict[str, Kept], now: float, *, beside: bool) -> bool:
         """Of those that need the platform, or (beside) of the others; may another one be started at once?"""
@@ -178,7 +178,7 @@ class Scheduler:
         missing = self._launcher.missing(self._work(row, kept), surely=in_turn)
         if missing != row.reason and not (missing is None and row.asked):
             self._ledger.note(row, missing)
-            self._tell(_event(row, "due", missing))
+            self._tell(_event(row, "due", missing, active=kept.off is None))
         return missing is not None
 
     def _launched(self, row: Row, kept: Kept, now: float) -> bool:
@@ -195,7 +195,7 @@ class Scheduler:
             off = str(error) if isinstance(error, InputError) else None  # it would fail for ever
             self._failed(row, kept, now, str(error), off)
             return False
-        self._tell(_event(row, "started", row.reason))
+        self._tell(_event(row, "started", row.reason, active=kept.off is None))
         return True
 
     def _follow(self, row: Row, kept: Kept, now: float) -> None:
@@ -212,7 +212,7 @@ class Scheduler:
             reason = "something else held the platform, or the daemon was away" if late else row.reason
             state = "late" if late else "run"
             self._ledger.end(row, state, now, reason, found.recording, None)
-            self._tell(_event(row, state, reason))
+            self._tell(_event(row, state, reason, active=kept.off is None))
         elif found.state == "cancelled":
             self._failed(row, kept, now, "it was stopped", "it was stopped", found.recording)
         elif found.state == "failed":
@@ -225,7 +225,7 @@ class Scheduler:
             off = f"{kept.failures + 1} failures in a row, the last: {why}"
         self._ledger.end(row, "failed", now, why, recording, off)
         silent = "" if off is None else ". The schedule is switched off until somebody resumes it"
-        self._tell(_event(row, "failed", f"{why}{silent}"))
+        self._tell(_event(row, "failed", f"{why.rstrip('.')}{silent}", active=(off or kept.off) is None))
         if off is not None:
             log.error("schedule_switched_off", schedule=row.schedule, reason=off)
 
@@ -251,6 +251,6 @@ def _why(row: Row) -> str:
     return waited or "the daemon was away, its clock leapt, the platform was busy, or the disk refused"
 
 
-def _event(row: Row, state: str, reason: str | None) -> ScheduleEvent:
+def _event(row: Row, state: str, reason: str | None, *, active: bool) -> ScheduleEvent:
     due = datetime.fromtimestamp(row.due, UTC).isoformat()
-    return ScheduleEvent(schedule=row.schedule, due=due, state=state, reason=reason, job=row.job)
+    return ScheduleEvent(schedule=row.schedule, due=due, state=state, reason=reason, job=row.job, active=active)

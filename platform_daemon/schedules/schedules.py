@@ -37,6 +37,11 @@ class UnknownSchedule(InputError):
     title = "Unknown schedule"
 
 
+def rest_mark(path: Path) -> Mark:
+    """Beside the ledger at `path`: all of them shall be paused before anything starts."""
+    return Mark(path.with_suffix(".rest"))
+
+
 class Schedules:
     """Schedules over the ledger at `path`.  clock: s since 1970; tell: takes events.  Raises StorageError for a damaged
     ledger."""
@@ -53,7 +58,7 @@ class Schedules:
         )
         self._thread: threading.Thread | None = None
         self._error, self._closed = "", False
-        self._mark = Mark(path.with_suffix(".rest"))
+        self._mark = rest_mark(path)
         # Why all shall be paused, until the ledger has it.
         self._to_pause: str | None = _STOPPED_BEFORE if self._mark.stands else None
 
@@ -210,7 +215,7 @@ class Schedules:
         calendar = Calendar(request, now)
         planned, gap = self._longest_s(request), calendar.shortest_gap_s()
         if planned is not None and planned > gap:
-            why = f"the work takes {planned:.0f} s, and is due again after {gap:.0f} s"
+            why = f"the work takes {planned:.4g} s at least, and is due again after {gap:.4g} s"
             remedy = "make it due less often, or the work shorter"
             raise InputError("the interval is shorter than the work", where="trigger", why=why, remedy=remedy)
         return calendar

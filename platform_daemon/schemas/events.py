@@ -140,6 +140,8 @@ class ScheduleEvent(Schema):
     """Why it is not plainly `run`."""
     job: str | None
     """Id of the job; null: none was made."""
+    active: bool = True
+    """Does its schedule start by itself, now that this is so?"""
 
 
 class DroppedEvent(Schema):

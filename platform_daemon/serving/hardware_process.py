@@ -22,7 +22,7 @@ from platform_daemon.link import (
     StoppedMeanwhile,
     stop_mark,
 )
-from platform_daemon.schedules import Schedules
+from platform_daemon.schedules import ScheduleKeeper, Schedules, rest_mark
 from platform_daemon.settings import load_platform
 from platform_daemon.store import DataFolder, EventJournal, Mark, StorageError, open_data_folder
 from platform_daemon.workers import WorkerLimits
@@ -56,14 +56,14 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     opening = Opening(start, folder, mark, forget=options.forget_queue)
     server = None
     launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
-    schedules = _schedules(options, launcher, events, opening)
+    ledger = options.data / "schedules.db"
+    schedules = ScheduleKeeper(lambda: Schedules(ledger, launcher, tell=events.tell), rest_mark(ledger))
     try:
         opening.schedules = schedules
         if mark.stands:
             opening.stopped()
         opening.open()
-        if schedules is not None:
-            schedules.start()
+        schedules.open()
         server = LinkServer(opening.hardware, options.data, opening.stopped)
         opening.listens()
         life.say(READY)
@@ -71,26 +71,12 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
     except KeyboardInterrupt:
         pass
     finally:
-        if schedules is not None:
-            schedules.stop_starting()
+        schedules.stop_starting()
         opening.close()
-        if schedules is not None:
-            schedules.close()
+        schedules.close()
         if server is not None:
             server.close()
         events.close()
-
-
-def _schedules(
-    options: ServeOptions, launcher: HardwareLauncher, events: EventJournal, opening: Opening
-) -> Schedules | None:
-    """None: the ledger is damaged, which is logged and told to who asks; all that is asked for by hand goes on."""
-    try:
-        return Schedules(options.data / "schedules.db", launcher, tell=events.tell)
-    except StorageError as error:
-        log.error("schedules_refused", error=str(error))
-        opening.damage = error
-        return None
 
 
 class Opening:
@@ -111,8 +97,7 @@ class Opening:
         self._tried_s = -_AGAIN_S
         self._lock = threading.Lock()
         self._closed = False
-        self.schedules: Schedules | None = None
-        self.damage: StorageError | None = None
+        self.schedules: ScheduleKeeper | None = None
 
     def open(self) -> None:
         """Try to open the devices; one that cannot be opened is logged.  Raises InputError."""
@@ -130,7 +115,7 @@ class Opening:
             self._tried_s = time.monotonic()
 
     def _take_up(self, engine: Engine) -> None:
-        owned = OwnedHardware(engine, self._folders, lambda: self.schedules, lambda: self.damage, self._mark)
+        owned = OwnedHardware(engine, self._folders, self.schedules, self._mark)
         self._hardware = owned  # first: a stop must reach what is queued
         if self._closed:  # it is told to end: what waits does so for the next one
             return

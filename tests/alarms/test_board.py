@@ -24,6 +24,8 @@ from platform_daemon.schemas import (
     ScheduleEvent,
     ShotEvent,
 )
+from platform_daemon.store import StorageError
+from tests.kit.no_room import no_room
 
 
 @pytest.fixture
@@ -56,6 +58,14 @@ def test_alarms_outlive_the_process_and_a_broken_file_costs_only_them(board, tmp
     assert [(each.name, each.acknowledged_by) for each in again.all()] == [("disk", "me")]
     (tmp_path / "alarms.json").write_text("{")
     assert AlarmBoard(tmp_path / "alarms.json", lambda event: None).all() == ()
+
+
+def test_what_the_disk_does_not_take_is_not_acknowledged(board, monkeypatch):
+    board.notice("disk", "full")
+    monkeypatch.setattr(module, "write_file", no_room)
+    with pytest.raises(StorageError, match="the disk is full"):
+        board.acknowledge("disk", "me")
+    assert board.all()[0].acknowledged_by is None
 
 
 def test_only_an_alarm_that_stands_can_be_acknowledged_and_by_a_name(board):
@@ -97,8 +107,9 @@ def job(state, error=None, done=0.0, within=None):
     )  # fmt: skip
 
 
-def row(state):
-    return ScheduleEvent(schedule="nightly", due="2026-11-24T02:00:00+00:00", state=state, reason="busy", job=None)
+def row(state, **more):
+    due = "2026-11-24T02:00:00+00:00"
+    return ScheduleEvent(schedule="nightly", due=due, state=state, reason="busy", job=None, **more)
 
 
 @pytest.mark.parametrize(
@@ -111,7 +122,7 @@ def row(state):
         ([job(JobState.FAILED, "x")], "failed:acquisition", "died at its launch: x", [job(JobState.DONE)]),
         ([job(JobState.FAILED, "x", 2.0)], "failed:acquisition", "after 50%", [job(JobState.DONE)]),
         ([row("missed")], "schedule:nightly", "was missed: busy", [row("run")]),
-        ([row("failed")], "schedule:nightly", "was failed", [row("late")]),
+        ([row("failed")], "schedule:nightly", "failed: busy", [row("late")]),
         ([row("due"), row("run")], "mount:nightly", "busy", [row("started")]),
     ],
 )
@@ -123,6 +134,15 @@ def test_what_raises_an_alarm_and_what_ends_it(board, raising, name, text, clear
     assert text in board.all()[0].what
     for each in clearing:
         rules.see(each)
+    assert board.standing() == ()
+
+
+def test_a_start_by_hand_ends_no_alarm_of_a_schedule_that_is_switched_off(board):
+    rules = Rules(board)
+    rules.see(row("failed", active=False))
+    rules.see(row("run", active=False))
+    assert board.standing() == ("schedule:nightly",)
+    rules.see(row("run"))
     assert board.standing() == ()
 
 

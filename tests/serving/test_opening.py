@@ -11,7 +11,7 @@ from platform_daemon.app import start_engine
 from platform_daemon.engine import JobRecords
 from platform_daemon.engine.jobs import Job
 from platform_daemon.link import LinkServer, StoppedMeanwhile, Stopper, stop_mark
-from platform_daemon.schedules import Schedules
+from platform_daemon.schedules import ScheduleKeeper, Schedules, rest_mark
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobState
 from platform_daemon.serving.hardware_process import Opening
 from platform_daemon.settings import load_platform
@@ -33,7 +33,8 @@ class Start:
             self.records.save(job)
         self.opening = Opening(self.engine, self.data, self.mark, forget=forget)
         launcher = SimpleNamespace(outcome=None)
-        self.opening.schedules = Schedules(folder / "schedules.db", launcher)
+        ledger = folder / "schedules.db"
+        self.opening.schedules = ScheduleKeeper(lambda: Schedules(ledger, launcher), rest_mark(ledger))
 
     def engine(self):
         if self.lost:

@@ -26,7 +26,7 @@ def list_alarms(context: Shared, page: Paged) -> AlarmListing:
     return AlarmListing(tuple(page.part_of(found).values()))
 
 
-@router.post("/alarms/{name:path}/acknowledge", summary="Somebody knows", responses=problems(404, 409, 415, 422))
+@router.post("/alarms/{name:path}/acknowledge", summary="Somebody knows", responses=problems(404, 409, 415, 422, 507))
 def acknowledge_alarm(name: Name, body: Acknowledgement, context: Shared) -> Alarm:
     """Say who knows of it.  It stands until what it is about is over; 409 if that is so already."""
     return context.alarms.acknowledge(name, body.by)

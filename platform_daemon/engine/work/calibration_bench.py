@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 import structlog
@@ -28,7 +28,13 @@ NO_PRODUCT = 2.0  # chi2 per degree of freedom from which on a model of the chai
 QUESTION_STEP_S = 0.1
 
 CalibrationJob = Job[CalibrationRequest, CalibrationReport | NoResult]
-CalibrationWork = Work[CalibrationRequest, CalibrationReport | NoResult]
+
+
+class CalibrationWork(Work[CalibrationRequest, CalibrationReport | NoResult], Protocol):
+    """A calibration."""
+
+    shots_s: tuple[float, ...]
+    """How long each of its shots takes at least, s."""
 
 
 @dataclass
@@ -60,6 +66,10 @@ class CalibrationBench:
     def shots(self, places: int) -> int:
         """How many shots so many directions or coils take, unless some must be repeated."""
         return places * self.frequencies_hz.size * self.request.repetitions
+
+    def shots_s(self, shots: Sequence[ToneShot]) -> tuple[float, ...]:
+        """How long they take at least, s, each with its repetitions."""
+        return tuple(shot.timeline.duration_s for shot in shots for _ in range(self.request.repetitions))
 
     def place(self, job: CalibrationJob, done: Callable[[], bool], what: str) -> None:
         """Have something brought into place; wait for the operator if nobody else does it.  Raises Cancelled."""

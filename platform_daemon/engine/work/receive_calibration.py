@@ -32,11 +32,14 @@ class ReceiveCalibrationWork:
         """Raises ConfigError, InputError."""
         self._bench, self._dipole = bench, needed(bench.platform.reference, "reference dipole")
         self.request, self.total = bench.request, bench.shots(len(AXES))
-        for f in self._bench.frequencies_hz:
-            self._check_length(self._shot(f), f)
+        shots = [self._shot(f) for f in self._bench.frequencies_hz]
+        for shot, f in zip(shots, self._bench.frequencies_hz, strict=True):
+            self._check_length(shot, f)
+        self.shots_s = self._bench.shots_s([shot for _ in AXES for shot in shots])
 
     def __call__(self, job: CalibrationJob) -> None:
         """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
+        job.expect(self.shots_s)
         columns = []
         try:
             for axis in AXES:

@@ -34,9 +34,8 @@ class TransmitCalibrationWork:
         """Raises ConfigError, InputError."""
         self._bench, self._probe, self._self_test = bench, needed(bench.platform.probe, "field probe"), self_test
         self.request, self.total = bench.request, bench.shots(len(bench.side.channels))
-        for f in self._bench.frequencies_hz:
-            for k in range(len(self._bench.side.channels)):
-                self._shot(k, f)
+        coils = range(len(self._bench.side.channels))
+        self.shots_s = self._bench.shots_s([self._shot(k, f)[0] for k in coils for f in self._bench.frequencies_hz])
 
     def __call__(self, job: CalibrationJob) -> None:
         """Measure, write a new version.  Raises Cancelled, SelfTestFailed, DeviceError, StorageError; no file is left
@@ -44,6 +43,7 @@ class TransmitCalibrationWork:
         if self._self_test.enabled:
             job.at(0, "self-test")
             self._self_test(job.cancel_requested.is_set)
+        job.expect(self.shots_s)
         try:
             self._bench.place(job, self._probe.put, "put the field probe at the resonator's place, along the axes")
             coils = range(len(self._bench.side.channels))
