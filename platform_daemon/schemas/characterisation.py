@@ -11,7 +11,7 @@ from .base import Finite, NamedWindow, Request, Schema, Vector, example
 from .derived import EnvelopesReport
 from .fits import FitReport
 from .procedure_requests import ProcedureRequest
-from .ramps import RampOutcome, RampRequest
+from .ramps import RampOutcome, RampRequest, StepTesla
 from .recordings import ExcitationInfo
 from .requests import FieldTesla, ModelName
 from .tunes import TuneOutcome, TuneRequest
@@ -233,8 +233,8 @@ class RampSettings(Request):
 
     start_t: FieldTesla | None = None
     """Field of the first step, T, at which there are no side modes yet; null: half that of the preset."""
-    step_t: FieldTesla | None = None
-    """Highest step upwards, T; null: 10 uT."""
+    step_t: StepTesla | None = None
+    """Highest step upwards, T, 1 nT to 1 mT; null: 10 uT."""
     max_t: FieldTesla | None = None
     """Field that it does not pass, T; null: the limit of the platform."""
 

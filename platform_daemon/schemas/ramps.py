@@ -10,6 +10,8 @@ from .base import Absent, Schema
 from .procedure_requests import ProcedureRequest
 from .requests import FieldTesla
 
+StepTesla = Annotated[float, Field(ge=1e-9, le=1e-3, allow_inf_nan=False)]
+"""From one field to the next, T."""
 _Chance = Annotated[float, Field(gt=0, lt=0.5, allow_inf_nan=False)]
 
 
@@ -27,8 +29,8 @@ class RampRequest(ProcedureRequest):
     """Ramp."""
     start_t: FieldTesla | None = None
     """Field of the first step, T, at which there are no side modes yet; null: half that of the preset."""
-    step_t: Annotated[float, Field(gt=0, le=1e-3, allow_inf_nan=False)] = 1e-5
-    """Highest step upwards, T; near the threshold steps get smaller."""
+    step_t: StepTesla = 1e-5
+    """Highest step upwards, T, 1 nT to 1 mT; near the threshold steps get smaller."""
     max_t: FieldTesla | None = None
     """Field that it does not pass, T; null: the limit of the platform."""
     overdose_rate: _Chance = 0.25

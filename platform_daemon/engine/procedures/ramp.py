@@ -28,6 +28,8 @@ from .procedure import ShotFiles, Step, StepSequence
 
 OPERATING_SHARE = 0.8
 """Of the threshold, at which a resonator is to be used (paper, "Measurement Sequence")."""
+MOST_STEPS = 1000
+"""Of one ramp, as of a sweep."""
 _START_SHARE = 0.5  # of the preset's field
 _LONGEST_RX_S = 2.0  # side modes are gone by then
 _NEVER_RINGS = 3  # shots
@@ -79,6 +81,9 @@ class Ramp:
         if not 0.0 < start <= most:
             what = f"the first field, {1e6 * start:.6g} uT, does not lie between 0 and {1e6 * most:.6g} uT"
             raise InputError(what, where="start_t", remedy="give start_t below max_t")
+        if (most - start) / request.step_t > MOST_STEPS:
+            what = f"more than {MOST_STEPS} steps lie between {1e6 * start:.6g} and {1e6 * most:.6g} uT"
+            raise InputError(what, where="step_t", remedy="make the steps larger, or the span smaller")
         self.request = request
         self._plan = analysis.RampPlan(
             start, request.step_t, most, request.overdose_rate, request.false_stop_rate, request.most_shots

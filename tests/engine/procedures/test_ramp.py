@@ -99,6 +99,8 @@ def test_what_never_rings_is_found_out_in_three_shots(engine_with, tmp_path):
         ({"max_t": 0.5}, "above the limit"),
         ({"start_t": 3e-4, "max_t": 2e-4}, "start"),
         ({"step_t": 0.0}, "step_t"),
+        ({"step_t": 1e-21}, "step_t"),
+        ({"start_t": 5e-324, "step_t": 1e-9}, "more than 1000 steps"),
     ],
 )
 def test_fields_that_cannot_be_are_refused_before_anything_moves(engine_with, tmp_path, keys, said):
