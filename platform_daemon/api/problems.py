@@ -50,6 +50,7 @@ STATUS: dict[str, int] = {
     "DeviceTimeout": 504,
     "ShuttingDown": 503,
     "HardwareAway": 503,
+    "IndexUnfinished": 503,
     "DeviceStateError": 409,
     "DeviceError": 502,
     "InterlockError": 409,

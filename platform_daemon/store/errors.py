@@ -4,6 +4,7 @@ PlatformError
 ├── StorageError                  the disk refused: full, read-only, unplugged; what was acknowledged stays safe
 │   ├── StorageUnusable           found before anything moved
 │   └── NotAssembled              shots are safe, the recording is not there yet
+├── IndexUnfinished               the index is being made anew (REST: 503)
 └── InputError
     ├── UnknownRecording          no recording of that id in the folder (REST: 404)
     └── RecordingError
@@ -29,6 +30,12 @@ class StorageUnusable(StorageError):
 
     title = "Storage unusable"
     nothing_moved = True
+
+
+class IndexUnfinished(PlatformError):
+    """What the index of the recordings holds is not all yet: it is being made from their files."""
+
+    title = "Index unfinished"
 
 
 class NotAssembled(StorageError):

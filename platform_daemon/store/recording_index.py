@@ -18,7 +18,7 @@ import structlog
 
 from drivers.errors import RecordingError
 
-from .errors import StorageError
+from .errors import IndexUnfinished, StorageError
 from .index import recording_files
 from .indexed import IndexedPoint, IndexedRecording, IndexedShot, IndexUpdate, Wanted
 
@@ -38,6 +38,8 @@ CREATE TABLE shots (recording TEXT NOT NULL, frame INTEGER NOT NULL, at TEXT NOT
 CREATE TABLE points (recording TEXT NOT NULL, number INTEGER NOT NULL, at TEXT NOT NULL, shots INTEGER NOT NULL,
     temperature REAL, field REAL, fitted TEXT NOT NULL, PRIMARY KEY (recording, number)) WITHOUT ROWID;
 """
+_UNFINISHED = "unfinished"
+"""A table that is there until all files have been looked at once: until then answers would leave some out."""
 
 
 Look = Callable[[Path], tuple[IndexedRecording, Sequence[IndexedShot]] | None]
@@ -51,7 +53,7 @@ def open_index(folder: Path, *, anew: bool = False) -> RecordingIndex:
 
 class RecordingIndex:
     """For one thread at a time.  folder: of the recordings; path: of the index; anew: forget what it holds; raises
-    StorageError.
+    StorageError.  What is asked of one that was never brought up to date raises IndexUnfinished.
 
     damaged: what it holds could not be read.
     """
@@ -61,7 +63,7 @@ class RecordingIndex:
         try:
             if anew:
                 _forget(path)
-            self._sql = _opened(path)
+            self._sql = _opened(path, folder)
         except (sqlite3.Error, OSError) as error:
             raise self._refused(error) from None
 
@@ -90,6 +92,9 @@ class RecordingIndex:
         for n, name in enumerate(new):
             done(n, len(new))
             self._look_at(name, there[name], look)
+        if self._unfinished:
+            with self._written():
+                self._sql.execute(f"DROP TABLE IF EXISTS {_UNFINISHED}")
         done(len(new), len(new))
         touched |= {self._specimen(name) for name in new}
         return IndexUpdate(len(new), frozenset(touched - {""}))
@@ -148,12 +153,12 @@ class RecordingIndex:
         }
         used = {text: value for text, value in conditions.items() if value is not None}
         query = f"SELECT file FROM recordings WHERE {' AND '.join(['begun IS NOT NULL', *used])} ORDER BY file"
-        return [row[0] for row in self._rows(query, tuple(used.values()))]
+        return [row[0] for row in self._all_rows(query, tuple(used.values()))]
 
     def specimens(self) -> Sequence[str]:
         """Names of all specimens with a shot that was fitted."""
         query = "SELECT DISTINCT specimen FROM recordings WHERE fit IS NOT NULL ORDER BY specimen"
-        return [row[0] for row in self._rows(query)]
+        return [row[0] for row in self._all_rows(query)]
 
     def recordings(self, specimen: str, since: str = "", until: str = "\uffff") -> Sequence[IndexedRecording]:
         """Recordings of a specimen with fits, oldest first; between two times, ISO 8601 in UTC."""
@@ -161,7 +166,7 @@ class RecordingIndex:
             f"SELECT {_COLUMNS} FROM recordings"
             " WHERE specimen = ? AND fit IS NOT NULL AND begun >= ? AND begun <= ? ORDER BY begun, identifier"
         )
-        found = self._rows(query, (specimen, since, until))
+        found = self._all_rows(query, (specimen, since, until))
         made = [IndexedRecording(*row) for row in found]
         return [replace(m, tags=self._tags(m.identifier), points=self._points(m.identifier)) for m in made]
 
@@ -171,7 +176,7 @@ class RecordingIndex:
             "SELECT identifier FROM recordings WHERE specimen = ? AND fit IS NOT NULL"
             " ORDER BY begun DESC, identifier DESC LIMIT ?"
         )
-        return [row[0] for row in reversed(self._rows(query, (specimen, count)))]
+        return [row[0] for row in reversed(self._all_rows(query, (specimen, count)))]
 
     def _tags(self, recording: str) -> frozenset[str]:
         return frozenset(row[0] for row in self._rows("SELECT tag FROM tags WHERE recording = ?", (recording,)))
@@ -179,7 +184,7 @@ class RecordingIndex:
     def files(self) -> Sequence[tuple[str, int, str, str, frozenset[str]]]:
         """File, bytes, begin, specimen and tags of every recording that can be read, oldest first."""
         query = "SELECT file, size, begun, specimen, identifier FROM recordings WHERE begun IS NOT NULL ORDER BY begun"
-        return [(*row[:4], self._tags(row[4])) for row in self._rows(query)]
+        return [(*row[:4], self._tags(row[4])) for row in self._all_rows(query)]
 
     def _points(self, recording: str) -> Sequence[IndexedPoint]:
         query = "SELECT at, shots, temperature, field, fitted FROM points WHERE recording = ? ORDER BY number"
@@ -195,6 +200,17 @@ class RecordingIndex:
     def broken(self) -> Mapping[str, str]:
         """Files that cannot be read, by id, each with the reason."""
         return dict(self._rows("SELECT identifier, error FROM recordings WHERE error IS NOT NULL"))
+
+    @property
+    def _unfinished(self) -> bool:
+        return bool(self._rows("SELECT 1 FROM sqlite_master WHERE name = ?", (_UNFINISHED,)))
+
+    def _all_rows(self, query: str, values: Sequence[object] = ()) -> list[Any]:
+        """Raises IndexUnfinished, StorageError."""
+        if self._unfinished:
+            what, why = "the index of the recordings is being made", "it was missing, damaged or of another version"
+            raise IndexUnfinished(what, where=str(self._path), why=why, remedy="ask again in some seconds")
+        return self._rows(query, values)
 
     def _rows(self, query: str, values: Sequence[object] = ()) -> list[Any]:
         """Raises StorageError."""
@@ -224,16 +240,16 @@ class RecordingIndex:
         return StorageError(what, where=str(self._path), why=str(error), remedy=remedy)
 
 
-def _opened(path: Path) -> sqlite3.Connection:
+def _opened(path: Path, folder: Path) -> sqlite3.Connection:
     """Raises sqlite3.Error, OSError."""
     try:
-        return _connected(path)
+        return _connected(path, folder)
     except sqlite3.DatabaseError as error:
         if isinstance(error, sqlite3.OperationalError):  # the disk or a lock, not the file
             raise
         log.warning("index_made_anew", file=str(path), why=str(error))
         _forget(path)
-        return _connected(path)
+        return _connected(path, folder)
 
 
 def _forget(path: Path) -> None:
@@ -241,7 +257,7 @@ def _forget(path: Path) -> None:
         path.with_name(path.name + end).unlink(missing_ok=True)
 
 
-def _connected(path: Path) -> sqlite3.Connection:
+def _connected(path: Path, folder: Path) -> sqlite3.Connection:
     sql = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=_BUSY_S)
     try:
         sql.create_function("folded", 1, str.casefold, deterministic=True)  # SQLite's lower() knows ASCII only
@@ -251,6 +267,8 @@ def _connected(path: Path) -> sqlite3.Connection:
         if sql.execute("SELECT count(*) FROM sqlite_master").fetchone()[0] == 0:
             for statement in _TABLES.split(";")[:-1]:
                 sql.execute(statement)
+            if any(recording_files(folder)):
+                sql.execute(f"CREATE TABLE {_UNFINISHED} (files)")
             sql.execute(f"PRAGMA application_id = {_APPLICATION}")
             sql.execute(f"PRAGMA user_version = {_VERSION}")
         sql.execute("COMMIT")

@@ -5,6 +5,7 @@ import os
 import re
 import shutil
 import sqlite3
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -20,10 +21,11 @@ from platform_daemon.analysis.trends.indexed import (
 )
 from platform_daemon.analysis.trends.look import noise_beside
 from platform_daemon.schemas.trends import BaselineRequest
-from platform_daemon.store.errors import StorageError
+from platform_daemon.store.errors import IndexUnfinished, StorageError
 from platform_daemon.store.reader import open_recording
 from platform_daemon.store.recorded_fits import read_fit
 from platform_daemon.store.recording_index import INDEX, IndexUpdate, Wanted, open_index
+from platform_daemon.store.retention import RetentionRules, old_recordings
 from tests.kit.fit_tables import read_fits
 from tests.kit.recording_files import write_minimal, write_series
 from tests.kit.specimen_months import DROP_AT, months
@@ -113,8 +115,16 @@ def test_an_index_that_is_damaged_or_of_another_version_is_made_anew(folder, dam
         (folder / INDEX).write_text("no index\n" * 200 if damage == "text" else "")
         for end in ("-wal", "-shm"):
             (folder / (INDEX + end)).unlink(missing_ok=True)
+    with pytest.raises(IndexUnfinished, match="is being made"):  # not the half of it
+        indexed_specimens(folder)
+    with pytest.raises(IndexUnfinished, match="ask again"):
+        old_recordings(folder, RetentionRules(0.0), datetime.now(UTC))
     assert update_index(folder)[0].looked == 75
     assert content(folder) == good
+
+
+def test_of_a_folder_without_recordings_all_is_known_at_once(tmp_path):
+    assert indexed_specimens(tmp_path) == ()
 
 
 def test_two_programs_may_bring_it_up_to_date_at_once(kept, tmp_path):
