@@ -210,8 +210,8 @@ class Ledger:
             self._sql.execute("UPDATE rows SET reason = ? WHERE number = ? AND state = 'due'", (reason, row.number))
 
     def turn(self, row: Row) -> int:
-        """How many starts of its schedule had a job before it."""
-        count = "SELECT count(*) FROM rows WHERE schedule = ? AND due < ? AND job IS NOT NULL"
+        """How many starts of its schedule had a job before it, or should have had one."""
+        count = "SELECT count(*) FROM rows WHERE schedule = ? AND due < ? AND (job IS NOT NULL OR state = 'failed')"
         return int(self._read(count, (row.schedule, row.due))[0][0])
 
     def claim(self, row: Row, now: float, job: str) -> bool:
@@ -223,10 +223,11 @@ class Ledger:
             return self._sql.execute(update, (now, late, job, row.number)).rowcount == 1
 
     def end(self, row: Row, state: str, now: float, reason: str | None, recording: str | None, off: str | None) -> None:
-        """A started row has ended; with it the count of failures, and off: why its schedule is switched off."""
+        """A started row has ended, with the job that it has; with it the count of failures, and off: why its schedule
+        is switched off."""
         with self._change():
-            update = "UPDATE rows SET state = ?, ended = ?, reason = ?, recording = ? WHERE number = ?"
-            self._sql.execute(update, (state, now, reason, recording, row.number))
+            update = "UPDATE rows SET state = ?, ended = ?, reason = ?, recording = ?, job = ? WHERE number = ?"
+            self._sql.execute(update, (state, now, reason, recording, row.job, row.number))
             count = "failures + 1" if state == "failed" else "0"
             self._sql.execute(
                 f"UPDATE schedules SET failures = {count}, off = coalesce(?, off) WHERE id = ?", (off, row.schedule)

@@ -26,6 +26,7 @@ AT_ONCE = 5000
 """Instants of a schedule that one step writes down; the others follow with the next steps."""
 AHEAD_S = 60.0
 """A clock that a time service sets back by less is not told of, s."""
+_HELD_UP = "the daemon was away, its clock leapt, the platform was busy, or the disk refused"
 _CUT_OFF = "the daemon ended before its job was made"
 LEAVE_THE_PLATFORM = frozenset({"fit", "diagnosis"})
 """Kinds of work that wait for each other only."""
@@ -193,7 +194,7 @@ class Scheduler:
                 return False
             log.error("scheduled_start_failed", schedule=kept.identifier, error=str(error))
             off = str(error) if isinstance(error, InputError) else None  # it would fail for ever
-            self._failed(row, kept, now, str(error), off)
+            self._failed(replace(row, job=None), kept, now, str(error), off)
             return False
         self._tell(_event(row, "started", row.reason, active=kept.off is None))
         return True
@@ -206,10 +207,10 @@ class Scheduler:
             if row.job is not None and (row.asked or kept.off is None) and now <= row.deadline:
                 self._launched(row, kept, now)
             else:
-                self._failed(row, kept, now, kept.off or _CUT_OFF)
+                self._failed(replace(row, job=None), kept, now, kept.off or _CUT_OFF)
         elif found.state == "done":
             late = (row.late_s or 0.0) > ON_TIME_S
-            reason = "something else held the platform, or the daemon was away" if late else row.reason
+            reason = _HELD_UP if late else row.reason
             state = "late" if late else "run"
             self._ledger.end(row, state, now, reason, found.recording, None)
             self._tell(_event(row, state, reason, active=kept.off is None))
@@ -248,7 +249,7 @@ def _beside(kept: Kept) -> bool:
 
 def _why(row: Row) -> str:
     waited = None if row.asked else row.reason
-    return waited or "the daemon was away, its clock leapt, the platform was busy, or the disk refused"
+    return waited or _HELD_UP
 
 
 def _event(row: Row, state: str, reason: str | None, *, active: bool) -> ScheduleEvent:

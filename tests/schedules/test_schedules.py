@@ -392,6 +392,16 @@ def test_several_resonators_come_in_turn_whatever_lies_between(bench):
     assert bench.owner.began_with[-1] == "T-07"
 
 
+def test_a_start_that_was_refused_has_no_job_and_its_resonator_had_its_turn(bench):
+    made = bench.all.add(asked({"every_s": 600.0}, resonators=["thread", "jewel"]))
+    bench.owner.next_fails = DeviceLost("unplugged")
+    bench.until(T0 + 60)
+    bench.owner.next_fails = None
+    bench.until(T0 + 1260)
+    assert [(row.state, row.job) for row in bench.rows(made.identifier)][0] == ("failed", None)
+    assert bench.owner.began_with == ["jewel", "thread"]
+
+
 def test_where_a_person_has_to_mount_it_a_start_waits_and_says_so(tmp_path):
     told = []
     bench = Bench(tmp_path, told.append)
