@@ -20,6 +20,32 @@ class Inner(BaseModel):
     frames: list[int] | None = None
 
 
+class Walk(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    kind: Literal["walk"]
+    request: Inner
+
+
+class Nap(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    hours: Annotated[int, Field(ge=1)] = 1
+
+
+class Rest(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    kind: Literal["rest"]
+    request: Nap
+
+
+class Plan(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    work: Annotated[Walk | Rest, Field(discriminator="kind")]
+
+
 class Outer(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
@@ -75,3 +101,27 @@ def test_long_values_are_shortened() -> None:
     with pytest.raises(ConfigError) as raised:
         validated(Outer, {"name": "x", "shots": "9" * 1000}, "a.toml")
     assert len(str(raised.value)) < 300
+
+
+@pytest.mark.parametrize(
+    ("work", "words"),
+    [
+        (
+            {"kind": "walk", "request": {"rx": 1.0}},
+            "'work.request.rx' is unknown (value 1.0); did you mean 'rx_s'?",
+        ),
+        ({"kind": "walk", "request": {"rx_s": 1e9}}, "key 'work.request.rx_s' must be at most 600 s"),
+        (
+            {"kind": "rest", "request": {"rx_s": 1.0}},
+            "'work.request.rx_s' is unknown (value 1.0); there are: hours",
+        ),
+        ({"kind": "rest", "request": {"hours": 0}}, "key 'work.request.hours' must be at least 1, got 0"),
+        ({"kind": "wlak"}, "key 'work' has an unknown 'kind', 'wlak'; did you mean 'walk'?"),
+        ({"kind": "swim"}, "key 'work' has an unknown 'kind', 'swim'; there are: walk, rest"),
+        ({"request": {}}, "key 'work' has no key 'kind', which says what it is"),
+    ],
+)
+def test_of_several_kinds_the_keys_of_the_one_that_was_meant_are_told(work: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigError) as raised:
+        validated(Plan, {"work": work}, "a.toml")
+    assert words in str(raised.value)

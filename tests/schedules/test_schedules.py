@@ -398,7 +398,8 @@ def test_a_start_that_was_refused_has_no_job_and_its_resonator_had_its_turn(benc
     bench.until(T0 + 60)
     bench.owner.next_fails = None
     bench.until(T0 + 1260)
-    assert [(row.state, row.job) for row in bench.rows(made.identifier)][0] == ("failed", None)
+    refused = bench.rows(made.identifier)[0]
+    assert (refused.state, refused.job) == ("failed", None)
     assert bench.owner.began_with == ["jewel", "thread"]
 
 
