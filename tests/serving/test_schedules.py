@@ -1,12 +1,14 @@
 """Schedules of a daemon, by REST and on the command line."""
 
 import signal
+from contextlib import suppress
 
 import pytest
 
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.command_line import assert_one_line_error, run, wait_for
 from tests.kit.served import served
+from tests.kit.small_disk import small_disk
 
 WORK = {"kind": "acquisition", "request": SHORT_JEWEL}
 QUICK = {"name": "quick", "trigger": {"every_s": 2}, "work": WORK}
@@ -156,6 +158,27 @@ def test_a_damaged_ledger_is_named_and_the_daemon_works_without_schedules(tmp_pa
         wait_for(lambda: any(a["name"] == "schedules" and "cut off" in a["what"] for a in daemon.get("/alarms").json()))
         assert daemon.post("/acquisitions", SHORT_JEWEL).status_code == 202
     assert ledger.stat().st_size == 3000
+
+
+@pytest.mark.long
+def test_on_a_disk_that_is_full_at_the_start_a_stop_holds_and_schedules_are_back_once_it_is_free(tmp_path):
+    with small_disk(tmp_path / "disk", 40) as disk:
+        data = disk / "data"
+        with served(data) as daemon:
+            asked = {"name": "chain", "trigger": {"every_s": 5}, "work": {"kind": "self_test"}}
+            at = daemon.post("/schedules", asked).headers["location"]
+        with suppress(OSError), (disk / "filler").open("wb", buffering=0) as filler:
+            while True:
+                filler.write(bytes(4096))
+        with served(data) as daemon:
+            assert daemon.get("/schedules").status_code == 507
+            assert "schedules rest" in daemon.stop_all().json()["status"]
+            (disk / "filler").unlink()
+            wait_for(lambda: daemon.get("/schedules").status_code == 200)
+            assert daemon.get(at).json()["active"] is False
+        with served(data) as daemon:
+            assert daemon.get(at).json()["active"] is False
+            assert daemon.post(f"{at}/resume", {}).json()["active"] is True
 
 
 def measured(daemon, specimen):
