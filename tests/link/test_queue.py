@@ -105,6 +105,22 @@ def test_a_resumed_series_that_waits_is_queued_again(tmp_path, linked_in):
     assert again.state is not JobState.FAILED, again.error
 
 
+def test_shots_that_are_gone_when_a_series_is_resumed_are_told(tmp_path, linked_in):
+    request = AcquisitionRequest.model_validate({**SHORT_JEWEL, "shots": 3})
+    job = Job("acquisition", request, AcquisitionResult(recording="x", shots=2), 3, "shots", done=2)
+    job.end(JobState.CANCELLED)
+    JobRecords(open_data_folder(tmp_path).jobs).save(job)
+    made = linked_in(tmp_path)
+    made.owned.resume("acquisition", job.identifier)
+    again = made.engine.job("acquisition", job.identifier)
+    again.ended.wait(60)
+    made.remote.close()
+    made.server.close()
+    made.engine.close()
+    assert (again.state, again.result.shots) == (JobState.DONE, 3), again.error
+    assert any("2 of 2 shots are gone from the disk" in each for each in again.warnings)
+
+
 def test_one_that_is_being_planned_when_everything_is_stopped_is_cancelled(left, monkeypatch):
     made, jobs, records = left
     plan = made.engine.plan

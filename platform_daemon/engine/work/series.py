@@ -119,6 +119,8 @@ class SeriesWork:
     def _take_up(self, job: AcquisitionJob, series: ShotSink) -> int:
         """Number of shots that an earlier run has left, which are fitted again."""
         self._joined = series.shots
+        if (told := job.result.shots or 0) > series.shots:
+            job.warnings.append(f"resume: {told - series.shots} of {told} shots are gone from the disk, and made anew")
         for number in range(1, series.shots + 1):
             info = open_recording(series.shot_file(number)).frame_info[0]
             report = shot_report(info, number, number - 1)
