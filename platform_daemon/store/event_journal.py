@@ -103,7 +103,8 @@ class EventJournal:
                 self._written = 0
             sql.execute("COMMIT")
         except BaseException:
-            sql.execute("ROLLBACK")
+            if sql.in_transaction:  # a full disk has rolled it back
+                sql.execute("ROLLBACK")
             raise
         self._batch.clear()
 

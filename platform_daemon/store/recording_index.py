@@ -227,7 +227,8 @@ class RecordingIndex:
             try:
                 yield
             except BaseException:
-                self._sql.execute("ROLLBACK")
+                if self._sql.in_transaction:  # a full disk has rolled it back
+                    self._sql.execute("ROLLBACK")
                 raise
             self._sql.execute("COMMIT")
         except sqlite3.Error as error:
