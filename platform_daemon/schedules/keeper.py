@@ -9,7 +9,7 @@ import structlog
 
 from platform_daemon.store import Mark, StorageError
 
-from .ledger import DamagedLedger
+from .ledger_file import DamagedLedger
 from .schedules import Schedules
 
 log = structlog.get_logger()

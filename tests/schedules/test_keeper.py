@@ -5,7 +5,8 @@ import json
 import pytest
 
 from platform_daemon.schedules import ScheduleKeeper, Schedules, keeper, rest_mark
-from platform_daemon.schedules.ledger import DamagedLedger, Ledger
+from platform_daemon.schedules.ledger import Ledger
+from platform_daemon.schedules.ledger_file import DamagedLedger
 from platform_daemon.schemas import ScheduleRequest
 from platform_daemon.store import StorageError
 from tests.kit.command_line import wait_for
