@@ -74,6 +74,8 @@ WHEN = {
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }
+OWNER = 502, 503, 504
+"""What whoever asks the owner of the hardware may be answered: it is away, or its devices are not open."""
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
