@@ -161,11 +161,11 @@ def respond(error: Exception, path: str) -> Response:
 
 
 def _allowed(request: Request, by_first: str) -> str:
-    """The methods of a path: of its own, else of the first that has a variable part there."""
+    """The methods of a path: of its own, else of all whose variable parts fit; a greedy one hides none behind it."""
     known: dict[str, set[str]] = request.app.state.methods
     path = request.url.path
-    found = path if path in known else next((p for p in known if compile_path(p)[0].match(path)), None)
-    return by_first if found is None else ", ".join(sorted(known[found]))
+    fitting = [path] if path in known else [each for each in known if compile_path(each)[0].match(path)]
+    return ", ".join(sorted(set().union(*(known[each] for each in fitting)))) or by_first
 
 
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:
