@@ -40,7 +40,7 @@ def include(app: FastAPI, router: APIRouter) -> None:
 
 def _has_head(route: APIRoute) -> bool:
     """GET has an end, which HEAD stands for (RFC 9110, 9.3.2): a stream of events has none."""
-    return "GET" in route.methods and route.response_class is not EventSourceResponse
+    return "GET" in (route.methods or ()) and route.response_class is not EventSourceResponse
 
 
 def _head(route: APIRoute) -> APIRoute:

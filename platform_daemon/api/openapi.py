@@ -9,6 +9,8 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import JSONResponse
 from starlette.routing import Route
 
+from platform_daemon import schemas
+
 from .network.access import ACCESS, Takes
 from .problems import MEDIA_TYPE, WHEN
 
@@ -57,6 +59,7 @@ def complete_schema(app: FastAPI) -> None:
                     _complete(operation)
             for unused in ("HTTPValidationError", "ValidationError"):
                 schema["components"]["schemas"].pop(unused, None)
+            _complete_examples(schema["components"]["schemas"])
             schema["components"]["securitySchemes"] = {"token": TOKEN}
             app.openapi_schema = schema
         return app.openapi_schema
@@ -90,6 +93,14 @@ def _complete(operation: dict[str, Any]) -> None:
         elif int(status) < 300 and (links := LINKS.get(operation["operationId"])):
             response["links"] = {n: {"operationId": n, "parameters": p} for n, p in links.items()}
     operation["responses"] = dict(sorted(operation["responses"].items()))
+
+
+def _complete_examples(components: dict[str, Any]) -> None:
+    """Their keys that are null, which FastAPI leaves out wherever they stand: without them no example is one."""
+    for name, component in components.items():
+        add = getattr(schemas, name).model_config.get("json_schema_extra") if "examples" in component else None
+        if callable(add):
+            add(component)
 
 
 def _secure(operation: dict[str, Any]) -> None:

@@ -5,6 +5,7 @@ import re
 import threading
 from types import SimpleNamespace
 
+import jsonschema_rs
 import pytest
 from fastapi.testclient import TestClient
 
@@ -57,3 +58,15 @@ def test_allow_names_what_works_also_where_a_name_may_hold_slashes():
             assert client.request(method, there).status_code == 405, (method, path)
     assert client.patch("/specimens/X/baseline").headers["allow"] == "GET, HEAD, POST"
     assert client.patch("/events").headers["allow"] == "GET"
+
+
+def test_every_example_of_a_component_is_one():
+    components = create_api(SimpleNamespace(hardware=SimpleNamespace(outputs_off=None))).openapi()["components"]
+    checked = 0
+    for name, component in components["schemas"].items():
+        asked = {"$ref": f"#/components/schemas/{name}", "components": components}
+        valid = jsonschema_rs.Draft202012Validator(asked)
+        for example in component.get("examples", []):
+            assert [str(error) for error in valid.iter_errors(example)] == [], name
+            checked += 1
+    assert checked > 80
