@@ -14,6 +14,10 @@ from platform_daemon import schemas
 from .network.access import ACCESS, Takes
 from .problems import MEDIA_TYPE, WHEN
 
+EVENTS = {
+    "type": "string",
+    "description": "Server-sent events; `data` of each is JSON: `#/components/schemas/Event`.",
+}
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
 INVALID = {"$ref": "#/components/schemas/HTTPValidationError"}
 _ID, _LABEL = {"identifier": "$response.body#/id"}, {"name": "$response.body#/label"}
@@ -86,8 +90,11 @@ def serve_schema(app: FastAPI) -> None:
 def _complete(operation: dict[str, Any]) -> None:
     _secure(operation)
     for status, response in operation["responses"].items():
-        schemas = [content.get("schema") for content in response.get("content", {}).values()]
-        if PROBLEM in schemas or INVALID in schemas:
+        stream = response.get("content", {}).get("text/event-stream", {})
+        if stream.pop("itemSchema", None):  # a word of OpenAPI 3.2, and what FastAPI writes is 3.1
+            stream["schema"] = EVENTS
+        bodies = [content.get("schema") for content in response.get("content", {}).values()]
+        if PROBLEM in bodies or INVALID in bodies:
             response["content"] = {MEDIA_TYPE: {"schema": PROBLEM}}
             response["description"] = WHEN[int(status)]
         elif int(status) < 300 and (links := LINKS.get(operation["operationId"])):

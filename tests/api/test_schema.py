@@ -70,3 +70,12 @@ def test_every_example_of_a_component_is_one():
             assert [str(error) for error in valid.iter_errors(example)] == [], name
             checked += 1
     assert checked > 80
+
+
+def test_events_are_described_in_words_that_the_version_of_the_schema_has():
+    schema = create_api(SimpleNamespace(hardware=SimpleNamespace(outputs_off=None))).openapi()
+    assert schema["openapi"] == "3.1.0"
+    stream = schema["paths"]["/events"]["get"]["responses"]["200"]["content"]["text/event-stream"]
+    assert set(stream) == {"schema"}
+    assert "#/components/schemas/Event" in stream["schema"]["description"]
+    assert "what" in schema["components"]["schemas"]["Event"]["properties"]
