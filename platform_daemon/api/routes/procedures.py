@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import HTMLResponse
 
 from drivers.errors import InputError
 from platform_daemon.link import ShownJob
@@ -16,9 +16,10 @@ from platform_daemon.schemas import (
 )
 
 from ..context import CONFIRMED, Confirmed, JobId, Shared
-from ..job_routes import JobKind, page_of
+from ..job_routes import PAGE, JobKind, page_of
 from ..network.routes import GuardedRoute
 from ..problems import OWNER, problems
+from ..ranged_file import RangedFile
 
 router = APIRouter(prefix="/procedures", tags=["procedures"], route_class=GuardedRoute, responses=problems(*OWNER))
 
@@ -99,9 +100,9 @@ def resume_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFI
     "/{identifier}/report",
     summary="The page of a characterisation",
     response_class=HTMLResponse,
-    responses=problems(404, 422),
+    responses=PAGE,
 )
-def get_procedure_report(identifier: JobId, context: Shared) -> FileResponse:
+def get_procedure_report(identifier: JobId, context: Shared) -> RangedFile:
     """What `GET /characterisations/{identifier}/report` is to a stored recording."""
     job = context.hardware.job("procedure", identifier)
     if not isinstance(job.result.outcome, CharacteriseOutcome):
