@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 
 from fastapi import APIRouter, FastAPI
 from fastapi.routing import APIRoute
+from fastapi.sse import EventSourceResponse
 
 from platform_daemon.schemas import StopReport
 
@@ -13,7 +15,7 @@ from . import problems
 from .network.front import Front
 from .network.lanes import Lanes
 from .network.policy import Network
-from .network.routes import refuse_unguarded
+from .network.routes import GuardedRoute, refuse_unguarded
 
 
 def guard(app: FastAPI, network: Network, outputs_off: Callable[[], StopReport]) -> None:
@@ -25,9 +27,27 @@ def guard(app: FastAPI, network: Network, outputs_off: Callable[[], StopReport])
 
 
 def include(app: FastAPI, router: APIRouter) -> None:
-    """Serve these routes.  Raises RuntimeError for one that is not guarded."""
+    """Serve these routes, with HEAD wherever there is GET.  Raises RuntimeError for one that is not guarded."""
     refuse_unguarded(router.routes)
-    for route in router.routes:
+    heads = APIRouter(route_class=GuardedRoute)
+    heads.routes += [_head(route) for route in router.routes if isinstance(route, APIRoute) and _has_head(route)]
+    for route in (*router.routes, *heads.routes):
         if isinstance(route, APIRoute):
             app.state.methods.setdefault(route.path, set()).update(route.methods)
     app.include_router(router)
+    app.include_router(heads)
+
+
+def _has_head(route: APIRoute) -> bool:
+    """GET has an end, which HEAD stands for (RFC 9110, 9.3.2): a stream of events has none."""
+    return "GET" in (route.methods or ()) and route.response_class is not EventSourceResponse
+
+
+def _head(route: APIRoute) -> APIRoute:
+    """The same route for HEAD, by the same name in the table of access; the server leaves the body out.
+
+    It is not in the schema: a generator would make every function twice, under one name.
+    """
+    twin = copy.copy(route)
+    twin.methods, twin.include_in_schema = {"HEAD"}, False
+    return twin

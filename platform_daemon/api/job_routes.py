@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse
 
 from drivers.errors import InputError
 from platform_daemon.engine import UnknownId
@@ -19,8 +18,11 @@ from .at_once import at_once
 from .context import JobId, Shared
 from .pages import NEXT, Paged
 from .problems import problem, problems
+from .ranged_file import RangedFile, ranged
 
 JobT = TypeVar("JobT", bound=Schema)
+PAGE = {**ranged({"text/html": {"schema": {"type": "string"}}}), **problems(404, 422)}
+"""What a route declares that answers with a page."""
 
 
 @dataclass(frozen=True)
@@ -128,10 +130,10 @@ def result_of(job: ShownJob, again: str) -> Any:
     raise InputError(f"the {job.kind} has no result", where=job.identifier, why=why, remedy=remedy)
 
 
-def page_of(job: ShownJob, folder: Path, again: str) -> FileResponse:
+def page_of(job: ShownJob, folder: Path, again: str) -> RangedFile:
     """The page that a job has made.  Raises InputError if it has no result, UnknownId if the page is gone."""
     result_of(job, again)
     page = folder / f"{job.identifier}.html"
     if not page.is_file():
         raise UnknownId("the page is not there any more", where=job.identifier, remedy=again)
-    return FileResponse(page, media_type="text/html")
+    return RangedFile(page, "text/html")

@@ -12,11 +12,12 @@ from platform_daemon.store import StorageError, UnknownRecording
 from platform_daemon.workers import OverBounds, WorkerLost
 
 from .problems import slug
+from .ranged_file import RangeNotSatisfiable
 
 # Errors come over the local socket by the names of their classes, which must be known here to be told apart.
 LOADED = (
     *(UnknownAlarm, UnknownModel, UnknownSpecimen, ShuttingDown, UnknownId, HardwareAway, UnknownSchedule),
-    *(StorageError, UnknownRecording, OverBounds, WorkerLost),
+    *(StorageError, UnknownRecording, OverBounds, WorkerLost, RangeNotSatisfiable),
 )
 
 

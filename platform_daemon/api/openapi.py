@@ -9,9 +9,15 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import JSONResponse
 from starlette.routing import Route
 
+from platform_daemon import schemas
+
 from .network.access import ACCESS, Takes
 from .problems import MEDIA_TYPE, WHEN
 
+EVENTS = {
+    "type": "string",
+    "description": "Server-sent events; `data` of each is JSON: `#/components/schemas/Event`.",
+}
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
 INVALID = {"$ref": "#/components/schemas/HTTPValidationError"}
 _ID, _LABEL = {"identifier": "$response.body#/id"}, {"name": "$response.body#/label"}
@@ -57,6 +63,7 @@ def complete_schema(app: FastAPI) -> None:
                     _complete(operation)
             for unused in ("HTTPValidationError", "ValidationError"):
                 schema["components"]["schemas"].pop(unused, None)
+            _complete_examples(schema["components"]["schemas"])
             schema["components"]["securitySchemes"] = {"token": TOKEN}
             app.openapi_schema = schema
         return app.openapi_schema
@@ -83,13 +90,24 @@ def serve_schema(app: FastAPI) -> None:
 def _complete(operation: dict[str, Any]) -> None:
     _secure(operation)
     for status, response in operation["responses"].items():
-        schemas = [content.get("schema") for content in response.get("content", {}).values()]
-        if PROBLEM in schemas or INVALID in schemas:
+        stream = response.get("content", {}).get("text/event-stream", {})
+        if stream.pop("itemSchema", None):  # a word of OpenAPI 3.2, and what FastAPI writes is 3.1
+            stream["schema"] = EVENTS
+        bodies = [content.get("schema") for content in response.get("content", {}).values()]
+        if PROBLEM in bodies or INVALID in bodies:
             response["content"] = {MEDIA_TYPE: {"schema": PROBLEM}}
             response["description"] = WHEN[int(status)]
         elif int(status) < 300 and (links := LINKS.get(operation["operationId"])):
             response["links"] = {n: {"operationId": n, "parameters": p} for n, p in links.items()}
     operation["responses"] = dict(sorted(operation["responses"].items()))
+
+
+def _complete_examples(components: dict[str, Any]) -> None:
+    """Their keys that are null, which FastAPI leaves out wherever they stand: without them no example is one."""
+    for name, component in components.items():
+        add = getattr(schemas, name).model_config.get("json_schema_extra") if "examples" in component else None
+        if callable(add):
+            add(component)
 
 
 def _secure(operation: dict[str, Any]) -> None:

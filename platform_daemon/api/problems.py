@@ -35,6 +35,7 @@ STATUS: dict[str, int] = {
     "UnknownRecording": 404,
     "UnknownSchedule": 404,
     "UnsupportedMediaType": 415,
+    "RangeNotSatisfiable": 416,
     "BodyTooSlow": 408,
     "BodyTooLarge": 413,
     "ForeignHost": 421,
@@ -66,6 +67,7 @@ WHEN = {
     408: "The body did not come in time",
     413: "The body is too large, or what was asked for takes more than one request may",
     415: "The body is not said to be JSON",
+    416: "The file ends before the range of bytes begins",
     421: "The request names a host that this server is not",
     422: "The request is wrong, or cannot be carried out; nothing has moved",
     429: "This client asks too often; Retry-After says how long to wait",
@@ -75,6 +77,8 @@ WHEN = {
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }
+OWNER = 502, 503, 504
+"""What whoever asks the owner of the hardware may be answered: it is away, or its devices are not open."""
 
 
 def problems(*statuses: int) -> dict[int | str, dict[str, Any]]:
@@ -160,11 +164,11 @@ def respond(error: Exception, path: str) -> Response:
 
 
 def _allowed(request: Request, by_first: str) -> str:
-    """The methods of a path: of its own, else of the first that has a variable part there."""
+    """The methods of a path: of its own, else of all whose variable parts fit; a greedy one hides none behind it."""
     known: dict[str, set[str]] = request.app.state.methods
     path = request.url.path
-    found = path if path in known else next((p for p in known if compile_path(p)[0].match(path)), None)
-    return by_first if found is None else ", ".join(sorted(known[found]))
+    fitting = [path] if path in known else [each for each in known if compile_path(each)[0].match(path)]
+    return ", ".join(sorted(set().union(*(known[each] for each in fitting)))) or by_first
 
 
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:

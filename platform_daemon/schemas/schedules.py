@@ -25,7 +25,7 @@ class TriggerRequest(Request):
     every_s: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = None
     """Interval, s, counted from the start of the schedule; daylight saving does not move it."""
     cron: str | None = None
-    """Five fields as in Debian's cron: minute, hour, day, month, weekday."""
+    """Five fields as in Debian's cron: minute, hour, day, month, weekday; also `L`, `LW`, `5L` and `MON#2`."""
     at: Annotated[list[str], Field(min_length=1, max_length=1000)] | None = None
     """Local times, ISO 8601, or with an offset of their own."""
     time_zone: str = "UTC"

@@ -22,10 +22,10 @@ from platform_daemon.store import describe
 from ..context import CONFIRMED, Confirmed, Context, JobId, Shared
 from ..job_routes import JobKind
 from ..network.routes import GuardedRoute
-from ..problems import problems
+from ..problems import OWNER, problems
 from .recordings import opened
 
-router = APIRouter(prefix="/acquisitions", tags=["acquisitions"], route_class=GuardedRoute)
+router = APIRouter(prefix="/acquisitions", tags=["acquisitions"], route_class=GuardedRoute, responses=problems(*OWNER))
 
 After = Annotated[int, Query(ge=0, le=2**53, description="shots with larger numbers")]
 Limit = Annotated[int, Query(ge=1, le=1000, description="at most so many shots")]
@@ -48,7 +48,7 @@ ACQUISITIONS = JobKind(
 )
 
 
-@router.post("", summary="Measure a series", status_code=202, responses=problems(409, 415, 422, 503, 507))
+@router.post("", summary="Measure a series", status_code=202, responses=problems(409, 415, 422, 507))
 def start_acquisition(body: AcquisitionRequest, response: Response, context: Shared) -> AcquisitionJob:
     """Queue an acquisition.
 
@@ -67,7 +67,7 @@ def dry_run(body: AcquisitionRequest, context: Shared) -> AcquisitionSummary:
     return context.hardware.dry_run(body)
 
 
-@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 507))
 def edit_acquisition(identifier: JobId, body: AcquisitionRequest, context: Shared) -> AcquisitionJob:
     """Another request in the place of that of an acquisition that waits; 409 once it has begun."""
     return ACQUISITIONS.shown(context.hardware.edit("acquisition", identifier, body))
@@ -79,7 +79,7 @@ def pause_acquisition(identifier: JobId, context: Shared, body: Confirmed = CONF
     return ACQUISITIONS.shown(context.hardware.pause("acquisition", identifier))
 
 
-@router.post("/{identifier}/resume", summary="Go on", status_code=202, responses=problems(404, 409, 415, 422, 503, 507))
+@router.post("/{identifier}/resume", summary="Go on", status_code=202, responses=problems(404, 409, 415, 422, 507))
 def resume_acquisition(identifier: JobId, context: Shared, body: Confirmed = CONFIRMED) -> AcquisitionJob:
     """After a pause; or, of a series that was cut off, stopped or failed, with the first shot that is missing.
 

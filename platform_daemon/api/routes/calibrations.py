@@ -16,9 +16,9 @@ from platform_daemon.schemas import (
 from ..context import CONFIRMED, Confirmed, JobId, Shared
 from ..job_routes import JobKind
 from ..network.routes import GuardedRoute
-from ..problems import problems
+from ..problems import OWNER, problems
 
-router = APIRouter(prefix="/calibrations", tags=["calibrations"], route_class=GuardedRoute)
+router = APIRouter(prefix="/calibrations", tags=["calibrations"], route_class=GuardedRoute, responses=problems(*OWNER))
 
 
 def _links(job: ShownJob) -> dict[str, str]:
@@ -40,7 +40,7 @@ CALIBRATIONS = JobKind(
     "",
     summary="Calibrate the receive or the transmit side",
     status_code=202,
-    responses=problems(409, 415, 422, 503, 507),
+    responses=problems(409, 415, 422, 507),
 )
 def start_calibration(body: CalibrationRequest, response: Response, context: Shared) -> CalibrationJob:
     """Queue a calibration.
@@ -61,7 +61,7 @@ def adopt_calibration(body: ActivationRequest, context: Shared) -> CalibrationsI
     return context.hardware.activate(body)
 
 
-@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 507))
 def edit_calibration(identifier: JobId, body: CalibrationRequest, context: Shared) -> CalibrationJob:
     """Another request in the place of that of a calibration that waits; 409 once it has begun."""
     return CALIBRATIONS.shown(context.hardware.edit("calibration", identifier, body))

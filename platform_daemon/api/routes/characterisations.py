@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import HTMLResponse
 
 from platform_daemon.link import ShownJob
 from platform_daemon.schemas import CharacterisationJob, CharacterisationJobs, CharacterisationRequest
 
 from ..context import JobId, Shared
-from ..job_routes import JobKind, page_of
+from ..job_routes import PAGE, JobKind, page_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
+from ..ranged_file import RangedFile
 from ..stored_work import characterisation_work
 
 router = APIRouter(prefix="/characterisations", tags=["characterisations"], route_class=GuardedRoute)
@@ -49,9 +50,9 @@ CHARACTERISATIONS.add_routes(router)
     "/{identifier}/report",
     summary="The page with tables and pictures",
     response_class=HTMLResponse,
-    responses=problems(404, 422),
+    responses=PAGE,
 )
-def get_characterisation_report(identifier: JobId, context: Shared) -> FileResponse:
+def get_characterisation_report(identifier: JobId, context: Shared) -> RangedFile:
     """One self-contained HTML page: a shot with its fit, envelopes, the tables, every parameter shot by shot."""
     job = context.holder("characterisation").job("characterisation", identifier)
     return page_of(job, context.characterisations, "characterise anew")

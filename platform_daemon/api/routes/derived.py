@@ -30,7 +30,7 @@ from ..context import Context, Frame, JobId, RecordingId, Shared
 from ..costs import MOST_SLIDING_FITS, MOST_SLIDING_SAMPLES, check_file
 from ..job_routes import result_of
 from ..network.routes import GuardedRoute
-from ..problems import problems
+from ..problems import OWNER, problems
 from .design import PNG
 
 router = APIRouter(tags=["derived"], route_class=GuardedRoute)
@@ -132,7 +132,7 @@ def draw_frame(
     return Response(reports.ring_down_png(drawn), media_type="image/png")
 
 
-@router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404))
+@router.get("/live/harmonics", summary="Harmonics of the last shot", responses=problems(404, *OWNER))
 def get_live_harmonics(context: Shared) -> ShotHarmonics:
     """The same of the last excited shot, milliseconds after it, while its series still runs."""
     latest = context.hardware.last_harmonics()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import HTMLResponse
 
 from platform_daemon import analysis
 from platform_daemon.link import ShownJob
@@ -17,9 +17,10 @@ from platform_daemon.schemas import (
 )
 
 from ..context import JobId, Shared
-from ..job_routes import JobKind, page_of, result_of
+from ..job_routes import PAGE, JobKind, page_of, result_of
 from ..network.routes import GuardedRoute
 from ..problems import problems
+from ..ranged_file import RangedFile
 from ..stored_work import diagnosis_work
 
 router = APIRouter(prefix="/diagnoses", tags=["diagnoses"], route_class=GuardedRoute)
@@ -55,9 +56,9 @@ DIAGNOSES.add_routes(router)
     "/{identifier}/report",
     summary="The page with pictures",
     response_class=HTMLResponse,
-    responses=problems(404, 422),
+    responses=PAGE,
 )
-def get_report(identifier: JobId, context: Shared) -> FileResponse:
+def get_report(identifier: JobId, context: Shared) -> RangedFile:
     """One self-contained HTML page: residual, harmonics, spectra, sliding windows, ranking, before and after."""
     return page_of(context.holder("diagnosis").job("diagnosis", identifier), context.diagnoses, AGAIN)
 

@@ -26,7 +26,7 @@ from platform_daemon.schemas import (
 from ..context import CONFIRMED, Confirmed, Context, Shared
 from ..kinds import problem_kinds
 from ..network.routes import GuardedRoute
-from ..problems import problems
+from ..problems import OWNER, problems
 
 router = APIRouter(tags=["platform"], route_class=GuardedRoute)
 PATHS = (
@@ -75,13 +75,17 @@ def _warm(context: Context) -> dict[str, bool]:
         return {"platform": False, "estimator": False}
 
 
-@router.get("/platform", summary="State of every device, and the job that runs")
+@router.get("/platform", summary="State of every device, and the job that runs", responses=problems(*OWNER))
 def get_platform(context: Shared) -> PlatformStatus:
     """As last read back, at `read_at`: every second while idle, in the RX window of each shot of an acquisition."""
     return context.hardware.status()
 
 
-@router.get("/devices", summary="What is there: identity, state and last error of each device")
+@router.get(
+    "/devices",
+    summary="What is there: identity, state and last error of each device",
+    responses=problems(*OWNER),
+)
 def list_devices(context: Shared) -> DeviceListing:
     """One entry per device, as last read back; one that does not answer is there with its error."""
     return context.hardware.devices()
@@ -90,7 +94,7 @@ def list_devices(context: Shared) -> DeviceListing:
 @router.post(
     "/devices/power_amplifier/reset",
     summary="Clear the amplifier's latched fault after a trip",
-    responses=problems(409, 415, 422, 502, 504),
+    responses=problems(409, 415, 422, *OWNER),
 )
 def reset_amplifier(context: Shared, body: Confirmed = CONFIRMED) -> FaultReset:
     """Find the cause of the trip first.
@@ -105,7 +109,7 @@ def reset_amplifier(context: Shared, body: Confirmed = CONFIRMED) -> FaultReset:
 @router.post(
     "/platform/fault/reset",
     summary="Clear the fault that an owner of the devices has left by its death",
-    responses=problems(409, 415, 422, 502, 504),
+    responses=problems(409, 415, 422, *OWNER),
 )
 def reset_fault(context: Shared, body: FaultUnlock) -> FaultCleared:
     """After somebody has looked: until then no series, calibration or procedure is taken.
@@ -116,7 +120,7 @@ def reset_fault(context: Shared, body: FaultUnlock) -> FaultCleared:
     return context.hardware.unlock(body)
 
 
-@router.post("/platform/queue", summary="Put what waits in order", responses=problems(409, 415, 422))
+@router.post("/platform/queue", summary="Put what waits in order", responses=problems(409, 415, 422, *OWNER))
 def order_queue(context: Shared, body: QueueOrder) -> PlatformStatus:
     """The jobs of `order` first; all others follow by their priority.  `queued` of the answer is the order now.
 
@@ -126,7 +130,7 @@ def order_queue(context: Shared, body: QueueOrder) -> PlatformStatus:
     return context.hardware.order(body)
 
 
-@router.get("/platform/resonator", summary="What is in the clamping unit", responses=problems(503))
+@router.get("/platform/resonator", summary="What is in the clamping unit", responses=problems(*OWNER))
 def get_mounted_resonator(context: Shared) -> MountedResonator:
     """As far as anybody has said: by this path, or by measuring it."""
     return context.hardware.mounted()
@@ -135,7 +139,7 @@ def get_mounted_resonator(context: Shared) -> MountedResonator:
 @router.post(
     "/platform/resonator",
     summary="Say that a resonator was put into the clamping unit",
-    responses=problems(409, 415, 422, 503, 507),
+    responses=problems(409, 415, 422, 507, *OWNER),
 )
 def say_mounted_resonator(body: MountRequest, context: Shared) -> MountedResonator:
     """A schedule with several resonators in turn waits for it, where the platform does not change them by itself."""

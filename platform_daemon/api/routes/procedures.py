@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fastapi import APIRouter, Response
-from fastapi.responses import FileResponse, HTMLResponse
+from fastapi.responses import HTMLResponse
 
 from drivers.errors import InputError
 from platform_daemon.link import ShownJob
@@ -16,11 +16,12 @@ from platform_daemon.schemas import (
 )
 
 from ..context import CONFIRMED, Confirmed, JobId, Shared
-from ..job_routes import JobKind, page_of
+from ..job_routes import PAGE, JobKind, page_of
 from ..network.routes import GuardedRoute
-from ..problems import problems
+from ..problems import OWNER, problems
+from ..ranged_file import RangedFile
 
-router = APIRouter(prefix="/procedures", tags=["procedures"], route_class=GuardedRoute)
+router = APIRouter(prefix="/procedures", tags=["procedures"], route_class=GuardedRoute, responses=problems(*OWNER))
 
 
 def _links(job: ShownJob) -> dict[str, str]:
@@ -44,7 +45,7 @@ PROCEDURES = JobKind(
 )
 
 
-@router.post("", summary="Measure step by step", status_code=202, responses=problems(409, 415, 422, 503, 507))
+@router.post("", summary="Measure step by step", status_code=202, responses=problems(409, 415, 422, 507))
 def start_procedure(body: AnyProcedureRequest, response: Response, context: Shared) -> ProcedureJob:
     """Queue a procedure: a sweep over keys of an acquisition, or a characterisation of a resonator.
 
@@ -64,7 +65,7 @@ def dry_run_procedure(body: AnyProcedureRequest, context: Shared) -> ProcedureSu
     return context.hardware.dry_run_procedure(body)
 
 
-@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 507))
 def edit_procedure(identifier: JobId, body: AnyProcedureRequest, context: Shared) -> ProcedureJob:
     """Another request in the place of that of a procedure that waits; 409 once it has begun."""
     return PROCEDURES.shown(context.hardware.edit("procedure", identifier, body))
@@ -99,9 +100,9 @@ def resume_procedure(identifier: JobId, context: Shared, body: Confirmed = CONFI
     "/{identifier}/report",
     summary="The page of a characterisation",
     response_class=HTMLResponse,
-    responses=problems(404, 422),
+    responses=PAGE,
 )
-def get_procedure_report(identifier: JobId, context: Shared) -> FileResponse:
+def get_procedure_report(identifier: JobId, context: Shared) -> RangedFile:
     """What `GET /characterisations/{identifier}/report` is to a stored recording."""
     job = context.hardware.job("procedure", identifier)
     if not isinstance(job.result.outcome, CharacteriseOutcome):

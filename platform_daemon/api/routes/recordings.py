@@ -44,11 +44,11 @@ from ..costs import check_frame, check_sent
 from ..network.routes import GuardedRoute
 from ..pages import NEXT, Page, Paged
 from ..problems import problems, unreadable
+from ..ranged_file import BINARY, RangedFile, ranged
 from ..recording_query import RecordingQuery
 
 router = APIRouter(prefix="/recordings", tags=["recordings"], route_class=GuardedRoute)
 HDF5, BYTES = "application/x-hdf5", "application/octet-stream"
-BINARY = {"schema": {"type": "string", "format": "binary"}}
 Points = Annotated[int, Query(ge=2, le=20_000, description="at most so many points per channel")]
 Start = Annotated[float, Query(ge=0, le=1e6, description="from, s after the first RX sample")]
 Stop = Annotated[float | None, Query(gt=0, le=1e6, description="to, s; default: the end")]
@@ -117,12 +117,16 @@ def _links(identifier: str) -> RecordingLinks:
     "/{identifier}/file",
     summary="The file itself",
     response_class=FileResponse,
-    responses={200: {"content": {HDF5: BINARY}, "description": "HDF5, NeXus, `.mmr`"}, **problems(404, 422)},
+    responses={
+        200: {"content": {HDF5: BINARY}, "description": "HDF5, NeXus, `.mmr`"},
+        **ranged({HDF5: BINARY}),
+        **problems(404, 422),
+    },
 )
-def download_recording(identifier: RecordingId, context: Shared) -> FileResponse:
-    """The whole file (HDF5, NeXus, `.mmr`)."""
+def download_recording(identifier: RecordingId, context: Shared) -> RangedFile:
+    """The whole file (HDF5, NeXus, `.mmr`), or what `Range` asks for of it."""
     path = opened(identifier, context).path
-    return FileResponse(path, media_type=HDF5, filename=path.name)
+    return RangedFile(path, HDF5, path.name)
 
 
 @dataclass(frozen=True)

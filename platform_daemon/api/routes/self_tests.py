@@ -9,9 +9,9 @@ from platform_daemon.schemas import SelfTestJob, SelfTestJobs, SelfTestRequest
 from ..context import JobId, Shared
 from ..job_routes import JobKind
 from ..network.routes import GuardedRoute
-from ..problems import problems
+from ..problems import OWNER, problems
 
-router = APIRouter(prefix="/self-tests", tags=["self-tests"], route_class=GuardedRoute)
+router = APIRouter(prefix="/self-tests", tags=["self-tests"], route_class=GuardedRoute, responses=problems(*OWNER))
 SELF_TESTS = JobKind(
     "self_test",
     "self-tests",
@@ -23,7 +23,7 @@ SELF_TESTS = JobKind(
 )
 
 
-@router.post("", summary="Is the chain as it should be?", status_code=202, responses=problems(409, 415, 422, 503, 507))
+@router.post("", summary="Is the chain as it should be?", status_code=202, responses=problems(409, 415, 422, 507))
 def start_self_test(body: SelfTestRequest, response: Response, context: Shared) -> SelfTestJob:
     """Queue a self-test: a low tone on each coil, heard through the open receive contacts.
 
@@ -33,7 +33,7 @@ def start_self_test(body: SelfTestRequest, response: Response, context: Shared) 
     return SELF_TESTS.accepted(context.hardware.self_test(body), response)
 
 
-@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 503, 507))
+@router.put("/{identifier}", summary="Change what has not begun", responses=problems(404, 409, 415, 422, 507))
 def edit_self_test(identifier: JobId, body: SelfTestRequest, context: Shared) -> SelfTestJob:
     """Another request in the place of that of a self-test that waits; 409 once it has begun."""
     return SELF_TESTS.shown(context.hardware.edit("self_test", identifier, body))

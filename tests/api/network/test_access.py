@@ -44,6 +44,28 @@ def test_every_route_lets_in_the_roles_of_the_table_and_nobody_else(secured, rol
     assert seen == len(ACCESS)
 
 
+@pytest.mark.parametrize("role", [None, *Role], ids=str)
+def test_head_is_get_without_its_body_and_by_the_same_rules(secured, role):
+    seen = 0
+    for name, method, path in operations(secured.client):
+        if method != "GET":
+            continue
+        headers = secured.headers[role]
+        asked, head = (secured.client.request(m, path, headers=headers) for m in ("GET", "HEAD"))
+        if name == "listen":
+            assert (head.status_code, head.headers["allow"]) == (405, "GET")
+            continue
+        assert (head.status_code, head.content) == (asked.status_code, b""), name
+        assert head.headers["content-type"] == asked.headers["content-type"], name
+        assert "content-length" in head.headers, name
+        seen += 1
+    assert seen > 50
+
+
+def test_head_is_not_in_the_schema(secured):
+    assert not [item for item in secured.client.get("/openapi.json").json()["paths"].values() if "head" in item]
+
+
 def test_only_an_operator_changes_anything_and_only_an_admin_what_others_rely_on(secured):
     found = {name: (method, ACCESS[name]) for name, method, _ in operations(secured.client)}
     for name, (method, access) in found.items():
