@@ -73,7 +73,7 @@ WHEN = {
     429: "This client asks too often; Retry-After says how long to wait",
     500: "An error that nobody foresaw; the log has it",
     502: "A device failed",
-    503: "The daemon is shutting down and takes no work, or has too much of it, or its hardware process is away",
+    503: "The daemon is shutting down, has too much work, or its hardware process or the index of recordings is away",
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }

@@ -59,7 +59,7 @@ def opened(identifier: str, context: Shared) -> Recording:
     return open_recording(resolve(context.recordings, identifier))
 
 
-@router.get("", summary="All recordings", responses={**NEXT, **problems(422)})
+@router.get("", summary="All recordings", responses={**NEXT, **problems(422, 503)})
 def list_recordings(context: Shared, page: Paged, asked: Annotated[RecordingQuery, Depends()]) -> RecordingListing:
     """Every recording, and every file that cannot be read with the reason; by name, page by page.
 

@@ -29,7 +29,7 @@ Rate = Annotated[
 ]
 
 
-@router.get("", summary="Specimens that were measured", responses={**NEXT, **problems(422)})
+@router.get("", summary="Specimens that were measured", responses={**NEXT, **problems(422, 503)})
 def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
     """Names of all specimens with shots that were fitted, page by page."""
     return SpecimenListing(tuple(page.of(analysis.indexed_specimens(context.recordings))))
@@ -39,7 +39,7 @@ def list_specimens(context: Shared, page: Paged) -> SpecimenListing:
     "/{specimen:path}/trend/picture",
     summary="Picture of a trend",
     response_class=Response,
-    responses={200: {"content": {"image/png": PNG}, "description": "PNG"}, **problems(404, 422)},
+    responses={200: {"content": {"image/png": PNG}, "description": "PNG"}, **problems(404, 422, 503)},
 )
 def get_trend_picture(
     specimen: Specimen,
@@ -57,7 +57,7 @@ def get_trend_picture(
     "/{specimen:path}/trend/table",
     summary="Points of a trend as CSV",
     response_class=Response,
-    responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422)},
+    responses={200: {"content": {"text/csv": TEXT}, "description": "CSV with a heading"}, **problems(404, 422, 503)},
 )
 def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, until: Until = None) -> Response:
     """A row per point: when, recording, shots, temperature, each quantity as measured and at one temperature."""
@@ -65,7 +65,7 @@ def get_trend_table(specimen: Specimen, context: Shared, since: Since = None, un
     return Response(reports.trend_csv(found), media_type="text/csv")
 
 
-@router.get("/{specimen:path}/trend", summary="What a specimen does over months", responses=problems(404, 422))
+@router.get("/{specimen:path}/trend", summary="What a specimen does over months", responses=problems(404, 422, 503))
 def get_trend(
     specimen: Specimen,
     context: Shared,
@@ -77,13 +77,15 @@ def get_trend(
     return _trend(context, specimen, since, until, points_to_false_alarm)
 
 
-@router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422))
+@router.get("/{specimen:path}", summary="What is known of a specimen", responses=problems(404, 422, 503))
 def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
     """Recordings, resonators with their highest field and preset, calibrations, adopted models, changes, links."""
     return specimen_page(specimen, context)
 
 
-@router.post("/{specimen:path}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 507))
+@router.post(
+    "/{specimen:path}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 503, 507)
+)
 def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) -> Baseline:
     """Its charts begin anew, from now or from `since` on, and its alarms are over; `?since=` of a trend looks further
     back."""
