@@ -38,7 +38,7 @@ class Survived:
 def scheduler_kills(folder: Path, kills: int, seed: int = 7) -> Survived:
     """The scheduler in a process of its own, that goes through simulated minutes; most kills meet it in a change of the
     ledger, or between a claim and its job."""
-    chance = random.Random(seed)
+    chance, out = random.Random(seed), Survived(kills)
     for _ in range(kills):
         child = subprocess.Popen([sys.executable, str(CHILD), str(folder)], stdout=subprocess.PIPE)
         assert child.stdout is not None
@@ -47,13 +47,15 @@ def scheduler_kills(folder: Path, kills: int, seed: int = 7) -> Survived:
             child.wait(chance.uniform(0, 0.1))
         except subprocess.TimeoutExpired:
             child.kill()
-        child.wait()
+        if child.wait() != -signal.SIGKILL:
+            out.wrong.append(f"the scheduler ended by itself, with exit code {child.returncode}")
         child.stdout.close()
-    out = Survived(kills)
     rows = _rows(folder / "schedules.db")
     _check_instants(out, rows, 60.0)
     started = Counter((folder / "started").read_text().split())
     out.wrong += [f"{due} was started {n} times" for due, n in started.items() if n > 1]
+    if len(started) < kills / 2:
+        out.wrong.append(f"only {len(started)} starts in {kills} lives")
     jobs = {path.name for path in (folder / "jobs").iterdir()}
     told = {job for _, state, job, _ in rows if state in {"run", "late"}}
     out.wrong += [f"{job} is told to have run and never began" for job in told - jobs]

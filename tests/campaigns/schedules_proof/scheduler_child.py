@@ -24,6 +24,9 @@ class Owner:
     def busy(self):
         return False
 
+    def missing(self, work, *, surely):
+        return None
+
     def new_id(self, work):
         return f"acquisition-{token_hex(6)}"
 
