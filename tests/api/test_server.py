@@ -276,8 +276,8 @@ def test_openapi_shows_examples_and_problem_details(client):
 
 def test_methods_that_a_path_has_not_are_a_problem_that_names_those_it_has(client):
     answer = client.put("/fits")
-    assert problem(answer, 405)["remedy"] == "use GET, POST"
-    assert answer.headers["allow"] == "GET, POST"
+    assert problem(answer, 405)["remedy"] == "use GET, HEAD, POST"
+    assert answer.headers["allow"] == "GET, HEAD, POST"
     assert client.get("/calibrations/adopt").status_code == 404
     assert client.request("OPTIONS", "/calibrations/adopt").headers["allow"] == "POST"
 
