@@ -14,6 +14,8 @@ Text = Annotated[str, Field(max_length=2000)]
 ModelName = Annotated[str, Field(min_length=1, max_length=100)]
 CalibrationKind = TypeAliasType("CalibrationKind", Literal["receive", "transmit"])
 Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
+AmplifierVolts = Annotated[float, Field(ge=1e-3, allow_inf_nan=False)]
+"""Amplitude of a tone behind an amplifier, V: a smaller one is less than a step of the DAC in front of it."""
 
 
 def _direction(vector: tuple[float, ...]) -> tuple[float, ...]:
@@ -225,8 +227,8 @@ class CalibrationRequest(QueuedRequest):
     """Shots per direction and frequency."""
     listen_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 0.4
     """Length of a shot, s; receive only."""
-    amplifier_v: Positive = 1.0
-    """Amplitude on each coil, V; transmit only."""
+    amplifier_v: AmplifierVolts = 1.0
+    """Amplitude on each coil, V, at least 1e-3; transmit only."""
     temperature_span_c: Positive = 5.0
     """It holds so far from the temperatures at which it was made, degrees Celsius."""
 
@@ -254,8 +256,8 @@ class SelfTestOptions(Request):
 
     enabled: bool | None = None
     """null: on for real devices, off for a platform that lives in simulated time."""
-    amplifier_v: Positive = 1.0
-    """Amplitude on each coil, V."""
+    amplifier_v: AmplifierVolts = 1.0
+    """Amplitude on each coil, V, at least 1e-3."""
     frequency_hz: Positive = 4000.0
     """Frequency of the tones, Hz: far above any resonator, so that none is moved."""
     tone_s: Annotated[float, Field(ge=4e-3, le=1.0)] = 12e-3
