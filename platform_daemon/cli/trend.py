@@ -43,6 +43,7 @@ def trend(
 
     for path, ending in ((png, ".png"), (csv, ".csv"), (json_file, ".json")):
         must_not_exist(path, force, ending)
+    _check_accepted(accept, by)
     updated(recordings, rebuild=False)
     if accept is not None:
         indexed_trend(recordings, specimen)  # raises for one that nobody has measured
@@ -55,6 +56,14 @@ def trend(
         write_file(csv, trend_csv(report).encode())
     if png is not None:
         save_trend_png(report, png)
+
+
+def _check_accepted(why: str | None, by: str) -> None:
+    """Raises InputError that names the option."""
+    if why is not None and not why.strip():
+        raise InputError("says no reason", where="--accept", remedy="say why it is accepted: --accept 'new jewel'")
+    if why is not None and not by.strip():
+        raise InputError("nobody is named", where="--by", remedy="say who accepts it: --by NAME")
 
 
 def _accept(folder: Path, specimen: str, asked: dict[str, str]) -> None:

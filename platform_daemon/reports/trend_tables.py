@@ -28,7 +28,7 @@ def trend_text(report: TrendReport) -> str:
     lines += [
         f"{'now' if each.stands else 'was'}: {each.name} since {each.since}: {each.what}" for each in report.changes
     ]
-    if not report.changes:
+    if report.points and not report.changes:  # without points nothing was looked at
         lines.append("no change beyond chance")
     lines.append(f"a specimen that does not change raises an alarm once in {report.points_to_false_alarm:g} points")
     return "\n".join([*lines, *(f"note: {note}" for note in report.notes)])

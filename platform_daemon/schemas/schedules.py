@@ -159,7 +159,8 @@ class Schedule(Schema):
     active: bool
     """Does it start anything?"""
     reason: str | None
-    """Why not: paused, stopped, failed too often, cannot be read, its time zone is no more; null: it is active."""
+    """Why not: paused, stopped, removed, failed too often, cannot be read, its time zone is no more; null: it is
+    active."""
     failures: int
     """In a row, until now."""
     next_due: str | None

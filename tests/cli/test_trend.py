@@ -44,7 +44,11 @@ def test_bad_input_is_one_line(tmp_path):
         (("trend", "T 1", "--recordings", tmp_path / "none"), "is no folder"),
         (("trend", "T 1", "--recordings", tmp_path, "--since", "x"), "no time of ISO 8601"),
         (("trend", "T 1", "--recordings", tmp_path, "--points-to-false-alarm", "3"), "false alarm"),
-        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "by"),
+        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "error: --by: nobody is named"),
+        (("trend", "T 1", "--recordings", tmp_path, "--accept", " ", "--by", "DC"), "error: --accept: says no reason"),
+        (("trend", "T 1", "--recordings", tmp_path, "--since", "2026-11-26", "--until", "2026-11-25"), "is before"),
+        (("index", "find", "--recordings", tmp_path, "--since", "2026-11-26", "--until", "2026-11-25"), "is before"),
+        (("index", "export", "T 1", "--recordings", tmp_path, "--csv", "-"), "error: -: is no file"),
         (("index", "rebuild", "--recordings", tmp_path / "none"), "is no folder"),
     ):
         told = here(*arguments)
@@ -53,6 +57,14 @@ def test_bad_input_is_one_line(tmp_path):
     told = here("index", "rebuild", "--recordings", tmp_path)
     assert told.stdout == "2 files looked at\n"
     assert "broken.h5: not an HDF5 file" in told.stderr
+
+
+def test_a_time_without_points_is_told_as_such(tmp_path):
+    months(tmp_path, 1)
+    told = here("trend", "T 1", "--recordings", tmp_path, "--since", "2027-01-01")
+    assert told.returncode == 0, told.stderr
+    assert "no points in that time" in told.stdout
+    assert "beyond chance" not in told.stdout
 
 
 def test_files_are_found(tmp_path):
