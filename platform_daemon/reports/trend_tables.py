@@ -5,12 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 from rich.table import Table
 
-from drivers.errors import InputError
 from platform_daemon.schemas import TrendChart, TrendReport, definition_of
 
 
@@ -71,31 +69,3 @@ def trend_csv(report: TrendReport) -> str:
         cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
         writer.writerow([point.at, point.recording, point.shots, *cells])
     return text.getvalue()
-
-
-def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> bytes:
-    """A row per fit; a column per key of any of them, empty where a fit has none."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, _columns(rows), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
-def fits_parquet(rows: Sequence[Mapping[str, str | float]]) -> bytes:
-    """The same as Parquet: null where a fit has none.  Raises InputError if pyarrow is not installed."""
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        remedy = "install it: pip install 'platform-daemon[parquet]'; or write a CSV"
-        raise InputError("Parquet needs pyarrow", where="--parquet", remedy=remedy) from None
-    columns = {name: [row.get(name) for row in rows] for name in _columns(rows)}
-    sink = pyarrow.BufferOutputStream()
-    parquet.write_table(pyarrow.table(columns), sink)
-    written: bytes = sink.getvalue().to_pybytes()
-    return written
-
-
-def _columns(rows: Sequence[Mapping[str, str | float]]) -> list[str]:
-    return list(dict.fromkeys(key for row in rows for key in row))

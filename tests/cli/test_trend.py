@@ -87,6 +87,8 @@ def test_the_fits_of_a_specimen_are_one_table(tmp_path):
     assert here("index", "export", "T 1", "--parquet", tmp_path / "f.parquet", "--recordings", tmp_path).returncode == 0
     table = pyarrow.read_table(tmp_path / "f.parquet").to_pylist()
     assert [row["f_nat_hz"] for row in table] == [float(row["f_nat_hz"]) for row in rows]
+    assert [row["at"].isoformat() for row in table] == [row["at"] for row in rows]
+    assert {row["reason"] for row in table} == {None}
     assert here("index", "export", "T 1", "--recordings", tmp_path).returncode == 2
     assert here("index", "export", "x", "--csv", tmp_path / "x.csv", "--recordings", tmp_path).returncode == 2
     assert not (tmp_path / "x.csv").exists()
