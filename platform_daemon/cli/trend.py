@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from drivers.errors import InputError
 
@@ -138,9 +139,11 @@ def updated(folder: Path, *, rebuild: bool) -> int:
         raise InputError("is no folder", where=str(folder), remedy="name the folder of the recordings, --recordings")
     shown = sys.stderr.isatty()
 
+    terminal = Console(stderr=True, highlight=False)
+
     def told(n: int, of: int) -> None:
         if shown and of:
-            print(f"\r{n} of {of} recordings looked at", end="\n" if n == of else "", file=sys.stderr)
+            terminal.print(f"{n} of {of} recordings looked at", end="\n" if n == of else "\r")
 
     found, broken = update_index(folder, told, rebuild=rebuild)
     for why in broken.values():

@@ -19,7 +19,7 @@ def trend_text(report: TrendReport) -> str:
         table.add_column(heading, justify="left" if heading in ("quantity", "chart") else "right")
     for chart in report.charts:
         table.add_row(*_row(chart))
-    console = Console(width=120, markup=False, highlight=False)
+    console = Console(width=120, markup=False, highlight=False, color_system=None)  # it is printed as plain text
     with console.capture() as captured:
         console.print(table)
     lines = [captured.get().rstrip()]

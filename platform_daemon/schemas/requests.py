@@ -8,9 +8,9 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .base import Finite, Given, Positive, QueuedRequest, Request, Schema, Window
+from .text import Line, Text
 
 CALIBRATION_ID = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
-Text = Annotated[str, Field(max_length=2000)]
 ModelName = Annotated[str, Field(min_length=1, max_length=100)]
 CalibrationKind = TypeAliasType("CalibrationKind", Literal["receive", "transmit"])
 Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
@@ -194,12 +194,12 @@ class AcquisitionRequest(QueuedRequest):
     """Model of the on-line fits, declared or adopted; null: the resonator's."""
     beyond_side_modes: Given[bool] = None
     """Allow a field above the highest that a ramp has found for this resonator; it is logged."""
-    sample: Text = ""
-    """Name of the sample, for the record."""
-    operator: Text = ""
-    """Who measures, for the record."""
+    sample: Line = ""
+    """Name of the sample, one line, for the record."""
+    operator: Line = ""
+    """Who measures, one line, for the record."""
     comment: Text = ""
-    """What else is to be kept, for the record."""
+    """What else is to be kept, for the record; may have several lines."""
 
 
 class CalibrationRequest(QueuedRequest):
