@@ -29,7 +29,8 @@ def trend(
         float, typer.Option(help="Points to a false alarm, on average over all charts.")
     ] = FALSE_ALARM,
     accept: Annotated[
-        str | None, typer.Option(help="Accept it as it is, from --since or from now on, and why: charts begin anew.")
+        str | None,
+        typer.Option(help="Accept it as it is, from --since or its next recording on, and why: charts begin anew."),
     ] = None,
     by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
     png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
