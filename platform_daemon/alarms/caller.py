@@ -49,9 +49,12 @@ class Caller:
         self, command: str | None = None, url: str | None = None, again_after_s: tuple[float, ...] = AGAIN_AFTER_S
     ) -> None:
         try:
-            self._words = shlex.split(command) if command else []
+            self._words = shlex.split(command or "")
         except ValueError as error:
             raise ConfigError(f"cannot be split: {error}", where="--alarm-command", remedy="close quotes") from None
+        if command is not None and not self._words:
+            remedy = "name a program, or leave the option out"
+            raise ConfigError("names no command", where="--alarm-command", remedy=remedy)
         if url is not None and not url.startswith(("http://", "https://")):
             raise ConfigError("is no URL of HTTP", where="--alarm-url", remedy="begin it with http:// or https://")
         self._url, self._again_after_s = url, again_after_s

@@ -40,6 +40,7 @@ from .self_test import self_test
 from .serve import serve
 from .sliding import slide
 from .sweep import sweep
+from .terminal import plain_text_only
 from .tokens import token_app
 from .trend import index_app, trend
 from .tune import tune
@@ -82,25 +83,31 @@ app.command()(retention)
 def main() -> None:
     """Entry point; every expected error is one line on stderr."""
     log_from(logging.WARNING)
+    with plain_text_only():
+        sys.exit(_run())
+
+
+def _run() -> int | None:
+    """The exit code."""
     try:
         with no_interrupt_lost():
-            code = app(standalone_mode=False)
+            code: int | None = app(standalone_mode=False)
         if code == INTERRUPTED:  # so ends a command that was interrupted anywhere, without a word
             print("interrupted; outputs are off", file=sys.stderr)
-        sys.exit(code)
+        return code
     except typer.TyperException as error:
         message = " ".join(getattr(error, "format_message", error.__str__)().split()).rstrip(".")
         print(f"error: {message}. Remedy: see platform-daemon --help.", file=sys.stderr)
-        sys.exit(2)
+        return 2
     except PlatformError as error:
         print(f"error: {error}", file=sys.stderr)
-        sys.exit(2 if error.nothing_moved else 1)
+        return 2 if error.nothing_moved else 1
     except OSError as error:
         print(f"error: {error.filename or ''}: {error.strerror or error}", file=sys.stderr)
-        sys.exit(1)
+        return 1
     except (KeyboardInterrupt, typer.Abort):
         print("interrupted; outputs are off", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        return INTERRUPTED
 
 
 @app.callback(invoke_without_command=True)

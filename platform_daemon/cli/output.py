@@ -13,9 +13,12 @@ if TYPE_CHECKING:
 
 
 def must_not_exist(path: Path | None, force: bool, *endings: str) -> None:
-    """Raises InputError if the file exists, unless `force`; if its folder does not; or if it ends like another kind."""
+    """Raises InputError if the file exists, unless `force`; if its folder does not; if it ends like another kind; or if
+    it is called `-`, which elsewhere stands for standard output."""
     if path is None:
         return
+    if str(path) == "-":
+        raise InputError("is no file, and results do not go to standard output", where="-", remedy="name a file")
     if path.is_dir():
         raise InputError("is a directory", where=str(path), remedy="name a file")
     if endings and path.suffix and path.suffix.lower() not in endings:

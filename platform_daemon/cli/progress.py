@@ -12,7 +12,10 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
+from platform_daemon.schemas import printable
+
 from .shot_lines import ShotLines
+from .terminal import for_rich, plain_text_only
 
 if TYPE_CHECKING:
     from platform_daemon.engine import Engine, Job
@@ -62,7 +65,7 @@ class ProgressDisplay:
 
     def say(self, text: str) -> None:
         """A line above the bar."""
-        self._bar.console.print(text, highlight=False, soft_wrap=True)
+        self._bar.console.print(printable(text), markup=False, highlight=False, soft_wrap=True)
 
     def ask(self, question: str) -> str:
         """The operator's answer; the bar is out of the way."""
@@ -111,7 +114,8 @@ def progress() -> Iterator[ProgressDisplay]:
     columns = (TextColumn("{task.description:<18}"), BarColumn(), count, _TimeLeft(), curve)
     # What is printed meanwhile goes above the bar, unless it goes somewhere else.
     shown = sys.stdout.isatty()
-    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=shown) as bar:
+    console = Console(file=for_rich(sys.stderr))
+    with Progress(*columns, console=console, transient=True, redirect_stdout=shown) as bar, plain_text_only():
         yield ProgressDisplay(bar)
 
 
@@ -131,5 +135,7 @@ def prepare_fit() -> None:
     """Before the first shot: kernels that are compiled or loaded meanwhile would lengthen the time between shots."""
     from platform_daemon.estimation import warm_up
 
-    with Console(stderr=True).status("preparing the fit (some seconds; longer where nothing is compiled yet)"):
+    with Console(file=for_rich(sys.stderr)).status(
+        "preparing the fit (some seconds; longer where nothing is compiled yet)"
+    ):
         warm_up()

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.console import Console
 
 from drivers.errors import InputError
 
@@ -28,7 +29,8 @@ def trend(
         float, typer.Option(help="Points to a false alarm, on average over all charts.")
     ] = FALSE_ALARM,
     accept: Annotated[
-        str | None, typer.Option(help="Accept it as it is, from --since or from now on, and why: charts begin anew.")
+        str | None,
+        typer.Option(help="Accept it as it is, from --since or its next recording on, and why: charts begin anew."),
     ] = None,
     by: Annotated[str, typer.Option(help="Who accepts it.")] = "",
     png: Annotated[Path | None, typer.Option(help="Draw it.")] = None,
@@ -43,6 +45,7 @@ def trend(
 
     for path, ending in ((png, ".png"), (csv, ".csv"), (json_file, ".json")):
         must_not_exist(path, force, ending)
+    _check_accepted(accept, by)
     updated(recordings, rebuild=False)
     if accept is not None:
         indexed_trend(recordings, specimen)  # raises for one that nobody has measured
@@ -55,6 +58,14 @@ def trend(
         write_file(csv, trend_csv(report).encode())
     if png is not None:
         save_trend_png(report, png)
+
+
+def _check_accepted(why: str | None, by: str) -> None:
+    """Raises InputError that names the option."""
+    if why is not None and not why.strip():
+        raise InputError("says no reason", where="--accept", remedy="say why it is accepted: --accept 'new jewel'")
+    if why is not None and not by.strip():
+        raise InputError("nobody is named", where="--by", remedy="say who accepts it: --by NAME")
 
 
 def _accept(folder: Path, specimen: str, asked: dict[str, str]) -> None:
@@ -129,9 +140,11 @@ def updated(folder: Path, *, rebuild: bool) -> int:
         raise InputError("is no folder", where=str(folder), remedy="name the folder of the recordings, --recordings")
     shown = sys.stderr.isatty()
 
+    terminal = Console(stderr=True, highlight=False)
+
     def told(n: int, of: int) -> None:
         if shown and of:
-            print(f"\r{n} of {of} recordings looked at", end="\n" if n == of else "", file=sys.stderr)
+            terminal.print(f"{n} of {of} recordings looked at", end="\n" if n == of else "\r")
 
     found, broken = update_index(folder, told, rebuild=rebuild)
     for why in broken.values():

@@ -13,6 +13,8 @@ from .figures.ring_down import save_png as save_png
 from .figures.sliding import save_sliding_png as save_sliding_png
 from .figures.trend import save_trend_png as save_trend_png
 from .figures.trend import trend_png as trend_png
+from .fit_exports import fits_csv as fits_csv
+from .fit_exports import fits_parquet as fits_parquet
 from .fit_tables import fit_line as fit_line
 from .fit_tables import fit_table_text as fit_table_text
 from .fit_tables import prediction_table_text as prediction_table_text
@@ -26,7 +28,5 @@ from .resonator_text import defects_text as defects_text
 from .resonator_text import design_text as design_text
 from .self_test_table import print_self_test as print_self_test
 from .series_plan import dry_run_text as dry_run_text
-from .trend_tables import fits_csv as fits_csv
-from .trend_tables import fits_parquet as fits_parquet
 from .trend_tables import trend_csv as trend_csv
 from .trend_tables import trend_text as trend_text

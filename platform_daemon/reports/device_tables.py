@@ -8,7 +8,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from platform_daemon.schemas import Checkup, DeviceReport
+from platform_daemon.schemas import Checkup, DeviceReport, printable
 
 
 def print_devices(reports: Sequence[DeviceReport]) -> None:
@@ -19,8 +19,8 @@ def print_devices(reports: Sequence[DeviceReport]) -> None:
     for report in reports:
         identity = " ".join(part for _, part in report.identity or () if part)
         state = ", ".join(f"{name} {_plain(value)}" for name, value in report.state)
-        table.add_row(report.device, identity or "-", state or "-", report.error or "-")
-    Console().print(table)
+        table.add_row(*map(printable, (report.device, identity or "-", state or "-", report.error or "-")))
+    Console(markup=False).print(table)
 
 
 def print_findings(found: Checkup) -> None:
@@ -29,8 +29,8 @@ def print_findings(found: Checkup) -> None:
     for heading in ("check", "verdict", "found", "remedy"):
         table.add_column(heading, overflow="fold")
     for each in found.findings:
-        table.add_row(each.check, each.verdict, each.found, each.remedy or "-")
-    Console().print(table)
+        table.add_row(*map(printable, (each.check, each.verdict, each.found, each.remedy or "-")))
+    Console(markup=False).print(table)
 
 
 def _plain(value: Any) -> str:

@@ -128,7 +128,7 @@ def _percent(value: float | None) -> str:
 
 def summary_text(report: DiagnosisReport) -> str:
     """For the terminal."""
-    console = Console(width=150)
+    console = Console(width=150, markup=False, color_system=None)  # it is printed as plain text
     with console.capture() as capture:
         console.print(VERDICTS[report.verdict], highlight=False, style="bold")
         for line in _lines(report):

@@ -47,7 +47,7 @@ def fit_table_text(report: FitReport) -> str:
 def tables_text(title: str, index: Column, columns: Sequence[Column], last_apart: bool = False) -> str:
     """Columns below a title, cut into tables that the terminal is wide enough for; each begins with the index."""
     width = shutil.get_terminal_size((_UNBOUND, 24)).columns
-    console = Console(width=width, markup=False, highlight=False)
+    console = Console(width=width, markup=False, highlight=False, color_system=None)  # it is printed as plain text
     with console.capture() as capture:
         console.print(title, soft_wrap=True)
         for part in _parts(columns, width - _FRAME_EDGES - _width(index)):

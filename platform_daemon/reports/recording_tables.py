@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.table import Table
 
-from platform_daemon.schemas import CalibrationInfo, ExcitationInfo, FrameDescription, RecordingInfo
+from platform_daemon.schemas import CalibrationInfo, ExcitationInfo, FrameDescription, RecordingInfo, printable
 
 MOST_SHOTS = 200  # shown one by one
 _AXES = ("x", "y", "z")
@@ -15,16 +15,16 @@ _AXES = ("x", "y", "z")
 
 def print_recording(info: RecordingInfo) -> None:
     """Facts, windows, calibration, excitation and shots of a recording, on standard output."""
-    console = Console(highlight=False)
+    console = Console(markup=False, highlight=False)
     console.print(_facts(info))
     console.print(_windows(info))
     if info.calibration is not None:
-        console.print(f"calibration {info.calibration.identifier or 'without a name'}: sensitivity / mT A⁻¹")
+        console.print(f"calibration {printable(info.calibration.identifier or 'without a name')}: sensitivity / mT A⁻¹")
         console.print(_sensitivity(info.calibration, info.channel_names))
-        console.print(_validity(info.calibration))
+        console.print(printable(_validity(info.calibration)))
     excitations = list(dict.fromkeys(_excitation(s.excitation) for s in info.shots if s.excitation and not s.blank))
     for text in excitations[:1] if len(excitations) == 1 else ():
-        console.print(f"excitation: {text}")
+        console.print(f"excitation: {printable(text)}")
     if info.shots:
         console.print(_shots(info.shots[:MOST_SHOTS], each_excitation=len(excitations) > 1))
     if len(info.shots) > MOST_SHOTS:
@@ -54,7 +54,7 @@ def _facts(info: RecordingInfo) -> Table:
     table.add_column(overflow="fold")
     for name, text in rows.items():
         if text:
-            table.add_row(name, text)
+            table.add_row(printable(name), printable(text))
     return table
 
 
@@ -73,7 +73,7 @@ def _sensitivity(made: CalibrationInfo, channels: tuple[str, ...]) -> Table:
     for heading in ("channel", *_AXES):
         table.add_column(heading, justify="right")
     for k, row in enumerate(made.sensitivity):
-        table.add_row(channels[k] if k < len(channels) else str(k), *(f"{1e3 * value:.6g}" for value in row))
+        table.add_row(printable(channels[k]) if k < len(channels) else str(k), *(f"{1e3 * value:.6g}" for value in row))
     return table
 
 
@@ -100,7 +100,7 @@ def _shots(shots: Iterable[FrameDescription], *, each_excitation: bool) -> Table
         table.add_column(heading, overflow="fold")
     for shot in shots:
         remarks = ("blank" if shot.blank else "", shot.reason, ", ".join(shot.flags))
-        table.add_row(
+        cells = (
             str(shot.frame),
             str(shot.shot),
             (shot.time_stamp or "")[11:19],
@@ -110,6 +110,7 @@ def _shots(shots: Iterable[FrameDescription], *, each_excitation: bool) -> Table
             *([_excitation(shot.excitation) if shot.excitation and not shot.blank else ""] if each_excitation else []),
             "; ".join(text for text in remarks if text),
         )
+        table.add_row(*map(printable, cells))
     return table
 
 

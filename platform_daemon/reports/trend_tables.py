@@ -5,12 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
 
 from rich.console import Console
 from rich.table import Table
 
-from drivers.errors import InputError
 from platform_daemon.schemas import TrendChart, TrendReport, definition_of
 
 
@@ -21,14 +19,14 @@ def trend_text(report: TrendReport) -> str:
         table.add_column(heading, justify="left" if heading in ("quantity", "chart") else "right")
     for chart in report.charts:
         table.add_row(*_row(chart))
-    console = Console(width=120, markup=False, highlight=False)
+    console = Console(width=120, markup=False, highlight=False, color_system=None)  # it is printed as plain text
     with console.capture() as captured:
         console.print(table)
     lines = [captured.get().rstrip()]
     lines += [
         f"{'now' if each.stands else 'was'}: {each.name} since {each.since}: {each.what}" for each in report.changes
     ]
-    if not report.changes:
+    if report.points and not report.changes:  # without points nothing was looked at
         lines.append("no change beyond chance")
     lines.append(f"a specimen that does not change raises an alarm once in {report.points_to_false_alarm:g} points")
     return "\n".join([*lines, *(f"note: {note}" for note in report.notes)])
@@ -71,31 +69,3 @@ def trend_csv(report: TrendReport) -> str:
         cells = ["" if v is None or not math.isfinite(v) else repr(v) for v in (point.temperature_c, *values)]
         writer.writerow([point.at, point.recording, point.shots, *cells])
     return text.getvalue()
-
-
-def fits_csv(rows: Sequence[Mapping[str, str | float]]) -> bytes:
-    """A row per fit; a column per key of any of them, empty where a fit has none."""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, _columns(rows), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue().encode()
-
-
-def fits_parquet(rows: Sequence[Mapping[str, str | float]]) -> bytes:
-    """The same as Parquet: null where a fit has none.  Raises InputError if pyarrow is not installed."""
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError:
-        remedy = "install it: pip install 'platform-daemon[parquet]'; or write a CSV"
-        raise InputError("Parquet needs pyarrow", where="--parquet", remedy=remedy) from None
-    columns = {name: [row.get(name) for row in rows] for name in _columns(rows)}
-    sink = pyarrow.BufferOutputStream()
-    parquet.write_table(pyarrow.table(columns), sink)
-    written: bytes = sink.getvalue().to_pybytes()
-    return written
-
-
-def _columns(rows: Sequence[Mapping[str, str | float]]) -> list[str]:
-    return list(dict.fromkeys(key for row in rows for key in row))

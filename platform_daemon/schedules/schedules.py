@@ -186,11 +186,11 @@ class Schedules:
             self._mark.forget()
 
     def remove(self, identifier: str) -> Schedule:
-        """It starts nothing any more; its ledger stays.  As it was; raises InputError."""
+        """It starts nothing any more; its ledger stays.  As it is now: off for good; raises InputError."""
         with self._lock:
             found = self._found(identifier)
             self._scheduler.remove(identifier)
-            return found
+        return found.model_copy(update={"active": False, "reason": "removed", "next_due": None, "ahead_until": None})
 
     def run(self, identifier: str) -> LedgerRow:
         """Start it once, now.  Raises InputError, DeviceStateError: the platform is busy."""

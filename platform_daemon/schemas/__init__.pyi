@@ -230,6 +230,7 @@ from .stop import StopReport as StopReport
 from .sweeps import StopRule as StopRule
 from .sweeps import SweepAxis as SweepAxis
 from .sweeps import SweepRequest as SweepRequest
+from .text import printable as printable
 from .trends import Baseline as Baseline
 from .trends import BaselineRequest as BaselineRequest
 from .trends import Baselines as Baselines

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict
 
 from .base import Request, Root, Schema, example
+from .text import Name
 
 
 class Alarm(Schema):
@@ -45,5 +44,5 @@ class Alarms(Root[tuple[Alarm, ...]]):
 class Acknowledgement(Request):
     """Somebody knows of an alarm."""
 
-    by: Annotated[str, Field(min_length=1, max_length=200)]
+    by: Name
     """Name of the person."""

@@ -11,6 +11,7 @@ from .base import Finite, NamedWindow, Positive, Request, Window
 from .design import Bearing, Defect, Infinite, JewelPivot, LateralDirection
 from .parameters import PAPER_NOISE_AM2_PER_S
 from .requests import ModelName
+from .text import Name, OneLine, SeveralLines, Text
 
 RecordingId = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]*$", max_length=200)]
 Frames = Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1, max_length=100_000)] | None
@@ -83,13 +84,13 @@ class AdoptionRequest(Request):
 
     name: Annotated[str, Field(max_length=64)]
     """Name of the model; one that exists gets a new version."""
-    by: Annotated[str, Field(min_length=1, max_length=200)]
+    by: Name
     """Who adopts it."""
     effects: Annotated[list[str], Field(max_length=20)] = Field(default=[])
     """Ids of the effects to adopt; empty: all."""
     free: Annotated[list[str], Field(max_length=20)] = Field(default=[])
     """Ids of torque effects whose strength fits estimate anew."""
-    force: Annotated[str, Field(max_length=2000)] = ""
+    force: Text = ""
     """Why it is adopted although the data are not explained; is kept as evidence."""
 
 
@@ -98,9 +99,9 @@ class RetirementRequest(Request):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"reason": "thread replaced", "by": "DC"}]})
 
-    reason: Annotated[str, Field(min_length=1, max_length=2000)]
+    reason: Annotated[str, Field(min_length=1, max_length=2000), SeveralLines]
     """Why; is kept."""
-    by: Annotated[str, Field(max_length=200)] = ""
+    by: Annotated[str, Field(max_length=200), OneLine] = ""
     """Who; is kept."""
 
 

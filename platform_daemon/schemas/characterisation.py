@@ -18,7 +18,8 @@ from .tunes import TuneOutcome, TuneRequest
 
 SIGNIFICANCE = 0.001
 """Level of significance of the paper (ssec:primary_results)."""
-Level = Annotated[float, Field(gt=0, lt=0.5, allow_inf_nan=False)]
+Level = Annotated[float, Field(ge=1e-12, lt=0.5, allow_inf_nan=False)]
+"""Of significance: of a smaller one, 1 - alpha is 1 in a float, and an interval at that level has no ends."""
 
 
 class CharacterisationRequest(Request):
@@ -38,7 +39,7 @@ class CharacterisationRequest(Request):
     """Losses that are held in the N50 fits, by public name, SI; empty: of a model with several losses lambda, at the
     median of its own D30 fits."""
     alpha: Level = SIGNIFICANCE
-    """Level of significance of all comparisons together."""
+    """Level of significance of all comparisons together, 1e-12 to 0.5."""
 
 
 class ShotStatistics(Schema):
@@ -252,7 +253,7 @@ class CharacteriseRequest(ProcedureRequest):
     """Losses that are held in the N50 fits, by public name, SI; empty: of a model with several losses lambda, at the
     median of its own D30 fits."""
     alpha: Level = SIGNIFICANCE
-    """Level of significance of all comparisons together."""
+    """Level of significance of all comparisons together, 1e-12 to 0.5."""
     tune: bool = False
     """Tune first: the ramp and the shots are made with the sequence that it finds."""
     ramp: RampSettings | None = None

@@ -8,12 +8,14 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from typing_extensions import TypeAliasType
 
 from .base import Finite, Given, Positive, QueuedRequest, Request, Schema, Window
+from .text import Line, Text
 
 CALIBRATION_ID = r"^[A-Za-z0-9][A-Za-z0-9_-]{0,60}@\d{1,9}_\d{8}$"
-Text = Annotated[str, Field(max_length=2000)]
 ModelName = Annotated[str, Field(min_length=1, max_length=100)]
 CalibrationKind = TypeAliasType("CalibrationKind", Literal["receive", "transmit"])
 Hertz = Annotated[float, Field(gt=0, le=20e3, allow_inf_nan=False)]
+AmplifierVolts = Annotated[float, Field(ge=1e-3, allow_inf_nan=False)]
+"""Amplitude of a tone behind an amplifier, V: a smaller one is less than a step of the DAC in front of it."""
 
 
 def _direction(vector: tuple[float, ...]) -> tuple[float, ...]:
@@ -192,12 +194,12 @@ class AcquisitionRequest(QueuedRequest):
     """Model of the on-line fits, declared or adopted; null: the resonator's."""
     beyond_side_modes: Given[bool] = None
     """Allow a field above the highest that a ramp has found for this resonator; it is logged."""
-    sample: Text = ""
-    """Name of the sample, for the record."""
-    operator: Text = ""
-    """Who measures, for the record."""
+    sample: Line = ""
+    """Name of the sample, one line, for the record."""
+    operator: Line = ""
+    """Who measures, one line, for the record."""
     comment: Text = ""
-    """What else is to be kept, for the record."""
+    """What else is to be kept, for the record; may have several lines."""
 
 
 class CalibrationRequest(QueuedRequest):
@@ -225,8 +227,8 @@ class CalibrationRequest(QueuedRequest):
     """Shots per direction and frequency."""
     listen_s: Annotated[float, Field(gt=0, le=60, allow_inf_nan=False)] = 0.4
     """Length of a shot, s; receive only."""
-    amplifier_v: Positive = 1.0
-    """Amplitude on each coil, V; transmit only."""
+    amplifier_v: AmplifierVolts = 1.0
+    """Amplitude on each coil, V, at least 1e-3; transmit only."""
     temperature_span_c: Positive = 5.0
     """It holds so far from the temperatures at which it was made, degrees Celsius."""
 
@@ -254,8 +256,8 @@ class SelfTestOptions(Request):
 
     enabled: bool | None = None
     """null: on for real devices, off for a platform that lives in simulated time."""
-    amplifier_v: Positive = 1.0
-    """Amplitude on each coil, V."""
+    amplifier_v: AmplifierVolts = 1.0
+    """Amplitude on each coil, V, at least 1e-3."""
     frequency_hz: Positive = 4000.0
     """Frequency of the tones, Hz: far above any resonator, so that none is moved."""
     tone_s: Annotated[float, Field(ge=4e-3, le=1.0)] = 12e-3

@@ -12,6 +12,7 @@ from .base import Priority, Request, Root, Schema, Window, example
 from .procedures import AnyProcedureRequest
 from .requests import AcquisitionRequest, CalibrationRequest, ModelName
 from .self_tests import SelfTestRequest
+from .text import OneLine
 
 SchedulePolicy = TypeAliasType("SchedulePolicy", Literal["coalesce", "skip", "run_all"])
 """What becomes of starts that could not begin in time: only the newest, none beside one that runs, or each in turn."""
@@ -116,8 +117,8 @@ class ScheduleRequest(Request):
 
     model_config = ConfigDict(json_schema_extra=example("schedule_request"))
 
-    name: Annotated[str, Field(min_length=1, max_length=100)]
-    """What people call it."""
+    name: Annotated[str, Field(min_length=1, max_length=100), OneLine]
+    """What people call it, one line."""
     trigger: TriggerRequest
     """When it is due."""
     work: AnyWorkRequest
@@ -159,7 +160,8 @@ class Schedule(Schema):
     active: bool
     """Does it start anything?"""
     reason: str | None
-    """Why not: paused, stopped, failed too often, cannot be read, its time zone is no more; null: it is active."""
+    """Why not: paused, stopped, removed, failed too often, cannot be read, its time zone is no more; null: it is
+    active."""
     failures: int
     """In a row, until now."""
     next_due: str | None

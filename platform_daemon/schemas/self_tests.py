@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import ConfigDict
 
 from .base import QueuedRequest
-from .requests import Text
+from .text import Line, Text
 
 
 class SelfTestRequest(QueuedRequest):
@@ -13,7 +13,7 @@ class SelfTestRequest(QueuedRequest):
 
     model_config = ConfigDict(json_schema_extra={"examples": [{"operator": "DC", "comment": "after new cables"}]})
 
-    operator: Text = ""
-    """Who asks, for the record."""
+    operator: Line = ""
+    """Who asks, one line, for the record."""
     comment: Text = ""
     """Why, for the record."""

@@ -10,6 +10,7 @@ from typing_extensions import TypeAliasType
 from .base import FiniteOrNull, Given, Request, Root, Schema, example
 from .models import AdoptedModelSummary
 from .requests import SequencePreset
+from .text import OneLine, SeveralLines
 
 ChangeName = TypeAliasType(
     "ChangeName",
@@ -157,10 +158,10 @@ class BaselineRequest(Request):
     model_config = ConfigDict(json_schema_extra={"examples": [{"by": "DC", "reason": "new jewel"}]})
 
     since: Given[Annotated[str, Field(max_length=40)]] = None
-    """From when on, ISO 8601; missing: from now on."""
-    by: Annotated[str, Field(min_length=1, max_length=200, pattern=r"\S")]
+    """From when on, ISO 8601; missing: from now on, which is after the newest recording."""
+    by: Annotated[str, Field(min_length=1, max_length=200, pattern=r"\S"), OneLine]
     """Name of the person."""
-    reason: Annotated[str, Field(min_length=1, max_length=2000, pattern=r"\S")]
+    reason: Annotated[str, Field(min_length=1, max_length=2000, pattern=r"\S"), SeveralLines]
     """Why."""
 
 

@@ -8,14 +8,15 @@ from typing import Annotated
 from pydantic import ConfigDict, Field, model_validator
 
 from .base import Priority, Request, Schema, example
+from .text import Name, OneLine, Text
 
 
 class FaultUnlock(Schema):
     """Who clears the fault that an owner of the devices has left by its death, and why."""
 
-    by: Annotated[str, Field(max_length=200)]
+    by: Annotated[str, Field(max_length=200), OneLine]
     """Name of the person."""
-    reason: Annotated[str, Field(max_length=2000)] = ""
+    reason: Text = ""
     """What was found."""
 
 
@@ -91,7 +92,7 @@ class MountRequest(Request):
 
     resonator: Annotated[str, Field(min_length=1, max_length=500)]
     """Its name, one of GET /resonators."""
-    by: Annotated[str, Field(min_length=1, max_length=200)]
+    by: Name
     """Who has done it."""
 
 

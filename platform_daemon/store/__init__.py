@@ -68,6 +68,7 @@ StepLabel: Which step of a procedure a shot belongs to.
 SeriesWriter: Writes one series.
 Wanted: Which recordings are looked for.
 Version: One version of something.
+unit_of: Unit of a number by its name.
 VersionedFolder: The versions in a folder, which need not exist before the first is added.
 """
 

@@ -63,5 +63,6 @@ from .running import read_frame as read_frame
 from .series_writer import SeriesWriter as SeriesWriter
 from .tokens import TokenFile as TokenFile
 from .tokens import has_expired as has_expired
+from .units import unit_of as unit_of
 from .versioned import Version as Version
 from .versioned import VersionedFolder as VersionedFolder

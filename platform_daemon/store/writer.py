@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from datetime import datetime, timedelta
 from typing import Any
 
 import h5py
@@ -243,7 +245,7 @@ def _write_entry(h5: h5py.File, header: SeriesHeader, series_id: str, infos: Seq
     put(entry, "title", header.title or f"{header.variant or 'MMR'} ring-down series")
     put(entry, "entry_identifier", series_id)
     put(entry, "start_time", header.start_time)
-    put(entry, "end_time", infos[-1].time_stamp or header.start_time)
+    put(entry, "end_time", _end_of(infos[-1], header))
     put(entry, "program_name", "platform-daemon")
     put(entry, "program_version", header.software_version)
     put(entry, "platform", header.platform)
@@ -259,6 +261,16 @@ def _write_entry(h5: h5py.File, header: SeriesHeader, series_id: str, infos: Seq
     devices = group(entry, "devices", "NXcollection")
     put_texts(devices, "role", header.devices.keys())
     put_texts(devices, "identity", header.devices.values())
+
+
+def _end_of(last: FrameInfo, header: SeriesHeader) -> str:
+    """The end of its last sample, ISO 8601; of its trigger if it ends after all dates."""
+    s = last.step or header.sequence
+    samples = s.tx_samples + s.switch_samples + s.rx_samples
+    begun = datetime.fromisoformat(last.time_stamp or header.start_time)
+    with contextlib.suppress(OverflowError):
+        begun += timedelta(seconds=samples / header.sequence.rate_hz)
+    return begun.isoformat()
 
 
 def _note(entry: h5py.Group, name: str, kind: str, text: str) -> None:

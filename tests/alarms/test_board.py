@@ -179,6 +179,9 @@ def test_a_command_gets_the_alarm_and_a_bad_one_is_refused(tmp_path):
     assert json.loads(target.read_text())["what"] == "full"
     with pytest.raises(ConfigError, match="alarm-command"):
         Caller("say 'this")
+    for nothing in ("", "  "):
+        with pytest.raises(ConfigError, match="names no command"):
+            Caller(nothing)
     with pytest.raises(ConfigError, match="alarm-url"):
         Caller(url="ftp://x")
 

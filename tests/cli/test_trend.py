@@ -44,7 +44,11 @@ def test_bad_input_is_one_line(tmp_path):
         (("trend", "T 1", "--recordings", tmp_path / "none"), "is no folder"),
         (("trend", "T 1", "--recordings", tmp_path, "--since", "x"), "no time of ISO 8601"),
         (("trend", "T 1", "--recordings", tmp_path, "--points-to-false-alarm", "3"), "false alarm"),
-        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "by"),
+        (("trend", "T 1", "--recordings", tmp_path, "--accept", "new"), "error: --by: nobody is named"),
+        (("trend", "T 1", "--recordings", tmp_path, "--accept", " ", "--by", "DC"), "error: --accept: says no reason"),
+        (("trend", "T 1", "--recordings", tmp_path, "--since", "2026-11-26", "--until", "2026-11-25"), "is before"),
+        (("index", "find", "--recordings", tmp_path, "--since", "2026-11-26", "--until", "2026-11-25"), "is before"),
+        (("index", "export", "T 1", "--recordings", tmp_path, "--csv", "-"), "error: -: is no file"),
         (("index", "rebuild", "--recordings", tmp_path / "none"), "is no folder"),
     ):
         told = here(*arguments)
@@ -53,6 +57,14 @@ def test_bad_input_is_one_line(tmp_path):
     told = here("index", "rebuild", "--recordings", tmp_path)
     assert told.stdout == "2 files looked at\n"
     assert "broken.h5: not an HDF5 file" in told.stderr
+
+
+def test_a_time_without_points_is_told_as_such(tmp_path):
+    months(tmp_path, 1)
+    told = here("trend", "T 1", "--recordings", tmp_path, "--since", "2027-01-01")
+    assert told.returncode == 0, told.stderr
+    assert "no points in that time" in told.stdout
+    assert "beyond chance" not in told.stdout
 
 
 def test_files_are_found(tmp_path):
@@ -75,6 +87,8 @@ def test_the_fits_of_a_specimen_are_one_table(tmp_path):
     assert here("index", "export", "T 1", "--parquet", tmp_path / "f.parquet", "--recordings", tmp_path).returncode == 0
     table = pyarrow.read_table(tmp_path / "f.parquet").to_pylist()
     assert [row["f_nat_hz"] for row in table] == [float(row["f_nat_hz"]) for row in rows]
+    assert [row["at"].isoformat() for row in table] == [row["at"] for row in rows]
+    assert {row["reason"] for row in table} == {None}
     assert here("index", "export", "T 1", "--recordings", tmp_path).returncode == 2
     assert here("index", "export", "x", "--csv", tmp_path / "x.csv", "--recordings", tmp_path).returncode == 2
     assert not (tmp_path / "x.csv").exists()

@@ -15,7 +15,14 @@ from tests.kit.recording_files import fit_table, header, shot
 DROP_AT = 50
 
 
-def months(folder: Path, recordings: int = 70, specimen: str = "T 1", seed: int = 1, comment: str = "") -> list[Path]:
+def months(
+    folder: Path,
+    recordings: int = 70,
+    specimen: str = "T 1",
+    seed: int = 1,
+    comment: str = "",
+    begun: datetime = datetime(2026, 3, 1, tzinfo=UTC),
+) -> list[Path]:
     """One every six hours, of one shot; after DROP_AT of them m_r is 0.5 % and f_nat 0.25 % lower."""
     rng = np.random.default_rng(seed)
     made = []
@@ -24,7 +31,7 @@ def months(folder: Path, recordings: int = 70, specimen: str = "T 1", seed: int 
         lost = 0.005 * (k >= DROP_AT)
         f_nat = 213.0 * (1.0 - 5e-4 * (warm - 21.0) - lost / 2 + rng.normal(0.0, 2e-5))
         m_r = 0.012 * (1.0 - 1e-3 * (warm - 21.0) - lost + rng.normal(0.0, 2e-4))
-        at = (datetime(2026, 3, 1, tzinfo=UTC) + timedelta(hours=6 * k)).isoformat()
+        at = (begun + timedelta(hours=6 * k)).isoformat()
         table = replace(
             fit_table(1), values=np.array([[f_nat, m_r]]), std=np.array([[1e-3, 1e-6]]), verdict=("good",),
             reason=("",), nrmse=np.array([0.01 * (1.0 + rng.normal(0.0, 0.01))]),

@@ -178,7 +178,9 @@ def test_what_waits_when_its_schedule_is_removed_is_told_as_skipped(tmp_path):
     bench.owner.mounted = "thread"
     made = bench.all.add(asked({"every_s": 3600.0}, resonators=["jewel"]))
     bench.all.step()
-    bench.all.remove(made.identifier)
+    removed = bench.all.remove(made.identifier)
+    assert (removed.active, removed.reason, removed.next_due) == (False, "removed", None)
+    assert removed.request == made.request
     assert (told[-1].state, told[-1].reason) == ("skipped", "removed")
     bench.all.close()
 

@@ -95,3 +95,20 @@ def test_a_prediction_has_the_noise_of_the_paper() -> None:
     assert PredictionRequest(resonator="jewel").noise_am2_per_s == (0.014, 0.021, 0.055)
     with pytest.raises(ValidationError, match="at least 3 items"):
         PredictionRequest(resonator="jewel", noise_am2_per_s=(0.1, 0.2))
+
+
+@pytest.mark.parametrize("key", ["sample", "operator", "comment"])
+@pytest.mark.parametrize("character", ["\0", "\x1b", "\x7f", "\x9b", "\u2028", "\u202e"])
+def test_no_text_holds_what_a_terminal_would_obey(key: str, character: str) -> None:
+    with pytest.raises(ValidationError, match="holds the control character"):
+        AcquisitionRequest.model_validate({"resonator": "thread", key: f"a{character}b"})
+
+
+def test_names_are_one_line_and_comments_may_have_several() -> None:
+    assert AcquisitionRequest(resonator="thread", comment="a\r\n\tb", sample="Łódź 7 µT").comment == "a\r\n\tb"
+    for wrong in ({"sample": "a\nb"}, {"operator": "a\tb"}):
+        with pytest.raises(ValidationError, match="one line"):
+            AcquisitionRequest.model_validate({"resonator": "thread", **wrong})
+    work = {"kind": "self_test", "request": {}}
+    with pytest.raises(ValidationError, match="one line"):
+        ScheduleRequest.model_validate({"name": "a\x1b[2Jb", "trigger": {"every_s": 60.0}, "work": work})

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import h5py
@@ -49,3 +51,24 @@ def test_the_plot_is_the_data_and_its_time_zero_the_first_rx_sample(tmp_path: Pa
         time = h5["/entry/ring_down/time"][()]
         assert time[SEQUENCE.rx_start] == 0.0
         assert time[-1] == (SEQUENCE.rx_samples - 1) / SEQUENCE.rate_hz
+
+
+def end_of(path: Path) -> datetime:
+    with h5py.File(path) as h5:
+        return datetime.fromisoformat(h5["/entry/end_time"][()].decode())
+
+
+def test_a_measurement_ends_with_the_last_sample_of_its_last_shot(tmp_path: Path) -> None:
+    takes = timedelta(seconds=SEQUENCE.total / SEQUENCE.rate_hz)
+    whole, short = write_series(tmp_path / "a.h5"), write_series(tmp_path / "b.h5", 2)
+    assert end_of(whole) == datetime.fromisoformat(shot(3).time_stamp) + takes
+    assert end_of(short) == datetime.fromisoformat(shot(2).time_stamp) + takes
+    with SeriesWriter.go_on(short, header()) as writer:
+        writer.add_shot(shot(9))
+        writer.finish()
+    assert end_of(short) == datetime.fromisoformat(shot(9).time_stamp) + takes
+    last = tmp_path / "c.h5"
+    with SeriesWriter.create(last, header()) as writer:
+        writer.add_shot(replace(shot(1), time_stamp="9999-12-31T23:59:59.999999+00:00"))
+        writer.finish()
+    assert end_of(last).year == 9999

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import fcntl
-from datetime import UTC, datetime
+from contextlib import closing
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from drivers.errors import InputError
 from platform_daemon.schemas import Baseline, BaselineRequest, Baselines, to_json
-from platform_daemon.store import StorageError, write_file
+from platform_daemon.store import StorageError, open_index, write_file
 
 BASELINES, LOCK = ".baselines.json", ".baselines.lock"
 """In the folder of the recordings: names that no recording has."""
@@ -20,10 +21,10 @@ def baseline_of(folder: Path, specimen: str) -> Baseline | None:
 
 
 def accept(folder: Path, specimen: str, request: BaselineRequest) -> Baseline:
-    """From now on, or from `since` on, its charts begin anew.  Raises InputError, StorageError."""
+    """From its next recording on, or from `since` on, its charts begin anew.  Raises InputError, StorageError."""
     now = datetime.now(UTC)
-    since = now if request.since is None else in_utc(request.since, "since")
-    if since > now:
+    since = _after_newest(folder, specimen, now) if request.since is None else in_utc(request.since, "since")
+    if request.since is not None and since > now:
         remedy = "name a time that has passed, or leave it out for now"
         raise InputError(f"{request.since} is still to come", where="since", remedy=remedy)
     made = Baseline(since=_text(since), by=request.by.strip(), reason=request.reason.strip(), accepted=_text(now))
@@ -36,6 +37,17 @@ def accept(folder: Path, specimen: str, request: BaselineRequest) -> Baseline:
         what, remedy = "the baseline cannot be kept", "free or repair the disk, and accept again"
         raise StorageError(what, where=str(folder / BASELINES), why=str(error), remedy=remedy) from None
     return made
+
+
+def _after_newest(folder: Path, specimen: str, now: datetime) -> datetime:
+    """When its newest recording had begun, by the clock of the platform: that of a simulated one stands still while
+    nothing runs, and what is recorded after now may say that it was before.  `now` if there is none.
+
+    Raises StorageError.
+    """
+    with closing(open_index(folder)) as index:
+        found = index.recordings(specimen)
+    return in_utc(found[-1].begun, "begun") + timedelta(milliseconds=1) if found else now
 
 
 def in_utc(text: str, where: str) -> datetime:

@@ -10,6 +10,7 @@ from typing import TypeGuard
 
 from platform_daemon.store import FitTable, Recording, open_index, open_recording, read_fit
 
+from .baseline import in_utc
 from .indexed import check_known
 
 Row = dict[str, str | float]
@@ -18,9 +19,9 @@ Row = dict[str, str | float]
 def exported_fits(folder: Path, specimen: str) -> list[Row]:
     """A row per shot and window, oldest recording first, with what was refused: where it is from, verdicts, figures of
     the fit, then estimates by name with unit, each with its standard deviation (`NAME_std`), and the noise of each
-    channel.  What is not known is not in the row; a parameter that was held has no standard deviation.
+    channel.  Times are in UTC; what is not known is not in the row; one that was held has no standard deviation.
 
-    Raises UnknownSpecimen, RecordingError, StorageError.
+    Raises UnknownSpecimen, InputError for a time that is none, RecordingError, StorageError.
     """
     with closing(open_index(folder)) as index:
         check_known(index, specimen)
@@ -39,7 +40,7 @@ def _rows(recording: Recording, table: FitTable, noises: Mapping[int, Mapping[st
         said: dict[str, str | float | None] = {
             "recording": recording.path.stem,
             "frame": k,
-            "at": info.time_stamp,
+            "at": None if info.time_stamp is None else in_utc(info.time_stamp, str(recording.path)).isoformat(),
             "shot_verdict": info.verdict,
             "temperature_c": info.temperature_c,
             "field_t": None if info.excitation is None else info.excitation.field_t,
@@ -59,4 +60,4 @@ def _rows(recording: Recording, table: FitTable, noises: Mapping[int, Mapping[st
 
 
 def _known(value: str | float | None) -> TypeGuard[str | float]:
-    return value is not None and (isinstance(value, str) or math.isfinite(value))
+    return bool(value) if isinstance(value, str) else value is not None and math.isfinite(value)

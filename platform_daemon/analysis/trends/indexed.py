@@ -42,7 +42,8 @@ def update_index(
 
 def find_recordings(folder: Path, wanted: Wanted) -> tuple[str, ...]:
     """Names of the files of what is looked for, by the index; times in any zone.  Raises InputError, StorageError."""
-    in_utc = replace(wanted, since=_time(wanted.since, "since"), until=_until(wanted.until))
+    since, until = _between(wanted.since, wanted.until)
+    in_utc = replace(wanted, since=since, until=until)
     with closing(open_index(folder)) as index:
         return tuple(index.find(in_utc))
 
@@ -64,9 +65,10 @@ def indexed_trend(
 
     Raises UnknownSpecimen, InputError, StorageError.
     """
+    begin, end = _between(since, until)
     accepted = baseline_of(folder, specimen) if since is None else None
-    since = since if accepted is None else accepted.since
-    begin, end = _time(since, "since"), _until(until)
+    if accepted is not None:
+        begin = _time(accepted.since, "since")
     with closing(open_index(folder)) as index:
         check_known(index, specimen)
         found = index.recordings(specimen, begin or "", end or "\uffff")
@@ -97,6 +99,15 @@ class UnknownSpecimen(InputError):
     """No recording is of that specimen."""
 
     title = "Unknown specimen"
+
+
+def _between(since: str | None, until: str | None) -> tuple[str | None, str | None]:
+    """Both in UTC.  Raises InputError for what is no time, and for an end before the begin."""
+    begin, end = _time(since, "since"), _until(until)
+    if begin is not None and end is not None and end < begin:
+        remedy = "name a time after `since`, or leave one of them out"
+        raise InputError(f"{until} is before {since}, where it begins", where="until", remedy=remedy)
+    return begin, end
 
 
 def _until(text: str | None) -> str | None:

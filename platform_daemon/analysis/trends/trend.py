@@ -57,9 +57,11 @@ def _shown(point: Point) -> TrendPoint:
 
 
 def _notes(points: Sequence[Point], by_quantity: dict[str, list[ChartedStretch]]) -> list[str]:
+    if not points:
+        return ["there are no points in that time"]
     notes = []
     measured = sum(math.isfinite(point.temperature_c) for point in points)
-    if points and not measured:
+    if not measured:
         notes.append("no temperature was measured: what it does looks like a change of the specimen")
     elif measured < len(points):
         notes.append(f"{len(points) - measured} points have no temperature and are not held against the others")

@@ -84,5 +84,5 @@ def run_schedule(identifier: ScheduleId, context: Shared, body: Confirmed = CONF
 
 @router.delete("/{identifier}", summary="Remove", responses=problems(404, 415, 507))
 def remove_schedule(identifier: ScheduleId, context: Shared) -> Schedule:
-    """It starts nothing any more; its ledger stays."""
+    """It starts nothing any more: `active` is false, `reason` removed, and nothing is due; its ledger stays."""
     return context.hardware.remove_schedule(identifier)

@@ -87,8 +87,8 @@ def get_specimen(specimen: Specimen, context: Shared) -> SpecimenPage:
     "/{specimen:path}/baseline", summary="Accept a specimen as it is", responses=problems(404, 415, 422, 503, 507)
 )
 def accept_specimen(specimen: Specimen, body: BaselineRequest, context: Shared) -> Baseline:
-    """Its charts begin anew, from now or from `since` on, and its alarms are over; `?since=` of a trend looks further
-    back."""
+    """Its charts begin anew, after its newest recording or from `since` on, and its alarms are over; `?since=` of a
+    trend looks further back."""
     if specimen not in analysis.indexed_specimens(context.recordings):
         analysis.indexed_trend(context.recordings, specimen)  # which says so
     made = analysis.accept(context.recordings, specimen, body)

@@ -217,6 +217,10 @@ def test_a_specimen_that_is_accepted_begins_anew_and_a_damaged_file_of_that_is_n
     assert len(indexed_trend(folder, "T 1", since="2026-03-01").changes) == 1
     accept(folder, "other", BaselineRequest(by="DC", reason="also"))
     assert len(indexed_trend(folder, "other").points) == 0
+    (later,) = months(folder.parent, 1, specimen="other", begun=datetime(2026, 3, 1, 12, 0, 1, tzinfo=UTC))
+    later.rename(folder / "later.h5")  # after the newest one, and long before now
+    update_index(folder)
+    assert [point.recording for point in indexed_trend(folder, "other").points] == ["later"]
     assert len(indexed_trend(folder, "T 1").points) == 20
     with pytest.raises(InputError, match="still to come"):
         accept(folder, "T 1", BaselineRequest(since="2999-01-01", by="DC", reason="x"))

@@ -53,6 +53,16 @@ def test_a_calibration_is_accepted_with_a_location_and_ends_with_a_file(client):
     assert [j["id"] for j in client.get("/calibrations").json()] == [job["id"]]
 
 
+def test_the_smallest_tone_makes_a_calibration_and_a_smaller_one_is_refused_at_once(client):
+    asked = {"kind": "transmit", "frequencies_hz": [212.0, 424.0], "repetitions": 1}
+    location = client.post("/calibrations", json={**asked, "amplifier_v": 1e-3}).headers["location"]
+    assert until(client, location, ended)["state"] == "done"
+    for tiny in (5e-324, 0.999e-3):
+        answer = client.post("/calibrations", json={**asked, "amplifier_v": tiny})
+        assert answer.status_code == 422
+        assert "at least 0.001 V" in answer.text
+
+
 def test_waits_for_the_operator_and_goes_on_when_told(client, monkeypatch):
     dipole = client.engine.platform.reference
     turn = dipole.turn

@@ -27,6 +27,12 @@ def test_the_result_is_the_report_and_is_kept_on_disk(client, job, recording):
     assert job["id"] in [each["id"] for each in client.get("/characterisations").json()]
 
 
+def test_the_smallest_level_has_intervals_too(client, recording):
+    answer = client.post("/characterisations", json={"recording": recording, "alpha": 1e-12})
+    done = finished(client, answer.headers["location"])
+    assert done["state"] == "done", done["error"]
+
+
 def test_the_page_can_be_read(client, job):
     page = client.get(job["links"]["report"])
     assert page.headers["content-type"].startswith("text/html")
@@ -55,6 +61,7 @@ def test_one_under_way_can_be_cancelled_and_has_no_page(client):
         ({"recording": "{recording}", "frames": [99]}, 422),
         ({"recording": "{recording}", "held_in_n50": {"m_r_am2": 1.0}}, 422),
         ({"recording": "{recording}", "alpha": 0.0}, 422),
+        ({"recording": "{recording}", "alpha": 0.99e-12}, 422),
         ({"recording": "{recording}", "variant": "rope"}, 422),
         ({}, 422),
     ],

@@ -94,6 +94,10 @@ def test_bad_input(client):
     problem(client.get("/specimens/nobody"), 404)
     assert "no recording is of 'nobody'" in problem(client.get("/specimens/nobody/trend"), 404)["detail"]
     problem(client.get(f"/specimens/{JEWEL}/trend?since=x"), 422)
+    turned = "since=2026-11-26&until=2026-11-25"
+    for path in ("/recordings", f"/specimens/{JEWEL}/trend", f"/specimens/{JEWEL}/trend/table"):
+        assert "2026-11-25 is before 2026-11-26" in problem(client.get(f"{path}?{turned}"), 422)["detail"]
+    assert client.get("/recordings?since=2026-11-25&until=2026-11-25").status_code == 200
     problem(client.get(f"/specimens/{JEWEL}/trend?points_to_false_alarm=1"), 422)
 
 
