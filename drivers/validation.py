@@ -97,7 +97,9 @@ def _place(loc: Sequence[Any], model: Any, *, keep_last: bool) -> tuple[tuple[st
     """The keys of a location, without what pydantic calls the members of a union, and the keys that may stand last."""
     kinds, place, known = _inside(model), [], []
     for number, part in enumerate(loc):
-        of_kind = [k for k in kinds if _is_model(k) and _is_tag(k, part)]
+        models = [k for k in kinds if _is_model(k)]
+        union = len(models) > 1 and dict not in kinds  # the keys of a table may be called as anything
+        of_kind = [k for k in models if _is_tag(k, part)] if union else []
         fields = _fields(kinds)
         if isinstance(part, int):
             place.append(str(part))
@@ -144,7 +146,7 @@ def _words(place: tuple[str, ...], entries: list[Any], known: list[str]) -> str:
     if first["type"] == "missing":
         return "is missing"
     if first["type"] == "extra_forbidden":
-        return f"is unknown (value {_shown(first['input'])})" + _nearest(place[-1], known)
+        return f"is unknown (value {_shown(first['input'])})" + _nearest(place[-1] if place else "", known)
     if first["type"] == "union_tag_not_found":
         return f"has no key {first['ctx']['discriminator']}, which says what it is"
     if first["type"] == "union_tag_invalid":

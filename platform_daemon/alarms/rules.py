@@ -85,10 +85,12 @@ class Rules:
 
     def _schedule(self, row: ScheduleEvent) -> None:
         name = f"schedule:{row.schedule}"
-        if row.state in ("missed", "failed"):
+        if not row.active:  # one by hand, which says nothing of those that are due
+            pass
+        elif row.state in ("missed", "failed"):
             became = "failed" if row.state == "failed" else "was missed"
             self._board.notice(name, f"the start due at {row.due} {became}: {row.reason}")
-        elif row.state in ("run", "late") and row.active:  # one by hand ends nothing of a schedule that is off
+        elif row.state in ("run", "late"):
             self._board.clear(name)
         waits = f"mount:{row.schedule}"
         if row.state == "due" and row.reason is not None:

@@ -29,7 +29,8 @@ class RangeNotSatisfiable(InputError):
     title = "Range not satisfiable"
 
     def __init__(self, size: int) -> None:
-        remedy = f"ask for bytes from 0 to {size - 1}, or without Range for the whole file"
+        which = f"for bytes from 0 to {size - 1}, or " if size else ""
+        remedy = f"ask {which}without Range for the whole file"
         super().__init__("the file ends before the range begins", where="Range", remedy=remedy)
         self.headers = {"Content-Range": f"bytes */{size}"}
 
@@ -38,8 +39,9 @@ class RangedFile(FileResponse):
     """A file that is there.  Raises RangeNotSatisfiable, before anything is sent."""
 
     def __init__(self, path: Path, media_type: str, filename: str | None = None) -> None:
-        super().__init__(path, media_type=media_type, filename=filename, stat_result=path.stat())
-        self._size = path.stat().st_size
+        found = path.stat()
+        super().__init__(path, media_type=media_type, filename=filename, stat_result=found)
+        self._size = found.st_size
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -49,7 +51,7 @@ class RangedFile(FileResponse):
                 raise RangeNotSatisfiable(self._size)
             await send(message)
 
-        asked = Headers(scope=scope).get("range")
+        asked = Headers(scope=scope).get("range") if scope["method"] == "GET" else None  # it means nothing else
         headers = [each for each in scope["headers"] if each[0] != b"range"]
         found = None if asked is None else within(asked, self._size)
         if found is not None:

@@ -6,7 +6,7 @@ Only rich, which draws tables and bars, writes to the terminal itself; who hands
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any, TextIO
 
@@ -23,6 +23,10 @@ class PlainText:
     def write(self, text: str) -> int:
         """As of any text stream."""
         return self._stream.write(printable(text))
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """As of any text stream."""
+        self.write("".join(lines))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)

@@ -26,7 +26,7 @@ class WarmFits:
 
     def __init__(self, thread: Executor, computer: Computer) -> None:
         self._thread, self._computer = thread, computer
-        self.done = threading.Event()
+        self.done, self._said = threading.Event(), ""
 
     def begin(self) -> None:
         """Before the first fit."""
@@ -40,7 +40,9 @@ class WarmFits:
         try:
             seconds = computed_surely(self._computer, "planning", analysis.Warmth())
         except Exception as error:
-            log.error("warm_up_failed", error=str(error), again_in_s=AGAIN_S)
+            if str(error) != self._said:  # once
+                log.error("warm_up_failed", error=str(error), again_every_s=AGAIN_S)
+            self._said = str(error)
             again = threading.Timer(AGAIN_S, self._again)
             again.daemon = True
             again.start()

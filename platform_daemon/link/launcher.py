@@ -52,7 +52,7 @@ class HardwareLauncher(Launcher):
             return self._hardware().not_mounted(work.request.resonator, surely=surely)
         if work.kind == "procedure":
             return self._hardware().not_mounted(work.request.acquisition.resonator, surely=surely)
-        return None
+        return self._analyses.waits_for() if work.kind in ScheduledAnalyses.KINDS else None
 
     def new_id(self, work: AnyWorkRequest) -> str:
         """See Launcher."""

@@ -17,7 +17,7 @@ from platform_daemon.schemas import (
     NoResult,
     RecordingFitRequest,
 )
-from platform_daemon.store import open_index
+from platform_daemon.store import StorageError, open_index
 
 from .jobs import ShownJob
 
@@ -30,8 +30,18 @@ class ScheduledAnalyses:
     def __init__(self, records: JobRecords, recordings: Path) -> None:
         self._records, self._recordings = records, recordings
 
+    def waits_for(self) -> str | None:
+        """What must be there before one can begin; None: nothing is missing."""
+        try:
+            with closing(open_index(self._recordings)) as index:
+                return None if index.finished else "the index of the recordings is being made"
+        except StorageError:  # its start says so
+            return None
+
     def queue(self, work: FitWorkRequest | DiagnosisWorkRequest, identifier: str) -> None:
-        """A job that waits.  Raises DeviceStateError if no recording is of its specimen yet, StorageError."""
+        """A job that waits.  Raises DeviceStateError if no recording is of its specimen yet, IndexUnfinished,
+        StorageError.
+        """
         newest = work.newest if isinstance(work, DiagnosisWorkRequest) else 1
         names = self._newest(work.specimen, newest)
         job: AnyJob

@@ -40,7 +40,8 @@ class ScheduleKeeper:
     def get(self) -> Schedules:
         """Raises StorageError while they cannot be opened."""
         if self._found is None:
-            raise self._error or StorageError("the schedules are being opened", remedy="ask again in some seconds")
+            opening = StorageError("the schedules are being opened", remedy="ask again in some seconds")
+            raise (self._error or opening).with_traceback(None)  # that of one grows each time it is raised
         return self._found
 
     def rest(self, reason: str) -> None:

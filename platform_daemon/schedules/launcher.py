@@ -28,8 +28,8 @@ class Launcher(Protocol):
         """Does something run on the platform, or wait for it?  What is paused before it has begun does neither."""
 
     def missing(self, work: AnyWorkRequest, *, surely: bool) -> str | None:
-        """What a person has to do before it can begin: mount its resonator; None: nothing.  surely: also if nobody has
-        said which one is there."""
+        """What it waits for: a person has to mount its resonator, the recordings are being indexed; None: nothing.
+        surely: also if nobody has said which one is there."""
 
     def new_id(self, work: AnyWorkRequest) -> str:
         """An id for its job, which no other job has."""

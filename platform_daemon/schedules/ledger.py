@@ -119,7 +119,9 @@ class Ledger(LedgerFile):
     def go_back(self, schedule: str, moment: float) -> int:
         """Forget the instants after `moment` that have not begun: they are still to come; how many they were."""
         with self._change():
-            never = "DELETE FROM rows WHERE schedule = ? AND due > ? AND job IS NULL AND asked = 0"
+            never = (
+                "DELETE FROM rows WHERE schedule = ? AND due > ? AND job IS NULL AND asked = 0 AND state != 'failed'"
+            )
             count = self._sql.execute(never, (schedule, moment)).rowcount
             earlier = "reached = min(reached, ?), created = min(created, ?)"
             self._sql.execute(f"UPDATE schedules SET {earlier} WHERE id = ?", (moment, moment, schedule))

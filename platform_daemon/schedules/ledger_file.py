@@ -42,12 +42,10 @@ class LedgerFile:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        new = not path.exists()
-        beside = [path.with_name(path.name + end) for end in ("-wal", "-journal")]
-        if new and any(each.exists() for each in beside):
-            raise self._damaged("the file is gone, its log is there")
         try:
-            if new:
+            if not path.exists():
+                if any(each.exists() for each in _beside(path)):
+                    raise self._damaged("the file is gone, its log is there")
                 _begin(path)
             self._file = _file(path)
             self._check_length()
@@ -124,7 +122,8 @@ class LedgerFile:
             "the ledger of the schedules was taken away",
             where=str(self._path),
             why="its file has been moved, removed or replaced while it was in use",
-            remedy="start the daemon again, with the file in its place, or without it to begin a new one",
+            remedy="put it back, with what is beside it; or remove that too "
+            f"({', '.join(each.name for each in _beside(self._path))}) and start the daemon again, to begin a new one",
         )
 
     def _refused(self, error: Exception) -> StorageError:
@@ -135,10 +134,16 @@ class LedgerFile:
 
     def _damaged(self, why: str) -> DamagedLedger:
         remedy = (
-            "put back a copy of it, or move it away to begin a new one, without what it says of earlier starts; "
+            "put back a copy of it, or move it away to begin a new one, without what it says of earlier starts, and in "
+            f"either case what is beside it ({', '.join(each.name for each in _beside(self._path))}); "
             "then start the daemon again"
         )
         return DamagedLedger("the ledger of the schedules is damaged", where=str(self._path), why=why, remedy=remedy)
+
+
+def _beside(path: Path) -> list[Path]:
+    """What SQLite may have left beside it, without which, or beside another file, its content is not whole."""
+    return [path.with_name(path.name + end) for end in ("-wal", "-shm", "-journal")]
 
 
 def _connected(path: Path) -> sqlite3.Connection:

@@ -226,7 +226,7 @@ class Scheduler:
             off = f"{kept.failures + 1} failures in a row, the last: {why}"
         self._ledger.end(row, "failed", now, why, recording, off)
         silent = "" if off is None else ". The schedule is switched off until somebody resumes it"
-        self._tell(_event(row, "failed", f"{why.rstrip('.')}{silent}", active=(off or kept.off) is None))
+        self._tell(_event(row, "failed", f"{why.rstrip('.')}{silent}", active=kept.off is None))
         if off is not None:
             log.error("schedule_switched_off", schedule=row.schedule, reason=off)
 

@@ -141,7 +141,7 @@ class ScheduleEvent(Schema):
     job: str | None
     """Id of the job; null: none was made."""
     active: bool = True
-    """Does its schedule start by itself, now that this is so?"""
+    """Did its schedule start by itself when it came to this?"""
 
 
 class DroppedEvent(Schema):

@@ -92,7 +92,7 @@ class RecordingIndex:
         for n, name in enumerate(new):
             done(n, len(new))
             self._look_at(name, there[name], look)
-        if self._unfinished:
+        if not self.finished:
             with self._written():
                 self._sql.execute(f"DROP TABLE IF EXISTS {_UNFINISHED}")
         done(len(new), len(new))
@@ -110,8 +110,10 @@ class RecordingIndex:
         error = None
         try:
             found, shots = look(self._folder / facts[0]) or (None, ())
-        except RecordingError as failure:
-            error = str(failure)
+        except Exception as failure:  # one file must not end the index of all others
+            error = str(failure) or type(failure).__name__
+            if not isinstance(failure, RecordingError):
+                log.error("recording_not_looked_at", file=facts[0], exc_info=failure)
         row: tuple[object, ...] = (name, *facts, error, *(None,) * 8)
         if found is not None:
             said = (found.begun, found.specimen, found.operator, found.frames, found.good, found.calibration, found.fit)
@@ -202,12 +204,13 @@ class RecordingIndex:
         return dict(self._rows("SELECT identifier, error FROM recordings WHERE error IS NOT NULL"))
 
     @property
-    def _unfinished(self) -> bool:
-        return bool(self._rows("SELECT 1 FROM sqlite_master WHERE name = ?", (_UNFINISHED,)))
+    def finished(self) -> bool:
+        """Have all files been looked at once?  Raises StorageError."""
+        return not self._rows("SELECT 1 FROM sqlite_master WHERE name = ?", (_UNFINISHED,))
 
     def _all_rows(self, query: str, values: Sequence[object] = ()) -> list[Any]:
         """Raises IndexUnfinished, StorageError."""
-        if self._unfinished:
+        if not self.finished:
             what, why = "the index of the recordings is being made", "it was missing, damaged or of another version"
             raise IndexUnfinished(what, where=str(self._path), why=why, remedy="ask again in some seconds")
         return self._rows(query, values)

@@ -267,10 +267,10 @@ def _end_of(last: FrameInfo, header: SeriesHeader) -> str:
     """The end of its last sample, ISO 8601; of its trigger if it ends after all dates."""
     s = last.step or header.sequence
     samples = s.tx_samples + s.switch_samples + s.rx_samples
-    begun = datetime.fromisoformat(last.time_stamp or header.start_time)
-    with contextlib.suppress(OverflowError):
-        begun += timedelta(seconds=samples / header.sequence.rate_hz)
-    return begun.isoformat()
+    begun = last.time_stamp or header.start_time
+    with contextlib.suppress(OverflowError, ValueError):  # of a damaged shot the rest is worth keeping
+        return (datetime.fromisoformat(begun) + timedelta(seconds=samples / header.sequence.rate_hz)).isoformat()
+    return begun
 
 
 def _note(entry: h5py.Group, name: str, kind: str, text: str) -> None:

@@ -140,6 +140,8 @@ def test_what_raises_an_alarm_and_what_ends_it(board, raising, name, text, clear
 def test_a_start_by_hand_ends_no_alarm_of_a_schedule_that_is_switched_off(board):
     rules = Rules(board)
     rules.see(row("failed", active=False))
+    assert board.standing() == ()
+    rules.see(row("failed"))
     rules.see(row("run", active=False))
     assert board.standing() == ("schedule:nightly",)
     rules.see(row("run"))

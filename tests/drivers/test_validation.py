@@ -116,6 +116,7 @@ def test_long_values_are_shortened() -> None:
             "'work.request.rx_s' is unknown (value 1.0); there are: hours",
         ),
         ({"kind": "rest", "request": {"hours": 0}}, "key 'work.request.hours' must be at least 1, got 0"),
+        ({"kind": "rest", "request": {}, "rest": 1}, "key 'work.rest' is unknown (value 1)"),
         ({"kind": "wlak"}, "key 'work' has an unknown 'kind', 'wlak'; did you mean 'walk'?"),
         ({"kind": "swim"}, "key 'work' has an unknown 'kind', 'swim'; there are: walk, rest"),
         ({"request": {}}, "key 'work' has no key 'kind', which says what it is"),

@@ -1,5 +1,6 @@
 """Kernels that are not there at the first try."""
 
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 from platform_daemon.engine import warm_fits
@@ -35,9 +36,12 @@ def test_a_warm_up_that_takes_too_long_is_tried_again(monkeypatch):
 
 def test_once_it_ends_it_is_not_tried_again(monkeypatch):
     monkeypatch.setattr(warm_fits, "AGAIN_S", 0.01)
+    broken = []
+    monkeypatch.setattr(threading, "excepthook", broken.append)
     thread, computer = ThreadPoolExecutor(1), Slow()
     warm = WarmFits(thread, computer)
     warm.begin()
     thread.shutdown()
     assert not warm.done.wait(0.1)
     assert computer.tries == 1
+    assert broken == []

@@ -1,6 +1,8 @@
 """Schedules whose ledger cannot be opened when the daemon begins, or is taken away while it runs."""
 
+import errno
 import json
+from pathlib import Path
 
 import pytest
 
@@ -82,6 +84,12 @@ def test_a_disk_that_refuses_is_tried_again_and_a_stop_meanwhile_holds(folder):
     again = folder.keeper()
     again.open()
     assert [(each.active, each.reason) for each in again.get().list()] == [(False, STOPPED)]
+    again.get().resume(again.get().list()[0].identifier)
+    folder.end()
+    last = folder.keeper()
+    last.open()
+    last.get().step()
+    assert [each.active for each in last.get().list()] == [True]
 
 
 def test_a_stop_while_the_ledger_is_damaged_holds_once_a_copy_is_put_back(folder):
@@ -110,13 +118,37 @@ def test_a_stop_between_two_tries_is_told_to_what_is_opened_then(folder):
     assert not rest_mark(folder.path).stands
 
 
-def test_one_that_is_told_to_end_opens_nothing_more(folder):
-    folder.refuses, kept = True, folder.keeper()
+def test_one_that_is_told_to_end_while_it_opens_them_lets_them_go(folder):
+    made = []
+
+    def told_to_end():
+        made.append(folder.make())
+        kept.stop_starting()
+        return made[0]
+
+    kept = ScheduleKeeper(told_to_end, rest_mark(folder.path))
     kept.open()
-    kept.stop_starting()
-    folder.refuses = False
     kept.close()
     assert not can_be_asked(kept)
+    with pytest.raises(StorageError):
+        made[0].list()
+
+
+def test_a_disk_that_does_not_even_answer_is_tried_again(folder, monkeypatch):
+    asked, exists = [], Path.exists
+
+    def refused(path):
+        if path == folder.path and len(asked) < 2:
+            asked.append(path)
+            raise OSError(errno.EIO, "Input/output error")
+        return exists(path)
+
+    monkeypatch.setattr(Path, "exists", refused)
+    kept = folder.keeper()
+    kept.open()
+    with pytest.raises(StorageError, match="Input/output error"):
+        kept.get()
+    wait_for(lambda: can_be_asked(kept))
 
 
 def test_a_ledger_that_is_taken_away_is_told_and_nothing_is_written_into_nowhere(folder):

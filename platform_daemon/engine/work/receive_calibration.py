@@ -39,12 +39,12 @@ class ReceiveCalibrationWork:
 
     def __call__(self, job: CalibrationJob) -> None:
         """Measure, write a new version.  Raises Cancelled, DeviceError, StorageError; no file is left then."""
-        job.expect(self.shots_s)
         columns = []
         try:
             for axis in AXES:
                 what = f"turn the reference dipole along {axis}, at the resonator's place"
                 self._bench.place(job, lambda axis=axis: self._dipole.turn(axis), what)  # type: ignore[misc]
+                job.expect(self.shots_s)  # the wait for a person says nothing of the pace
                 columns.append([self._column(job, axis, f) for f in self._bench.frequencies_hz])
         finally:
             self._dipole.remove()

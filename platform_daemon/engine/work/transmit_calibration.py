@@ -43,9 +43,9 @@ class TransmitCalibrationWork:
         if self._self_test.enabled:
             job.at(0, "self-test")
             self._self_test(job.cancel_requested.is_set)
-        job.expect(self.shots_s)
         try:
             self._bench.place(job, self._probe.put, "put the field probe at the resonator's place, along the axes")
+            job.expect(self.shots_s)  # the wait for a person says nothing of the pace
             coils = range(len(self._bench.side.channels))
             found = [[self._field_per_volt(job, k, f) for f in self._bench.frequencies_hz] for k in coils]
         finally:
