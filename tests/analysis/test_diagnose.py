@@ -103,6 +103,7 @@ def test_files_without_a_usable_shot_say_why(tmp_path):
         load_diagnosis_input([pendulum(tmp_path, t, angle)])
 
 
+@pytest.mark.long
 def test_of_a_long_series_some_are_searched_and_the_others_tried_one_by_one(tmp_path, monkeypatch):
     monkeypatch.setattr("platform_daemon.analysis.diagnosis_shots._MOST_SEARCHED", 1)
     files = [THREAD, copied(tmp_path), copied(tmp_path, name="third.h5")]

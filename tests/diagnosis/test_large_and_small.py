@@ -33,6 +33,7 @@ def test_a_large_effect_is_followed_to_its_full_size(twisted):
     assert report["held_out"]["chi2_per_dof_after"] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.long
 def test_errors_of_the_start_know_the_torque_that_moves_it(twisted):
     report, truths = twisted
     for name in ("psi_start_rad", "phi_max_rad", "f_nat_hz", "m_r_am2", "lambda_per_s"):

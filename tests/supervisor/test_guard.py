@@ -25,8 +25,8 @@ from tests.kit.threads import in_a_thread
 
 DEATHS = [
     (signal.SIGKILL, "tx", 5.0),
-    (signal.SIGKILL, "rx", 5.0),
-    (signal.SIGSEGV, "tx", 5.0),
+    pytest.param(signal.SIGKILL, "rx", 5.0, marks=pytest.mark.long),
+    pytest.param(signal.SIGSEGV, "tx", 5.0, marks=pytest.mark.long),
     (signal.SIGHUP, "rx", 5.0),
     pytest.param(signal.SIGSTOP, "tx", LEASE_S + 5.0, marks=pytest.mark.long),
 ]

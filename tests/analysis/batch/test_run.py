@@ -21,6 +21,7 @@ def ended(paths, workers, settings=SETTINGS):
     return {e.path: e for e in fit_files(paths, settings, workers) if not isinstance(e, Advanced)}
 
 
+@pytest.mark.long
 def test_a_batch_gives_what_single_fits_give_in_any_number_of_processes(tmp_path):
     paths = copies(tmp_path, 3)
     with processes(2, frames_per_part=1) as workers:

@@ -15,6 +15,7 @@ from tests.kit.command_line import wait_for
 MANY = 20
 
 
+@pytest.mark.long
 def test_those_that_never_read_hold_little_memory_and_are_dropped(secured, monkeypatch):
     monkeypatch.setattr(event_tail, "MOST_LISTENERS", MANY)
     app, events = secured.client.app, secured.client.app.state.context.events

@@ -49,6 +49,7 @@ def fitted(volts: NDArray[np.float64], variant: str, used: ReceiveCalibration) -
     return fit
 
 
+@pytest.mark.long
 def test_moments_fitted_with_wrong_p_scatter_by_what_was_said_at_most(
     shot: tuple[str, Truth, NDArray[np.float64]],
 ) -> None:
