@@ -3,6 +3,8 @@
 import socket
 import threading
 
+import pytest
+
 from platform_daemon.api import event_tail
 from platform_daemon.api.network.connections import BoundedServer, bounded_config
 from platform_daemon.api.network.limits import Limits
