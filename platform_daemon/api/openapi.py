@@ -14,10 +14,8 @@ from platform_daemon import schemas
 from .network.access import ACCESS, Takes
 from .problems import MEDIA_TYPE, WHEN
 
-EVENTS = {
-    "type": "string",
-    "description": "Server-sent events; `data` of each is JSON: `#/components/schemas/Event`.",
-}
+# Without a type: some take it for that of the whole stream, which is text, others for that of each event.
+EVENTS = {"description": "Server-sent events; `data` of each is JSON: `#/components/schemas/Event`."}
 PROBLEM = {"$ref": "#/components/schemas/Problem"}
 INVALID = {"$ref": "#/components/schemas/HTTPValidationError"}
 _ID, _LABEL = {"identifier": "$response.body#/id"}, {"name": "$response.body#/label"}
