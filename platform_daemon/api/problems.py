@@ -164,11 +164,11 @@ def respond(error: Exception, path: str) -> Response:
 
 
 def _allowed(request: Request, by_first: str) -> str:
-    """The methods of a path: of its own, else of all whose variable parts fit; a greedy one hides none behind it."""
+    """The methods of a path: of its own, else of the longest whose variable parts fit; a greedy one hides none."""
     known: dict[str, set[str]] = request.app.state.methods
     path = request.url.path
     fitting = [path] if path in known else [each for each in known if compile_path(each)[0].match(path)]
-    return ", ".join(sorted(set().union(*(known[each] for each in fitting)))) or by_first
+    return ", ".join(sorted(known[max(fitting, key=len)])) if fitting else by_first
 
 
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:
