@@ -132,8 +132,8 @@ def _fields(kinds: list[Any]) -> dict[str, list[Any]]:
 
 def _is_tag(model: type[BaseModel], part: Any) -> bool:
     """Is it what tells this model from the others of its union?"""
-    field = model.model_fields.get("kind")
-    return field is not None and get_origin(field.annotation) is Literal and part in get_args(field.annotation)
+    literals = [f.annotation for f in model.model_fields.values() if get_origin(f.annotation) is Literal]
+    return any(get_args(each) == (part,) for each in literals)
 
 
 def _is_model(kind: Any) -> bool:

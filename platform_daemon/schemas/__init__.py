@@ -162,6 +162,7 @@ RODRIGUES: Names of the three components of an orientation.
 definition_of: Of a parameter.
 names_in_order: Parameters of the table in the order in which they are told.
 AmplifierState: State of the power amplifier.
+MOST_STEPS: Of one sweep, or ramp.
 printable: Text with control characters written out.
 CatalogueEntry: A resonator or a sequence that was added.
 DeviceError: The last thing that went wrong with a device.

@@ -227,6 +227,7 @@ from .sliding import WindowFitReport as WindowFitReport
 from .snapshots import JobSnapshot as JobSnapshot
 from .stop import Health as Health
 from .stop import StopReport as StopReport
+from .sweeps import MOST_STEPS as MOST_STEPS
 from .sweeps import StopRule as StopRule
 from .sweeps import SweepAxis as SweepAxis
 from .sweeps import SweepRequest as SweepRequest

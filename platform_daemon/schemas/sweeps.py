@@ -13,6 +13,7 @@ from .base import Finite, Given, Request
 from .procedure_requests import ProcedureRequest
 
 MOST_STEPS = 1000
+"""Of one sweep, or ramp."""
 Comparison = TypeAliasType("Comparison", Literal[">", "<", ">=", "<="])
 _Key = Annotated[str, Field(min_length=1, max_length=100)]
 _Number = Annotated[int, Field(ge=-(10**12), le=10**12)] | Finite

@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol
 from drivers.errors import DeviceFault, InputError, PlatformError
 from platform_daemon import analysis
 from platform_daemon.schemas import (
+    MOST_STEPS,
     AcquisitionRequest,
     ProcedureResult,
     RampLine,
@@ -28,8 +29,6 @@ from .procedure import ShotFiles, Step, StepSequence
 
 OPERATING_SHARE = 0.8
 """Of the threshold, at which a resonator is to be used (paper, "Measurement Sequence")."""
-MOST_STEPS = 1000
-"""Of one ramp, as of a sweep."""
 _START_SHARE = 0.5  # of the preset's field
 _LONGEST_RX_S = 2.0  # side modes are gone by then
 _NEVER_RINGS = 3  # shots
