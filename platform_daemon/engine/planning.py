@@ -15,7 +15,7 @@ from drivers.validation import validated
 from platform_daemon import analysis
 from platform_daemon.schemas import AcquisitionRequest, AcquisitionSummary, SettleCheck, ShotSummary
 from platform_daemon.settings import load_sequence, refuse_foreign_preset
-from platform_daemon.workers import Computer, InThisProcess
+from platform_daemon.workers import Computer, InThisProcess, check_time
 from sequences.compiler import ShotPlan, TransmitSide, compile_shot, loop_lag_s, tx_window_s
 from sequences.request import SequenceRequest
 
@@ -61,14 +61,23 @@ class AcquisitionPlan:
         return [self.blank] * self.sequence.blank_shots + made
 
     @property
-    def durations_s(self) -> list[float]:
-        """Of every shot with the pause before it, s; the first one does not wait."""
-        return [(k > 0) * self.sequence.pause_s + shot.timeline.duration_s for k, shot in enumerate(self.shots)]
+    def kinds(self) -> list[tuple[ShotPlan, int]]:
+        """Each shot that is planned, and how often it is made: there may be a million of them."""
+        excited = self.changed or (self.excited,)
+        rounds, rest = divmod(self.sequence.repetitions, len(excited))
+        made = [(shot, rounds + (k < rest)) for k, shot in enumerate(excited)]
+        return [(self.blank, self.sequence.blank_shots), *made]
+
+    @property
+    def duration_s(self) -> float:
+        """Of all shots with the pauses between them, s."""
+        shots = sum(count for _, count in self.kinds)
+        return (shots - 1) * self.sequence.pause_s + sum(n * shot.timeline.duration_s for shot, n in self.kinds)
 
     @property
     def disk_bytes(self) -> int:
         """Of all samples, uncompressed."""
-        return sum(s.timeline.total_samples for s in self.shots) * 3 * 4
+        return sum(n * shot.timeline.total_samples for shot, n in self.kinds) * 3 * 4
 
     def changes_of(self, shot: int) -> list[tuple[str, Any]] | None:
         """What the shot of this number, from 0, differs in; None: in nothing."""
@@ -77,15 +86,14 @@ class AcquisitionPlan:
 
     def summary(self) -> AcquisitionSummary:
         """The dry run: what would be played, how long it takes, what remains, how much disk it needs."""
-        total = len(self.shots)
         return AcquisitionSummary(
             resonator=self.specimen.name,
             variant=self.specimen.variant,
             model=self.model.label,
-            shots=total,
+            shots=sum(count for _, count in self.kinds),
             shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
             shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
-            duration_s=sum(self.durations_s),
+            duration_s=self.duration_s,
             disk_bytes=self.disk_bytes,
             settle=SettleCheck(remaining_rad=self.settle.remaining_rad, share=self.settle.share),
             warnings=self.warnings,
@@ -101,9 +109,10 @@ def plan_acquisition(
 ) -> AcquisitionPlan:
     """The checked plan.  computer: looks models up and plans drives.
 
-    Raises ConfigError for a wrong key, InputError for an unknown model, SequenceRejected outside the envelope;
-    nothing moves.
+    Raises ConfigError for a wrong key, InputError for an unknown model, SequenceRejected outside the envelope,
+    OverBounds once the time for it is over (`in_time`); nothing moves.
     """
+    check_time()
     specimen, text = catalogue.resonators.load(request.resonator)
     asked = analysis.NamedModel(request.variant or specimen.variant, None if models is None else models.folder)
     model = computed_surely(computer, "planning", analysis.CheckModel(asked))
@@ -153,8 +162,9 @@ def excited_shot(
 ) -> tuple[ShotPlan, float | None]:
     """The checked shot, and the deflection that the model reaches under a planned drive, rad; None: it is not planned.
 
-    fitted: of the last good fit, by public name.  Raises SequenceRejected.
+    fitted: of the last good fit, by public name.  Raises SequenceRejected, OverBounds.
     """
+    check_time()
     if sequence.phase_plan == "none":
         return compile_shot(sequence, side), None
     task = DriveTask(sequence, tx_window_s(sequence, side), specimen, model, loop_lag_s(sequence, side), fitted)

@@ -41,6 +41,7 @@ from platform_daemon.schemas import (
     StopReport,
 )
 from platform_daemon.store import Mark, check_room
+from platform_daemon.workers import WorkerLimits
 
 from .jobs import LocalJobs, ShownJob, rest, waiting
 from .mounted import Mounted
@@ -51,7 +52,7 @@ from .stopping import STOPPED
 
 
 class OwnedHardware(LocalJobs, OwnedSchedules):
-    """See Hardware.  schedules: None: there are none; mark: of a stop that found nobody."""
+    """See Hardware.  schedules: None: there are none; mark: of a stop that found nobody; limits: of planning."""
 
     def __init__(
         self,
@@ -59,12 +60,13 @@ class OwnedHardware(LocalJobs, OwnedSchedules):
         folders: Folders,
         schedules: ScheduleKeeper | None = None,
         mark: Mark | None = None,
+        limits: WorkerLimits = WorkerLimits(),  # noqa: B008 frozen
     ) -> None:
         LocalJobs.__init__(self, engine)
         OwnedSchedules.__init__(self, schedules)
         self._engine, self._folders = engine, folders
         self._mark, self._taking_up = mark, threading.Lock()
-        self._plans = Plans(engine, folders)
+        self._plans = Plans(engine, folders, limits)
         self._mounted = Mounted(folders.mounted, changes_itself=engine.platform.changes_resonators)
 
     def has_happened(self) -> None:

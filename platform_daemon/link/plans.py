@@ -27,6 +27,7 @@ from platform_daemon.schemas import (
     SelfTestRequest,
 )
 from platform_daemon.store import check_room
+from platform_daemon.workers import WorkerLimits, in_time
 
 from .feasible import check_feasible
 
@@ -43,10 +44,14 @@ class Folders:
 
 
 class Plans:
-    """Each raises InputError for what cannot be, StorageUnusable and InterlockError as `check_feasible`."""
+    """Each raises InputError for what cannot be, StorageUnusable and InterlockError as `check_feasible`.
 
-    def __init__(self, engine: Engine, folders: Folders) -> None:
+    limits: how long what is asked for may be planned; what was found feasible once is not asked for again.
+    """
+
+    def __init__(self, engine: Engine, folders: Folders, limits: WorkerLimits) -> None:
         self._engine, self._folders = engine, folders
+        self._bounds = limits.of("planning")
 
     def only_named(self, resonator: str) -> None:
         """Raises InputError for a path: over the network none is given as one."""
@@ -55,13 +60,15 @@ class Plans:
     def series(self, request: AcquisitionRequest) -> AcquisitionPlan:
         """Of a series."""
         self.only_named(request.resonator)
-        plan = self._engine.plan(request)
+        with in_time("planning", self._bounds):
+            plan = self._engine.plan(request)
         check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
         return plan
 
     def procedure(self, request: AnyProcedureRequest) -> ProcedureWork:
         """Of a procedure."""
-        work = self.known_procedure(request)
+        with in_time("planning", self._bounds):
+            work = self.known_procedure(request)
         check_feasible(self._engine, self._folders.recordings, work.summary().disk_bytes)
         return work
 

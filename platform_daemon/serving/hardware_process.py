@@ -53,7 +53,7 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
         return start_engine(file, *kept, *hardware_workers(limits), data=options.data, tell=events.tell)
 
     mark = stop_mark(options.data)
-    opening = Opening(start, folder, mark, forget=options.forget_queue)
+    opening = Opening(start, folder, mark, limits, forget=options.forget_queue)
     server = None
     launcher = HardwareLauncher(opening.hardware, kept[0], folder.recordings)
     ledger = options.data / "schedules.db"
@@ -82,12 +82,14 @@ def run_hardware(options: ServeOptions, life: Life) -> None:
 class Opening:
     """The engine, once its devices have opened; until then every request tries again.
 
-    start: makes the engine; mark: of those who wanted everything stopped and found nobody; forget: cancel what waited
-    when the daemon ended.
+    start: makes the engine; mark: of those who wanted everything stopped and found nobody; limits: of planning;
+    forget: cancel what waited when the daemon ended.
     """
 
-    def __init__(self, start: Callable[[], Engine], folder: DataFolder, mark: Mark, *, forget: bool) -> None:
-        self._start, self._mark, self._forget, self._stops = start, mark, forget, 0
+    def __init__(
+        self, start: Callable[[], Engine], folder: DataFolder, mark: Mark, limits: WorkerLimits, *, forget: bool
+    ) -> None:
+        self._start, self._mark, self._limits, self._forget, self._stops = start, mark, limits, forget, 0
         self._folders = Folders(
             folder.recordings, folder.procedures, folder.characterisations, folder.calibrations, folder.mounted
         )
@@ -115,7 +117,7 @@ class Opening:
             self._tried_s = time.monotonic()
 
     def _take_up(self, engine: Engine) -> None:
-        owned = OwnedHardware(engine, self._folders, self.schedules, self._mark)
+        owned = OwnedHardware(engine, self._folders, self.schedules, self._mark, self._limits)
         self._hardware = owned  # first: a stop must reach what is queued
         if self._closed:  # it is told to end: what waits does so for the next one
             return

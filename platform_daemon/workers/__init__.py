@@ -12,10 +12,13 @@ Stopped: Somebody asked it to stop.
 OverBounds: It took more than it may.
 WorkerLost: The process that computed it died.
 WorkerLimits: What each kind of task may take.
+in_time: A limit of time for what is computed in this process.
+check_time: Raises OverBounds once that is over.
 """
 
 from .bounds import OverBounds, Stopped, WorkerLost
 from .computer import Call, Computer, InThisProcess, Task
+from .in_time import check_time, in_time
 from .limits import WorkerLimits
 from .pool import Pool
 from .process import WorkerProcess
@@ -31,4 +34,6 @@ __all__ = [
     "WorkerLimits",
     "WorkerLost",
     "WorkerProcess",
+    "check_time",
+    "in_time",
 ]

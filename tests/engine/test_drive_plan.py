@@ -126,3 +126,6 @@ def test_shots_change_in_turn_and_are_kept_with_what_was_changed(tmp_path):
     assert frames[0].step is None
     assert frames[2].step.label.values == {"field_t": 60e-6}
     assert plan.summary().disk_bytes == sum(s.timeline.total_samples for s in plan.shots) * 12
+    lengths_s = [s.timeline.duration_s for s in plan.shots]
+    assert plan.duration_s == pytest.approx(sum(lengths_s) + plan.sequence.pause_s * (len(lengths_s) - 1))
+    assert plan.summary().shots == len(lengths_s)

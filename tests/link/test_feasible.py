@@ -1,11 +1,15 @@
 """What a dry run tells beside the plan."""
 
+from functools import partial
+
 import pytest
 
 from drivers.errors import InterlockError
-from platform_daemon.schemas import AcquisitionRequest
+from platform_daemon.link.owner import OwnedHardware
+from platform_daemon.schemas import AcquisitionRequest, SweepRequest
 from platform_daemon.settings import load_platform
 from platform_daemon.supervisor import guard_for
+from platform_daemon.workers import OverBounds, WorkerLimits
 from tests.kit.acquisitions import SHORT_JEWEL
 
 REQUEST = AcquisitionRequest.model_validate(SHORT_JEWEL)
@@ -25,3 +29,31 @@ def test_a_lease_beyond_the_limit_is_told_by_a_dry_run_and_by_the_request(linked
         assert linked.remote.status().running is None
     finally:
         guard.close()
+
+
+FIELDS_T = [1e-5 + k * 1e-8 for k in range(1000)]
+
+
+@pytest.mark.parametrize("asked", ["sweep", "shot_changes"])
+def test_a_plan_that_takes_longer_than_planning_may_is_refused_with_the_limit(linked, asked):
+    owned = OwnedHardware(linked.engine, linked.folders, limits=WorkerLimits().changed(["planning:0.1s"]))
+    assert owned.dry_run(REQUEST).shots == REQUEST.shots
+    sweep = {"kind": "sweep", "acquisition": SHORT_JEWEL, "over": [{"key": "field_t", "values": FIELDS_T}]}
+    changes = {**SHORT_JEWEL, "shot_changes": [{"field_t": field_t} for field_t in FIELDS_T]}
+    ask = {
+        "sweep": partial(owned.dry_run_procedure, SweepRequest.model_validate(sweep)),
+        "shot_changes": partial(owned.dry_run, AcquisitionRequest.model_validate(changes)),
+    }[asked]
+    with pytest.raises(OverBounds, match=r"the planning took longer than 0\.1 s") as over:
+        ask()
+    assert "--worker-limit planning:SECONDSs" in over.value.remedy
+
+
+def test_a_million_shots_are_counted_without_being_listed(linked):
+    many = AcquisitionRequest.model_validate({**SHORT_JEWEL, "shots": 1_000_000})
+    one, all_ = linked.engine.plan(REQUEST.model_copy(update={"shots": 1})).summary(), linked.engine.plan(many)
+    told = all_.summary()
+    assert "shots" not in vars(all_)
+    assert told.shots == 1_000_000
+    assert told.disk_bytes == one.disk_bytes * 1_000_000
+    assert told.duration_s == pytest.approx(one.duration_s * 1e6 + all_.sequence.pause_s * 999_999)

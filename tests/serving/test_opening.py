@@ -16,6 +16,7 @@ from platform_daemon.schemas import AcquisitionRequest, AcquisitionResult, JobSt
 from platform_daemon.serving.hardware_process import Opening
 from platform_daemon.settings import load_platform
 from platform_daemon.store import open_data_folder
+from platform_daemon.workers import WorkerLimits
 from tests.kit.acquisitions import SHORT_JEWEL
 
 
@@ -31,7 +32,7 @@ class Start:
         ]
         for job in self.jobs:
             self.records.save(job)
-        self.opening = Opening(self.engine, self.data, self.mark, forget=forget)
+        self.opening = Opening(self.engine, self.data, self.mark, WorkerLimits(), forget=forget)
         launcher = SimpleNamespace(outcome=None)
         ledger = folder / "schedules.db"
         self.opening.schedules = ScheduleKeeper(lambda: Schedules(ledger, launcher), rest_mark(ledger))

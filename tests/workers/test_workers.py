@@ -21,7 +21,10 @@ from platform_daemon.workers import (
     WorkerLimits,
     WorkerLost,
     WorkerProcess,
+    check_time,
+    in_time,
 )
+from platform_daemon.workers.bounds import Bounds
 from tests.kit import tasks
 from tests.kit.command_line import wait_for
 
@@ -222,3 +225,22 @@ def test_a_worker_that_the_thread_of_the_shots_starts_stands_in_line_with_all_ot
     thread.start()
     thread.join()
     assert found[0][1] == os.SCHED_OTHER
+
+
+def test_work_of_this_process_looks_at_the_clock_itself_and_the_nearer_limit_holds():
+    check_time()  # nobody set a limit
+    long, short = Bounds(4000, 60.0), Bounds(4000, 0.0)
+    with in_time("planning", long):
+        check_time()
+        with in_time("fit", short), pytest.raises(OverBounds, match="the fit took longer than 0 s") as over:
+            _later()
+        assert "--worker-limit fit:SECONDSs" in over.value.remedy
+        check_time()
+    with in_time("planning", short), in_time("fit", long), pytest.raises(OverBounds, match="the planning took longer"):
+        _later()
+    check_time()
+
+
+def _later():
+    time.sleep(0.001)
+    check_time()
