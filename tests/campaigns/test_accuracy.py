@@ -4,7 +4,8 @@ from tests.campaigns.accuracy import judge, record
 
 
 @pytest.mark.parametrize("chain", [pytest.param("ideal", marks=pytest.mark.campaign), "non_ideal"])
-@pytest.mark.parametrize(("variant", "shots"), [pytest.param("jewel", 20, marks=pytest.mark.long), ("thread", 8)])
+@pytest.mark.long
+@pytest.mark.parametrize(("variant", "shots"), [("jewel", 20), ("thread", 8)])
 def test_fits_of_simulated_shots_are_true_within_their_errors(tmp_path, variant, shots, chain):
     found = judge(record(variant, chain, shots, tmp_path / "a.h5", seed=2), chain)
     assert found.joint_below() >= shots - 1

@@ -68,7 +68,8 @@ def test_stop_has_its_own_port_and_ends_the_series(daemon):
     assert ended(daemon, location)["state"] == "cancelled"
 
 
-@pytest.mark.parametrize("number", [pytest.param(signal.SIGTERM, marks=pytest.mark.long), signal.SIGKILL])
+@pytest.mark.long
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
 def test_when_the_parent_ends_all_do_and_the_series_is_put_together(tmp_path, number):
     with served(tmp_path / "data") as daemon:
         children = [daemon.pid("hardware"), daemon.pid("web")]

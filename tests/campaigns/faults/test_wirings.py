@@ -12,7 +12,12 @@ from tests.campaigns.faults.wirings import WIRINGS, Wiring
 SEED, QUICK_S = 3, 0.5
 
 
-@pytest.fixture(scope="module", params=WIRINGS, ids=lambda wiring: wiring.name)
+# Those of which the parts are tried by the others: `make test` has no time for them.
+LATER = {w.name for w in WIRINGS if w.name.startswith("memory and")}
+EACH = [pytest.param(w, id=w.name, marks=[pytest.mark.long] if w.name in LATER else []) for w in WIRINGS]
+
+
+@pytest.fixture(scope="module", params=EACH)
 def bench(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     wiring: Wiring = request.param
     made = Bench(tmp_path_factory.mktemp("wiring"), wiring, SEED)

@@ -96,7 +96,7 @@ def test_a_link_that_was_cut_is_named_and_once_it_is_back_the_next_shot_is_whole
     assert lab.violations() == ()
 
 
-@pytest.mark.parametrize("server_too", [False, True])
+@pytest.mark.parametrize("server_too", [False, pytest.param(True, marks=pytest.mark.long)])
 def test_a_client_that_was_killed_leaves_outputs_off_and_the_next_one_shoots(lab_of_its_own, server_too):
     lab = lab_of_its_own()
     host = Host(lab.endpoints, ("limits.max_tx_duty=0.9",))

@@ -125,7 +125,8 @@ def test_a_shot_that_is_longer_than_the_memory_is_refused_with_the_way_out(own):
 # --- who vanishes
 
 
-@pytest.mark.parametrize("moment", ["tx", pytest.param("rx", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("moment", ["tx", "rx"])
 def test_servers_that_are_killed_leave_a_card_that_stays_silent(playing, moment):
     lab, _, timeline = playing
     if moment == "rx":
@@ -136,6 +137,7 @@ def test_servers_that_are_killed_leave_a_card_that_stays_silent(playing, moment)
     assert all(board.emergency.latched for board in lab.emulator.cards.boards)
 
 
+@pytest.mark.long
 def test_without_its_wire_the_memory_would_be_played_again(playing):
     """What the wire is there for; and that these tests would see it."""
     lab, _, timeline = playing

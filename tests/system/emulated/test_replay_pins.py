@@ -41,6 +41,7 @@ def test_shots_are_played_from_the_memory_and_nothing_is_written_again(own, monk
     assert len(uploads) == 6  # table, enable and resync bits of two cards
 
 
+@pytest.mark.long
 def test_a_shot_without_power_may_last_longer_than_the_memory(own):
     """Nothing is in the memories then that could be played again."""
     _, platform = own
@@ -49,7 +50,8 @@ def test_a_shot_without_power_may_last_longer_than_the_memory(own):
     assert sum(c.volts.shape[1] for c in collect(platform.card, blank, 5000)) == blank.total_samples
 
 
-@pytest.mark.parametrize("moment", [pytest.param("tx", marks=pytest.mark.long), "rx"])
+@pytest.mark.long
+@pytest.mark.parametrize("moment", ["tx", "rx"])
 def test_servers_that_are_killed_leave_outputs_that_stay_silent(own, moment):
     """A pin keeps its level then, as it does without the option; the amplifier has a link of its own for that."""
     lab, platform = own
