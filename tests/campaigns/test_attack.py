@@ -12,7 +12,7 @@ from tests.campaigns.attack.load import Load
 from tests.campaigns.attack.probe import Latencies
 from tests.campaigns.attack.series import Shots
 
-CROWD = Load(pollers=10, poll_hz=5, predictions=2, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
+CROWD = Load(pollers=10, poll_hz=5, predictions=2, dry_runs=1, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
 
 
 @pytest.mark.long
@@ -26,6 +26,7 @@ def test_stop_is_answered_and_memory_stays_bounded_beside_a_crowd(tmp_path: Path
     assert max(outcome.peak_mb) < 1500
     assert outcome.told["poll 200"] > 20
     assert outcome.told["prediction 200"] >= 1
+    assert outcome.told["dry run 200"] >= 1
     assert outcome.told["body 413"] >= 2
     assert outcome.told["half-open connections"] >= 300
     assert "a small crowd" in table([outcome])

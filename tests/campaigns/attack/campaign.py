@@ -42,8 +42,11 @@ SITUATIONS = {
     "1000 half-open connections": Load(half_open=1000),
     AT_STOP: Load(half_open=1000, on_stop_port=True),
     "45 heavy predictions at once": Load(predictions=45),
+    "10 dry runs of 1000 shots that differ, at once": Load(dry_runs=10),
     "10 downloads at once": Load(downloads=10),
-    EVERYTHING: Load(pollers=50, bodies_mb=BODIES, half_open=1100, predictions=45, downloads=10, diagnoses=2),
+    EVERYTHING: Load(
+        pollers=50, bodies_mb=BODIES, half_open=1100, predictions=45, dry_runs=5, downloads=10, diagnoses=2
+    ),
 }
 
 

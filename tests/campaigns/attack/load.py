@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 
 PREDICTION = {"resonator": "jewel", "windows": [100.0] * 20, "phi_max_rad": 0.7}
+DRY_RUN = {"resonator": "jewel", "shots": 1000, "shot_changes": [{"f_tx_hz": 200 + 0.01 * k} for k in range(1000)]}
 MEGABYTE = b" " * 1_000_000
 
 
@@ -23,6 +24,7 @@ class Load:
     Attributes:
         pollers, poll_hz: GET /platform, each so often.
         predictions: that compute for seconds each, all at once and again.
+        dry_runs: of a series of 1000 shots that all differ, all at once and again.
         downloads: of a whole file and of its dm/dt, all at once and again.
         half_open: connections that say nothing; those that were dropped are opened again every second.
         on_stop_port: all of it against the port that only stops.
@@ -33,6 +35,7 @@ class Load:
     pollers: int = 0
     poll_hz: float = 2.0
     predictions: int = 0
+    dry_runs: int = 0
     downloads: int = 0
     half_open: int = 0
     diagnoses: int = 0
@@ -55,6 +58,7 @@ class Crowd:
         work: list[Callable[[], None]] = [
             *(lambda n=n: self._poll(n / load.pollers, 1 / load.poll_hz) for n in range(load.pollers)),
             *(self._predict for _ in range(load.predictions)),
+            *(self._dry_run for _ in range(load.dry_runs)),
             *(lambda n=n: self._download(n) for n in range(load.downloads)),
             *(self._diagnose for _ in range(load.diagnoses)),
             *([lambda: self._say_nothing(load.half_open)] if load.half_open else []),
@@ -102,6 +106,11 @@ class Crowd:
         body = json.dumps(PREDICTION).encode()
         while self._goes_on:
             self._ask("prediction", "POST", "/predict", body)
+
+    def _dry_run(self) -> None:
+        body = json.dumps(DRY_RUN).encode()
+        while self._goes_on:
+            self._ask("dry run", "POST", "/acquisitions/dry-run", body)
 
     def _download(self, number: int) -> None:
         whole, part = f"/recordings/{self._recording}/file", f"/recordings/{self._recording}/frames/0/dmdt.npy"
