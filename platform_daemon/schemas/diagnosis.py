@@ -134,7 +134,8 @@ class MissingTorqueMap(Schema):
     phi_dot: tuple[FiniteOrNull, ...]
     """Velocities, rad/s, (m,)."""
     value: tuple[tuple[FiniteOrNull, ...], ...]
-    """Torque per inertia, rad/s^2, (n, m); null where the motion never was."""
+    """Torque per inertia, rad/s^2, (n, m); null where the motion never was, and where declared parameters absorb all
+    that acts."""
     std: tuple[tuple[FiniteOrNull, ...], ...]
     """Its standard deviation, rad/s^2, (n, m)."""
     gain: FiniteOrNull

@@ -13,13 +13,14 @@ from ..selection.omnibus_test import OmnibusTest, monomials
 
 _POINTS = 25
 _VISIBLE = 1e-7
+_NOTHING = 1e-12  # share of the largest variance: rounding
 _BESIDE = 1e-2  # share of a column that must be left beside the declared parameters (a constant torque on an angle)
 
 
 @dataclass(frozen=True)
 class MissingTorque:
     """Torque per inertia in rad/s^2 on a grid of angles (n,) in rad and velocities (m,) in rad/s; NaN where the motion
-    never was.
+    never was, and where the declared parameters absorb all that acts there.
 
     value, std: (n, m). What the declared parameters can absorb is not part of it.
     gain: fall of chi^2 over the noise factor that it would bring.
@@ -32,11 +33,13 @@ class MissingTorque:
     gain: float
 
 
-def missing_torque(at: JointFit, left: OmnibusTest) -> MissingTorque:
-    """From the scores of a smooth torque beside everything that is fitted."""
+def missing_torque(at: JointFit, left: OmnibusTest) -> MissingTorque | None:
+    """From the scores of a smooth torque beside everything that is fitted; None: that absorbs any."""
     generic, (largest, fastest) = left.torque, left.scale
     w = float(np.mean([s.dynamics.w for s in at.states]))
     told = np.diag(generic.information) > _BESIDE * generic.power
+    if not told.any():
+        return None
     information = np.where(np.outer(told, told), generic.information, 0.0)
     norm = np.sqrt(np.where(told, np.diag(information), 1.0))
     values, vectors = np.linalg.eigh(information / np.outer(norm, norm))
@@ -49,6 +52,7 @@ def missing_torque(at: JointFit, left: OmnibusTest) -> MissingTorque:
     value = (weights @ columns).reshape(grid_phi.shape) * w**2
     variance = np.einsum("kn,kl,ln->n", columns, inverse, columns).reshape(grid_phi.shape) * at.noise_factor
     outside = 1.0 - np.cos(grid_phi) + 0.5 * grid_v**2 > 1.0 - np.cos(largest)
-    value[outside] = np.nan
-    std = np.where(outside, np.nan, np.sqrt(np.maximum(variance, 0.0)) * w**2)
+    untold = outside | (variance <= _NOTHING * variance[~outside].max())  # 0 +- 0 would say that there is none
+    value[untold] = np.nan
+    std = np.where(untold, np.nan, np.sqrt(np.maximum(variance, 0.0)) * w**2)
     return MissingTorque(phi, v * w, value, std, generic.gain)
