@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-import structlog
 from numpy.typing import NDArray
 
 from drivers.errors import ConfigError, DeviceError, DeviceProtocolError, DeviceTimeout, PlatformError
@@ -22,8 +21,6 @@ from drivers.red_pitaya.scale import Scale, read_scale
 from drivers.red_pitaya.sequence import COMPONENTS, BoardProgram
 from drivers.red_pitaya.sines import arming, check_amplitudes
 from drivers.red_pitaya.stream import PAIR_BYTES, RECORD, Continuity, Record
-
-log = structlog.get_logger()
 
 SINES = [(output, component) for output in (0, 1) for component in range(COMPONENTS)]
 OUTPUTS_OFF = [
@@ -42,7 +39,8 @@ QUIET_V = 1e-4  # an offset register may read back its calibration's last digit
 class Board:
     """One board and its connection; the last one passes the trigger on to nobody.
 
-    after_shot: what it is told when the trigger has gone.
+    after_shot: what it is told when the trigger has gone; hurry_s: how long to wait for answers and samples while a
+    gate is high by command, None: as the table says; written: its write pointer when `play` was asked last.
     """
 
     after_shot: ClassVar[tuple[str, ...]] = ("RP:MODE CONFIGURATION",)
@@ -54,7 +52,7 @@ class Board:
     scale: Scale = field(init=False)
     version: str = field(init=False, default="")
     hurry_s: float | None = field(init=False, default=None)
-    """How long to wait for answers and samples while a gate is high by command; None: as the table says."""
+    written: int = field(init=False, default=0)
     _loaded: BoardProgram | None = field(init=False, default=None)
     _sounding: list[str] = field(init=False, default_factory=list)
     _connection: Connection = field(init=False)
@@ -197,7 +195,8 @@ class Board:
         That input holds the stepper, too: a sequence that it has stopped seems to run for ever.  A busy server may not
         have noticed the trigger yet, but has not zeroed the amplitudes then; set again, it would open all gates.
         """
-        status, emergency, *volts = self.ask("RP:STATUS?", EMERGENCY, *self._sounding)
+        status, emergency, written, *volts = self.ask("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", *self._sounding)
+        self.written = int(written)
         return bool(int(status) & 16) or any(map(float, volts)), bool(emergency) and self.table.instant_reset
 
     def watch(self) -> None:

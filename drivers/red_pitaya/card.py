@@ -251,7 +251,7 @@ class RedPitayaCard:
         stopped = trigger.wait_for_sequences(self.boards, play_s)
         if stopped:  # their sequences are not over: only a stop ends them, by new connections
             raise emergency_stop(", ".join(stopped), "the emergency input switched the outputs off during the shot")
-        trigger.end(self.boards)
+        trigger.check_in_step(self.boards, trigger.end(self.boards))
         for board in self.boards:
             board.hurry_s = None
         self._state = CardState.IDLE

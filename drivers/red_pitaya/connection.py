@@ -131,6 +131,13 @@ class Connection:
                 each.shutdown(socket.SHUT_RDWR)
             each.close()
 
+    def abandon(self) -> None:
+        """Wake up whoever waits, and end an upload that the server may wait for, but let it keep this client."""
+        self._broken = self._broken or "it was given up"
+        for link, ways in ((self._command, socket.SHUT_RD), (self._data, socket.SHUT_RDWR)):
+            with contextlib.suppress(OSError):
+                link.shutdown(ways)
+
     def answers(self, within_s: float) -> bool:
         """Whether the server still serves this client; any thread, and whoever asks at that moment is not waited for.
 

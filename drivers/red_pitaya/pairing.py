@@ -12,6 +12,8 @@ one's, whoever made it.  Seen on the real server:
   Another command connection takes the next data connection, until it is ours.
 * A client that closes and connects again at once can hang the server for good: two of its threads end the same third
   one.  So nothing is closed here before the connection after it has been answered.
+* A server that stands still for some seconds meets all who came meanwhile at once, and hangs in the same way if one of
+  them has gone.  So a pair that it does not answer stays open, and is what the next attempt waits for.
 """
 
 from __future__ import annotations
@@ -37,6 +39,12 @@ EARLY_S = 0.03  # the end of a recording is known no better
 PROOF_SAMPLES = 16
 PROOF_S = 0.5
 
+Pair = tuple[socket.socket, socket.socket]  # command and data
+
+UNSERVED = 2  # pairs, as many as wait at its ports
+_UNSERVED: dict[tuple[str, tuple[int, int]], list[Pair]] = {}
+"""By address, what its server has not answered yet, for whoever tries again in this process."""
+
 
 def open_pair(
     host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], until_s: float = math.inf
@@ -54,7 +62,7 @@ def open_pair(
             if attempt and time.monotonic() >= until_s:
                 break
             try:
-                return _attempt(host, ports, timeout_s, off, held)
+                return _attempt(attempt, host, ports, timeout_s, off, held)
             except DeviceTimeout:
                 error = error if isinstance(error, DeviceProtocolError) else _silent(host, ports)
             except Unanswered:
@@ -78,23 +86,29 @@ def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: flo
     """A new pair in place of `old`, which is closed: the server zeroes the outputs at once.
 
     The new pair is connected first.  If that is not answered, the server may be waiting for bytes of the old one, which
-    then goes, and it is tried as in `open_pair`, with the same errors, but for some TAKE_OVER_S only.  If the old one
-    is gone already, the outputs are zero, and the server may be half open for whoever came: that takes more patience.
+    is told that none will come, and it is tried as in `open_pair`, with the same errors, but for some TAKE_OVER_S only.
+    If it is not answered at all, the old one stays open as well: a server that goes on and finds both its client gone
+    and another one there hangs.  If the old one is gone already, the outputs are zero, and the server may be half open
+    for whoever came: that takes more patience.
     Whoever comes between that question and the new pair, 1 ms later, can still hang the server.
     """
     until_s = time.monotonic() + TAKE_OVER_S
-    if not old.answers(LAST_WORD_S) and old.evicted():
-        old.close()
-        return open_pair(host, ports, timeout_s, off, until_s)
     held: list[socket.socket] = []
     try:
-        return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
-    except DeviceError:
-        old.close()
-        time.sleep(HALF_OPEN_S)
-        return open_pair(host, ports, timeout_s, off, until_s)
+        if _UNSERVED.get((host, ports)):
+            return open_pair(host, ports, timeout_s, off, until_s)
+        if not old.answers(LAST_WORD_S) and old.evicted():
+            old.close()
+            return open_pair(host, ports, timeout_s, off, until_s)
+        try:
+            return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
+        except DeviceError:
+            old.abandon()
+            time.sleep(HALF_OPEN_S)
+            return open_pair(host, ports, timeout_s, off, until_s)
     finally:
-        old.close()
+        if not _UNSERVED.get((host, ports)):
+            old.close()
         for each in held:
             each.close()
 
@@ -115,8 +129,13 @@ class _HalfOpen(Exception):
 
 
 def _attempt(
-    host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], held: list[socket.socket]
+    attempt: int, host: str, ports: tuple[int, int], timeout_s: float, off: Sequence[str], held: list[socket.socket]
 ) -> Connection:
+    """With a pair that waits to be served, which has the first attempt and each second one after it, or a new one."""
+    waiting = _UNSERVED.get((host, ports), [])
+    if waiting and (attempt % 2 == 0 or len(waiting) >= UNSERVED):
+        command, data = waiting.pop()
+        return _prove(host, ports, timeout_s, off, data, held, command)
     data = _data_connection(host, ports, held)
     said = said_within(data, HALF_OPEN_S)
     if said is not None:
@@ -146,18 +165,24 @@ def _prove(
     off: Sequence[str],
     data: socket.socket,
     held: list[socket.socket],
+    waiting: socket.socket | None = None,
 ) -> Connection:
-    """Command connections, one after the other, until one has this data connection; the others go into `held`."""
+    """Command connections, one after the other, until one has this data connection; the others go into `held`.
+
+    waiting: the first of them, which has sent its mark already.
+    """
     where = f"{host}:{ports[1]}"
     try:
         for _ in range(QUEUE):
-            command = connect(host, ports[0])
+            command, asked, waiting = waiting or connect(host, ports[0]), waiting is not None, None
             held.append(command)
             connection = Connection(command, data, f"{host}:{ports[0]}", timeout_s)
             try:
-                connection.synchronise()
+                connection.synchronise(asked=asked)
             except DeviceTimeout:
                 if said_within(data, 0.0) != b"":
+                    held.remove(command)
+                    _UNSERVED.setdefault((host, ports), []).append((command, data))
                     raise
                 data.close()
                 data = connect(host, ports[1], QUEUE_S)
@@ -171,9 +196,12 @@ def _prove(
                 raise _foreign(where, f"it says {said!r} unasked")
             if _samples_arrive(connection):
                 held.remove(command)
+                for pair in _UNSERVED.pop((host, ports), []):  # the server has thrown them out by now
+                    held += pair
                 return connection
     except DeviceError:
-        data.close()
+        if not any(data in pair for pair in _UNSERVED.get((host, ports), [])):
+            data.close()
         raise
     data.close()
     raise _foreign(where, f"of {PROOF_SAMPLES} samples that were asked for {QUEUE} times none arrived")

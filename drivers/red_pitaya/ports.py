@@ -8,6 +8,7 @@ import socket
 from drivers.errors import DeviceNotFound
 
 CONNECT_S = 3.0  # TCP connect
+_ADDRESSES: dict[str, str] = {}  # of names, as they were when a card was last reached
 ACKNOWLEDGE_AT_ONCE: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux
 
 
@@ -16,10 +17,15 @@ class Unanswered(DeviceNotFound):
 
 
 def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket:
-    """A TCP connection.  Raises DeviceNotFound."""
+    """A TCP connection.  Raises DeviceNotFound.
+
+    A name is asked for once, and again after its address has failed: to ask takes seconds where nobody answers, for
+    each port of each card, and that would be how long a stop takes, or why it fails.
+    """
     try:
-        made = socket.create_connection((host, port), timeout_s)
+        made = socket.create_connection((_ADDRESSES.get(host, host), port), timeout_s)
     except OSError as error:
+        _ADDRESSES.pop(host, None)
         kind = Unanswered if isinstance(error, TimeoutError) else DeviceNotFound
         raise kind(
             "no I/O card answers",
@@ -28,6 +34,8 @@ def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket
             remedy="check address, power and network of the card, and that its DAQ server runs",
         ) from None
     made.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    if made.family == socket.AF_INET:
+        _ADDRESSES[host] = made.getpeername()[0]
     return made
 
 

@@ -139,7 +139,8 @@ class ReplayBoard(Board):
         Nobody but a client's end takes them away: there is no clean-up.  Raises what `stopped` returns, and ShotRefused
         if they are not.
         """
-        status, latched, *volts = self.ask("RP:STATUS?", EMERGENCY, *self._sounding)
+        status, latched, written, *volts = self.ask("RP:STATUS?", EMERGENCY, "RP:ADC:WP?", *self._sounding)
+        self.written = int(written)
         if latched:
             raise self.stopped()
         if [float(v) for v in volts] != self._armed_v or int(status) & (TRIGGERED | RUNNING) != TRIGGERED:

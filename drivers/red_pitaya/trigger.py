@@ -9,12 +9,13 @@ import contextlib
 import time
 from collections.abc import Sequence
 
-from drivers.errors import DeviceError, DeviceTimeout
+from drivers.errors import DeviceError, DeviceTimeout, ShotRefused
 from drivers.red_pitaya.board import Board
 
 FOLLOW_S = 0.1
 GONE_S = 1.0
 LOOKS = 5  # at least, on a host so busy that one takes that long
+GRANULE = 32  # the write pointer goes in steps of so many samples, and a board may be one behind another
 
 
 def start(boards: Sequence[Board]) -> None:
@@ -83,8 +84,27 @@ def wait_for_sequences(boards: Sequence[Board], timeout_s: float) -> list[str]:
     return stopped
 
 
-def end(boards: Sequence[Board]) -> None:
-    """Trigger off, then what each board is told after a shot.
+def check_in_step(boards: Sequence[Board], at_the_end: int) -> None:
+    """After `wait_for_sequences` and `end`: all boards have recorded since the same moment.
+
+    A slave whose trigger was gone for a moment records, and plays, anew from there, and its samples are those of a
+    later time.  Its server waits for them as for any others, and notices nothing.
+
+    at_the_end: what `end` returned.  The slaves were asked for theirs between the master's two.  Raises ShotRefused.
+    """
+    master, *slaves = boards
+    for board in slaves:
+        if not master.written - 2 * GRANULE <= board.written <= at_the_end + 2 * GRANULE:
+            raise ShotRefused(
+                "the boards did not record together",
+                where=board.where,
+                why=f"at sample {master.written} to {at_the_end} of the first board this one was at {board.written}",
+                remedy="check the clock and trigger cable between the boards, then repeat the shot",
+            )
+
+
+def end(boards: Sequence[Board]) -> int:
+    """Trigger off, then what each board is told after a shot; returns the master's write pointer before that.
 
     The slaves' recordings are kept alive until the master's trigger is off, or theirs would be cut off in the middle.
     A sequence that is set while a board still has its trigger would begin and end at once, so that is waited for.
@@ -93,7 +113,8 @@ def end(boards: Sequence[Board]) -> None:
     master, *slaves = boards
     for board in slaves:
         board.ask("RP:TRIGGER:ALIVE ON")
-    master.ask(*(["RP:TRIGGER:ALIVE ON"] if slaves else []), "RP:TRIGGER OFF")
+    written, *_ = master.ask("RP:ADC:WP?", *(["RP:TRIGGER:ALIVE ON"] if slaves else []), "RP:TRIGGER OFF")
     for board in boards:
         gone(board)
         board.ask(*(["RP:TRIGGER:ALIVE OFF"] if slaves else []), *board.after_shot)
+    return int(written)

@@ -9,6 +9,7 @@ mount {specimen}, hold_still                  another resonator (its TOML tables
 turn_dipole {axis}                            the reference dipole along an axis in the resonator's place; null: out
 instant_reset {board, level}                  the card's emergency input
 wire {board, pins}                            a wire from one pin of a card to another; null: it is taken off
+trigger_cable {joined}                        the cable that brings the master's trigger to the other cards
 """
 
 from __future__ import annotations
@@ -57,6 +58,7 @@ class Control:
             "hold_still": lambda _: self._hold_still(),
             "instant_reset": self._instant_reset,
             "wire": self._rewire,
+            "trigger_cable": lambda request: self._cards.join_cable(bool(request["joined"])),
         }
 
     def serve(self, link: socket.socket) -> None:

@@ -21,6 +21,7 @@ class Cards:
         self.world, self.options = world, options
         self.boards: list[Board] = []
         self.switch_override: bool | None = None
+        self.cable = True
         self.shot: Shot | None = None
 
     def update_trigger(self) -> None:
@@ -37,6 +38,12 @@ class Cards:
                 self._end()
             elif self.shot is not None:
                 self.changed()
+
+    def join_cable(self, joined: bool) -> None:
+        """The trigger's cable from the master, which may come off."""
+        with self.world.lock:
+            self.cable = joined
+            self.update_trigger()
 
     def changed(self) -> None:
         """Something that is put out changed."""
@@ -82,8 +89,8 @@ class Cards:
         master = self.boards[0]
         if board.trigger_mode == "EXTERNAL":
             return self.options.trigger_wire == "dio" and master.trigger_on
-        through_cable = self.options.trigger_wire == "sata" and board is not master and self._propagated(board)
-        return board.trigger_on or through_cable
+        by_cable = self.cable and self.options.trigger_wire == "sata"
+        return board.trigger_on or (by_cable and board is not master and self._propagated(board))
 
     def _propagated(self, board: Board) -> bool:
         before = self.boards[self.boards.index(board) - 1]

@@ -13,6 +13,7 @@ from drivers.errors import DeviceLost, DeviceNotFound, DeviceProtocolError, Devi
 from drivers.red_pitaya import connection as sockets
 from drivers.red_pitaya import pairing as module
 from drivers.red_pitaya.pairing import open_pair, take_over
+from drivers.red_pitaya.ports import said_within
 from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener, prove
 
 IDENTITY = b"CUSTOM,REDPITAYA,0,0.1\r\n"
@@ -24,6 +25,7 @@ def impatient(monkeypatch):
     monkeypatch.setattr(module, "PROOF_S", 0.3)
     monkeypatch.setattr(module, "HALF_OPEN_S", 0.05)
     monkeypatch.setattr(module, "ATTEMPTS", 2)
+    monkeypatch.setattr(module, "_UNSERVED", {})  # ports are used again
 
 
 @pytest.fixture
@@ -253,24 +255,113 @@ def test_garbage_in_place_of_the_first_answer_is_overcome_by_connecting_again(se
     connection.close()
 
 
-@pytest.mark.parametrize(("take_over_s", "connections"), [(0.0, 3), (60.0, 6)])
-def test_a_take_over_from_a_dead_card_tries_no_longer_than_somebody_can_wait(
-    serve, monkeypatch, take_over_s, connections
-):
-    tried = []
-
-    def silent(command, data):
-        tried.append(True)
-        command.recv(1)
-
+@pytest.mark.parametrize(("take_over_s", "least_s"), [(0.0, 0.6), (60.0, 1.5)])
+def test_a_take_over_from_a_dead_card_tries_no_longer_than_somebody_can_wait(monkeypatch, take_over_s, least_s):
     monkeypatch.setattr(module, "ATTEMPTS", 4)
     monkeypatch.setattr(module, "TAKE_OVER_S", take_over_s)
-    ports = serve(answering({}), *[silent] * 10)
-    old = opened(ports)
-    threading.Timer(0.6, old.close).start()  # this server does not throw anybody out
-    with pytest.raises(DeviceTimeout, match="its DAQ server takes the connection and says nothing"):
-        take_over(old, "127.0.0.1", ports, 0.3, ())
-    assert len(tried) + 1 == connections
+    with halted() as (server, old):
+        begun_s = time.monotonic()
+        with pytest.raises(DeviceTimeout, match="its DAQ server takes the connection and says nothing"):
+            take_over(old, "127.0.0.1", server.ports, 0.3, ())
+        assert least_s <= time.monotonic() - begun_s <= least_s + 0.5
+
+
+@contextlib.contextmanager
+def halted():
+    """A server that has served one client, its connection, and stands still from then on."""
+    server = Halted()
+    try:
+        threading.Thread(target=server.serve, daemon=True).start()
+        yield server, opened(server.ports)
+    finally:
+        server.close()
+
+
+class Halted:
+    """What comes while it stands still waits in the queues of its ports."""
+
+    def __init__(self):
+        self._listeners = listener(), listener()
+        self.ports = self._listeners[0].getsockname()[1], self._listeners[1].getsockname()[1]
+        self.kept = []
+        self.gone = threading.Event()
+
+    def serve(self):
+        """A client; its end."""
+        with contextlib.suppress(OSError):
+            answering({"RP:ADC:WP?": "7"})(self._listeners[0].accept()[0], self._listeners[1].accept()[0])
+            self.gone.set()
+
+    def go_on(self):
+        """Everybody in turn, each of whom throws out the one before."""
+
+        def client(*pair):
+            with contextlib.suppress(OSError):
+                answering({"RP:ADC:WP?": "7"})(*pair)
+
+        pair = ()
+        with contextlib.suppress(OSError):
+            while True:
+                command = self._listeners[0].accept()[0]
+                for each in pair:
+                    each.shutdown(socket.SHUT_RDWR)
+                pair = command, self._listeners[1].accept()[0]
+                threading.Thread(target=client, args=pair, daemon=True).start()
+
+    def waiting(self):
+        """How many connections wait at each port; whoever has gone counts, too."""
+        found = [0, 0]
+        for k, each in enumerate(self._listeners):
+            each.settimeout(0.1)
+            with contextlib.suppress(TimeoutError):
+                while True:
+                    self.kept.append(each.accept()[0])
+                    found[k] += 1
+            each.settimeout(None)
+        return found
+
+    def close(self):
+        for each in (*self._listeners, *self.kept):
+            each.close()
+
+
+@pytest.mark.parametrize("stops", [1, 3])
+def test_a_server_that_stands_still_is_left_few_pairs_that_all_stay_open(stops):
+    """It takes them all at once when it goes on, and hangs if one has gone that another one follows."""
+    with halted() as (server, connection):
+        for _ in range(stops):
+            with pytest.raises(DeviceTimeout):
+                take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        assert server.gone.wait(0.1) is False
+        assert server.waiting() == [module.UNSERVED, module.UNSERVED]
+        assert all(said_within(each, 0.0) != b"" for each in server.kept)
+
+
+@pytest.mark.parametrize("stops", [1, 2])
+def test_a_pair_that_waited_is_used_when_the_server_goes_on(stops):
+    with halted() as (server, connection):
+        for _ in range(stops):
+            with pytest.raises(DeviceTimeout):
+                take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        threading.Thread(target=server.go_on, daemon=True).start()
+        begun_s = time.monotonic()
+        new = take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        assert time.monotonic() - begun_s < sockets.MARK_S
+        assert new.ask("RP:ADC:WP?") == 7
+        new.close()
+
+
+def test_a_pair_that_waited_in_vain_for_a_server_that_is_started_anew_is_made_anew():
+    with halted() as (server, connection):
+        with pytest.raises(DeviceTimeout):
+            take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        server.waiting()
+        for each in server.kept:
+            each.close()
+        threading.Thread(target=server.go_on, daemon=True).start()
+        new = take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        assert new.ask("RP:ADC:WP?") == 7
+        new.close()
 
 
 def test_a_new_pair_is_connected_before_the_old_one_goes():

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from drivers.errors import DeviceTimeout
+from drivers.errors import DeviceTimeout, ShotRefused
 from drivers.red_pitaya import trigger
 from drivers.red_pitaya.board import Board
 from drivers.red_pitaya.options import card_table
@@ -81,6 +81,18 @@ def test_a_board_leaves_its_mode_only_when_its_trigger_has_gone() -> None:
     master, slave = Slow(1), Slow(4)
     trigger.end([armed(master), armed(slave)])
     assert slave.told == ["RP:TRIGGER:ALIVE ON", *4 * ["RP:TRIGGER?"], "RP:TRIGGER:ALIVE OFF", "RP:MODE CONFIGURATION"]
-    assert master.told[:2] == ["RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF"]
+    assert master.told[:3] == ["RP:ADC:WP?", "RP:TRIGGER:ALIVE ON", "RP:TRIGGER OFF"]
     with pytest.raises(DeviceTimeout, match="does not go from the board"):
         trigger.end([armed(Slow(1)), armed(Slow(10**9))])
+
+
+@pytest.mark.parametrize(("slave", "fits"), [(900, False), (936, True), (1000, True), (1264, True), (1300, False)])
+def test_a_board_that_began_its_recording_at_another_moment_is_refused(slave: int, fits: bool) -> None:
+    """Asked between the master's 1000 and 1200 its write pointer lies between these, but for two granules."""
+    boards = [armed(Server(0, 1)), armed(Server(0, 1))]
+    boards[0].written, boards[1].written = 1000, slave
+    if fits:
+        trigger.check_in_step(boards, 1200)
+    else:
+        with pytest.raises(ShotRefused, match="did not record together"):
+            trigger.check_in_step(boards, 1200)

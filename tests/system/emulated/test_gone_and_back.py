@@ -8,10 +8,11 @@ import pytest
 
 from drivers.conformance.io_card import collect
 from drivers.conformance.timelines import short_shot
-from drivers.errors import DeviceError
+from drivers.errors import DeviceError, ShotRefused
 from drivers.io_card import CardState
 from drivers.red_pitaya import board as module
 from drivers.red_pitaya.pairing import take_over
+from tests.kit.emulated_lab import REPLAY, wired
 from tests.kit.host_process import Host
 
 
@@ -112,6 +113,38 @@ def test_a_client_that_was_killed_leaves_outputs_off_and_the_next_one_shoots(lab
     assert not lab.control("outputs")["pa_gate"]
     assert max(span.stop_s - span.start_s for span in lab.emulator.world.power_log()) <= host.gate_s + 1e-3
     platform = lab.platform()
+    assert whole_shot(platform.card)
+    platform.close()
+    assert lab.violations() == ()
+
+
+def interrupted(lab, card, *, rx_s):
+    """A shot in which the trigger's cable is open for a moment, some time after TX."""
+    timeline = short_shot(card.capabilities(), rx_s=rx_s)
+    card.program(timeline)
+    card.arm()
+    card.trigger()
+    card.read(timeline.rx_start)
+    for joined in (False, True):
+        lab.control("trigger_cable", joined=joined)
+    card.read(timeline.total_samples - timeline.rx_start)
+
+
+def test_a_slave_whose_trigger_was_gone_for_a_moment_costs_the_shot(own):
+    """Its samples are those of a later time from there on, and no record tells."""
+    lab, card = own
+    with pytest.raises(ShotRefused, match="did not record together"):
+        interrupted(lab, card, rx_s=0.5)
+    card.stop()
+    assert whole_shot(card)
+
+
+def test_nor_is_it_missed_where_the_memory_keeps_the_shot(lab_of_its_own):
+    lab = lab_of_its_own(wired())
+    platform = lab.platform(*REPLAY)
+    with pytest.raises(ShotRefused, match="did not record together"):
+        interrupted(lab, platform.card, rx_s=0.5)
+    platform.card.stop()
     assert whole_shot(platform.card)
     platform.close()
     assert lab.violations() == ()
