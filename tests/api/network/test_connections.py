@@ -194,6 +194,24 @@ def test_who_has_all_of_his_share_answered_is_told_so_and_another_client_is_let_
         assert works(connect)
 
 
+def test_who_is_turned_away_and_does_not_go_is_cut_off_once_too_many_stay():
+    """The end of TLS has two sides: asyncio waits for the other one for half a minute."""
+    trusting = ssl.create_default_context(cafile=OURS.chain)
+    with serving(OURS, connections=2, handshakes=3) as connect:
+        busy = [trusting.wrap_socket(connect(), server_hostname="localhost") for _ in range(2)]
+        for link in busy:
+            link.sendall(100 * ASK.replace(b"/ ", b"/late ", 1))
+        time.sleep(0.1)
+        away = [trusting.wrap_socket(connect(), server_hostname="localhost") for _ in range(12)]
+        for link in away:
+            assert b"".join(iter(lambda link=link: link.recv(1000), b"")).startswith(b"HTTP/1.1 503")
+        wires = [link.detach() for link in away]
+        there = [socket.socket(fileno=number) for number in wires]
+        assert sum(not is_closed(wire, 0.05) for wire in there) <= 3
+        for each in (*busy, *there):
+            each.close()
+
+
 def test_the_own_pages_fit_into_the_share_of_one_address():
     with serving() as connect:
         listen = [connect() for _ in range(50)]
