@@ -146,6 +146,18 @@ def test_those_that_do_not_even_begin_with_tls_make_room_too():
             link.close()
 
 
+def test_who_connects_again_and_again_keeps_nobody_else_from_being_let_in():
+    trusting = ssl.create_default_context(cafile=OURS.chain)
+    with serving(OURS, handshakes=5) as connect, connect("127.0.0.2") as slow:
+        flood = [connect() for _ in range(50)]
+        assert not is_closed(slow, 0.05)
+        with trusting.wrap_socket(slow, server_hostname="localhost") as link:
+            link.sendall(ASK)
+            assert is_answered(link)
+        for link in flood:
+            link.close()
+
+
 def test_one_that_has_asked_before_stays_longer_than_one_that_never_did():
     with serving(connections=3) as connect, connect() as known:
         known.sendall(ASK)
