@@ -42,9 +42,14 @@ class StartFailed(PlatformError):
 
 
 class Child:
-    """One process, started at once.  It has a session of its own: what a terminal sends reaches the parent only."""
+    """One process, started at once.  It has a session of its own: what a terminal sends reaches the parent only.
 
-    def __init__(self, name: str, options: ServeOptions, sockets: Sequence[int] = ()) -> None:
+    sockets: descriptors of what it listens on; files: of what its options name.
+    """
+
+    def __init__(
+        self, name: str, options: ServeOptions, sockets: Sequence[int] = (), files: Sequence[int] = ()
+    ) -> None:
         self.name = name
         command = [sys.executable, "-m", "platform_daemon.serving", name, options.model_dump_json()]
         self.process = subprocess.Popen(
@@ -52,7 +57,7 @@ class Child:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,
-            pass_fds=sockets,
+            pass_fds=(*sockets, *files),
         )
         self.started_s = time.monotonic()
         try:

@@ -9,6 +9,7 @@ from collections.abc import Callable
 
 import structlog
 
+from .anew import options_anew
 from .child import CHECKED, READY, Child
 from .logs import LOGS, keep_log
 from .options import ServeOptions
@@ -30,6 +31,7 @@ class Daemon:
 
     def __init__(self, options: ServeOptions, sockets: tuple[socket.socket, socket.socket]) -> None:
         self._options = options
+        self._files: tuple[int, ...] = ()  # what options name, of those that are started anew
         self._sockets = dict(zip(("web", "stop"), sockets, strict=False))
         self._children: dict[str, Child] = {}
         self._waits_s: dict[str, float] = {}
@@ -37,6 +39,7 @@ class Daemon:
 
     def start(self) -> None:
         """All processes, each while the others do.  Raises StartFailed."""
+        anew = options_anew(self._options)
         web, hardware, stop = self._begun("web"), self._begun("hardware"), self._begun("stop")
         web.wait_for(CHECKED)  # before any device is opened: its options may be wrong
         hardware.go()
@@ -45,6 +48,7 @@ class Daemon:
         web.go()
         stop.wait_for(READY)
         web.wait_for(READY)
+        self._options, self._files = anew
         keep_log(self._options.data / LOGS, "daemon")
 
     def run(self, heartbeat: Callable[[], None] = lambda: None) -> None:
@@ -70,7 +74,7 @@ class Daemon:
 
     def _begun(self, name: str) -> Child:
         handed = [self._sockets[name].fileno()] if name in self._sockets else []
-        child = self._children[name] = Child(name, self._options, handed)
+        child = self._children[name] = Child(name, self._options, handed, self._files)
         return child
 
     def _begin_again(self, name: str) -> None:

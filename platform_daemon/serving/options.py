@@ -15,7 +15,8 @@ class ServeOptions(BaseModel):
     allowed_hosts: further names of it; tls_cert, tls_key: PEM files; insecure_network: listen without TLS where others
     can read along; forget_queue: cancel what waited when the daemon ended;
     worker_limits: KIND:NUMBERMB or KIND:NUMBERs; alarm_command, alarm_url: run, or posted to, for each alarm;
-    alarm_idle_h: one is raised when nothing has begun for so many hours, None: none is.
+    alarm_idle_h: one is raised when nothing has begun for so many hours, None: none is;
+    again: of a process that is started anew, see `anew.py`; tokens_before: the file of tokens as it was at the start.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -35,3 +36,5 @@ class ServeOptions(BaseModel):
     alarm_command: str | None = None
     alarm_url: str | None = None
     alarm_idle_h: float | None = None
+    again: bool = False
+    tokens_before: Path | None = None

@@ -16,12 +16,16 @@ if TYPE_CHECKING:
 def rules_for(options: ServeOptions) -> tuple[Network, Certificate | None]:
     """The rules, and what TLS is made with.  Raises InputError, ConfigError."""
     certificate = certificate_of(options.tls_cert, options.tls_key)
+    tokens = tokens_in(options.data)
+    if options.tokens_before is not None:
+        tokens.remember(options.tokens_before)
     network = rules(
         options.host,
         options.allowed_hosts,
         certificate,
         insecure=options.insecure_network,
-        tokens=tokens_in(options.data),
+        tokens=tokens,
         audit=audit_log_in(options.data),
+        again=options.again,
     )
     return network, certificate

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
 
 from .access_files import AUDIT, TOKENS
 from .errors import StorageUnusable
-from .folder_lock import LOCK, lock_folder
+from .folder_lock import LOCK, FolderLock, lock_folder
 from .leftovers import sweep
 from .recovery import recover
 
@@ -40,7 +39,7 @@ class DataFolder:
     events: Path
     alarms: Path
     mounted: Path
-    lock: TextIO | None
+    lock: FolderLock | None
 
 
 def is_data_folder(folder: Path) -> bool:
@@ -68,7 +67,7 @@ def open_data_folder(folder: Path) -> DataFolder:
     return made
 
 
-def data_paths(folder: Path, lock: TextIO | None = None) -> DataFolder:
+def data_paths(folder: Path, lock: FolderLock | None = None) -> DataFolder:
     """Where everything is in a folder that another process has opened; nothing is made or looked at."""
     named = {"tokens": TOKENS, "audit": AUDIT, "events": EVENTS, "alarms": ALARMS, "mounted": MOUNTED}
     files = {name: folder / file for name, file in named.items()}

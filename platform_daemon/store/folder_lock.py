@@ -1,10 +1,14 @@
-"""The lock of a data folder, which says who started its holder: one whose parent has died is about to end."""
+"""The lock of a data folder, which says who started its holder: one whose parent has died is about to end.
+
+The folder itself is locked, too: whoever takes the file for one that was left behind, and removes it, opens nothing.
+"""
 
 from __future__ import annotations
 
 import fcntl
 import os
 import time
+import weakref
 from contextlib import suppress
 from pathlib import Path
 from typing import TextIO
@@ -19,19 +23,44 @@ DYING_S = 30.0
 _LOOK_S = 0.1
 
 
-def lock_folder(folder: Path) -> TextIO:
-    """Held as long as the file is open.  Waits for one that is about to end.
+class FolderLock:
+    """Held until it is closed, or nobody has it any more.  Raises OSError if the file cannot be made."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file = (folder / LOCK).open("a+")
+        number = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        self._folder, self._let_go = number, weakref.finalize(self, os.close, number)
+
+    def take(self) -> None:
+        """Raises BlockingIOError if another process holds it."""
+        fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        try:
+            fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise
+        except OSError:  # NFS locks only what is open for writing
+            pass
+
+    def close(self) -> None:
+        """Idempotent."""
+        self.file.close()
+        self._let_go()
+
+
+def lock_folder(folder: Path) -> FolderLock:
+    """Held as long as it is kept.  Waits for one that is about to end.
 
     Raises InputError if another daemon works there, OSError if the file cannot be made.
     """
-    file = (folder / LOCK).open("a+")
+    lock = FolderLock(folder)
+    file = lock.file
     until = time.monotonic() + DYING_S
     while True:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock.take()
         except BlockingIOError:
             if _parent_lives(file) or time.monotonic() > until:
-                file.close()
+                lock.close()
                 remedy = "stop it, or give this one another --data folder"
                 raise InputError("another daemon works in this folder", where=str(folder), remedy=remedy) from None
             time.sleep(_LOOK_S)
@@ -42,7 +71,7 @@ def lock_folder(folder: Path) -> TextIO:
     with suppress(psutil.Error):  # it may be in a world of its own
         file.write(f"{os.getppid()} {psutil.Process(os.getppid()).create_time()}")
         file.flush()
-    return file
+    return lock
 
 
 def _parent_lives(file: TextIO) -> bool:

@@ -10,7 +10,7 @@ import re
 import secrets
 import stat
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
@@ -40,7 +40,7 @@ class TokenFile:
     def exists(self) -> bool:
         """Has anybody ever made a token here?  Of a folder that may not be looked into nobody knows."""
         try:
-            return self.path.exists()
+            return self._known[0] is not None or self.path.exists()
         except OSError:
             return False
 
@@ -88,6 +88,11 @@ class TokenFile:
             raise ConfigError("is no file of tokens", where=str(self.path), why=why, remedy=remedy) from None
         self._known = (seen, found)
         return found
+
+    def remember(self, before: Path) -> None:
+        """As if the file had been read when it was like `before`."""
+        with suppress(OSError, ValueError, RecursionError):
+            self._known = (), TokenRecords.model_validate_json(before.read_bytes()).tokens
 
     def holder(self, token: str) -> TokenRecord | None:
         """Whose token it is; None: nobody's.  Raises ConfigError as `records` does."""

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import resource
+from dataclasses import dataclass, replace
 
 from drivers.errors import InputError, PlatformError
+
+from .child import MB
 
 
 @dataclass(frozen=True)
@@ -13,6 +16,11 @@ class Bounds:
 
     memory_mb: int
     time_s: float
+
+    def here(self) -> Bounds:
+        """No more memory than any process of ours may have (`ulimit -v`, `LimitAS=` of systemd)."""
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        return self if hard == resource.RLIM_INFINITY else replace(self, memory_mb=min(self.memory_mb, hard // MB))
 
 
 class Stopped(Exception):

@@ -43,7 +43,7 @@ class WorkerProcess:
 
     def compute(self, kind: str, task: Task[ResultT], tell: Tell, stop: threading.Event) -> ResultT:
         """See Computer."""
-        bounds = self._limits.of(kind)
+        bounds = self._limits.of(kind).here()
         while not self._lock.acquire(timeout=_STEP_S):
             if stop.is_set():
                 raise Stopped

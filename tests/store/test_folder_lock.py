@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import time
+from contextlib import closing
 
 import pytest
 
@@ -48,7 +49,23 @@ def test_one_that_has_lost_its_parent_is(tmp_path, parent):
 
 
 def test_a_lock_that_says_nothing_is_one_of_somebody_who_lives(tmp_path):
-    with lock_folder(tmp_path) as file:
-        file.truncate(0)
+    with closing(lock_folder(tmp_path)) as lock:
+        lock.file.truncate(0)
         with pytest.raises(InputError, match="another daemon"):
             lock_folder(tmp_path)
+
+
+def test_whoever_removes_the_file_lets_nobody_in(tmp_path):
+    with closing(lock_folder(tmp_path)):
+        (tmp_path / ".lock").unlink()
+        with pytest.raises(InputError, match="another daemon"):
+            lock_folder(tmp_path)
+    lock_folder(tmp_path).close()
+
+
+def test_a_folder_that_is_moved_away_keeps_another_folder_from_being_used(tmp_path):
+    (tmp_path / "data").mkdir()
+    with closing(lock_folder(tmp_path / "data")):
+        (tmp_path / "data").rename(tmp_path / "moved")
+        (tmp_path / "data").mkdir()
+        lock_folder(tmp_path / "data").close()

@@ -100,6 +100,28 @@ def test_over_its_memory_it_is_told_and_the_next_task_has_a_new_process(worker):
     assert computed(worker, Call(tasks.pid)) != before
 
 
+LIMITED = """
+import os, resource, threading
+from platform_daemon.workers import Call, WorkerLimits, WorkerProcess
+from tests.kit import tasks
+resource.setrlimit(resource.RLIMIT_AS, (3_000_000_000, 3_000_000_000))
+worker = WorkerProcess("tests", WorkerLimits(), 0)
+for task in (Call(os.getppid), Call(tasks.holds, (4000,))):
+    try:
+        print(worker.compute("fit", task, print, threading.Event()) == os.getpid())
+    except Exception as error:
+        print(error)
+worker.close()
+"""
+
+
+def test_where_this_process_may_have_less_that_is_the_limit():
+    done = subprocess.run([sys.executable, "-c", LIMITED], capture_output=True, text=True, timeout=60, check=True)
+    first, second = done.stdout.splitlines()
+    assert first == "True"
+    assert "more than 3000 MB" in second
+
+
 def test_what_it_took_it_gives_back(worker):
     computed(worker, Call(tasks.pid))
     before = worker.pid

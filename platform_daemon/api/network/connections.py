@@ -91,9 +91,12 @@ class BoundedProtocol(H11Protocol):
             self._expect_head()
 
     def _turn_away(self, why: bytes) -> None:
-        self.config.room.leave(self)
         self.transport.write(why)
         self.transport.close()
+        longest = self.config.room.turn_away(self)
+        if longest is not None:
+            self.config.room.leave(longest)
+            longest.transport.abort()
 
     @property
     def quiet(self) -> bool:

@@ -43,8 +43,10 @@ def rules(
     insecure: bool,
     tokens: TokenFile,
     audit: AuditLog,
+    again: bool = False,
 ) -> Network:
-    """The rules for a server on this address; names: further ones that clients call it by.
+    """The rules for a server on this address; names: further ones that clients call it by; again: it was served here
+    before, so that certificate and tokens, which may have expired since, are not looked at.
 
     Raises InputError with the option that is missing, ConfigError for tokens or certificates that are not usable.
     """
@@ -52,13 +54,8 @@ def rules(
     local, wild = is_loopback(host), _is_every_address(host)
     if not local:
         _check_others_may_come(host, certificate, called, insecure=insecure, wild=wild)
-    if certificate is not None:
-        check_certificate(certificate, called or (host,))
-    known = tokens.records()
-    if not local and not any(not has_expired(record) for record in known):
-        why = f"others can reach {host}, and nobody holds a token that is valid"
-        remedy = f"`platform-daemon token add NAME --role admin --data {tokens.path.parent}`, then start again"
-        raise InputError("there are no tokens", where="--host", why=why, remedy=remedy)
+    if not again:
+        _check_what_may_expire(host, certificate, called, tokens, local=local)
     names = (*LOOPBACK, *called) if wild else (*LOOPBACK, *called, own)
     return Network(Gate(tokens, demanded=not local), frozenset(names), audit=audit)
 
@@ -84,6 +81,18 @@ def _check_others_may_come(
         why = f"{host} stands for all addresses of this computer, and none of its names"
         remedy = "say with --allowed-host by which name or address clients call it; may be repeated"
         raise InputError("the server must know its names", where="--host", why=why, remedy=remedy)
+
+
+def _check_what_may_expire(
+    host: str, certificate: Certificate | None, names: Sequence[str], tokens: TokenFile, *, local: bool
+) -> None:
+    if certificate is not None:
+        check_certificate(certificate, names or (host,))
+    known = tokens.records()
+    if not local and not any(not has_expired(record) for record in known):
+        why = f"others can reach {host}, and nobody holds a token that is valid"
+        remedy = f"`platform-daemon token add NAME --role admin --data {tokens.path.parent}`, then start again"
+        raise InputError("there are no tokens", where="--host", why=why, remedy=remedy)
 
 
 def _is_every_address(host: str) -> bool:

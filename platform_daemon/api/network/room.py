@@ -18,6 +18,8 @@ class Room(Generic[LinkT]):
         unheard: connections that have asked nothing yet, the oldest first.
         answered: those that have had their answers and say nothing more, first those that have done so for longest.
         unfinished: those whose request has begun and whose body is not whole, the oldest first.
+        leaving: those that were turned away and are not gone, the oldest first: TLS waits for the other end to say that
+            it goes, too.  They count no more.
     """
 
     def __init__(self, limits: Limits) -> None:
@@ -27,6 +29,7 @@ class Room(Generic[LinkT]):
         self.unheard: dict[LinkT, None] = {}
         self.answered: dict[LinkT, None] = {}
         self.unfinished: dict[LinkT, None] = {}
+        self.leaving: dict[LinkT, None] = {}
 
     def enter(self, link: LinkT, client: str) -> None:
         """Another connection of a client."""
@@ -42,6 +45,13 @@ class Room(Generic[LinkT]):
                 del self._of_one[client]
         self.leave_quiet(link)
         self.unfinished.pop(link, None)
+        self.leaving.pop(link, None)
+
+    def turn_away(self, link: LinkT) -> LinkT | None:
+        """It is going; of too many that are, the one to be cut off."""
+        self.leave(link)
+        self.leaving[link] = None
+        return next(iter(self.leaving)) if len(self.leaving) > self._limits.handshakes else None
 
     def leave_quiet(self, link: LinkT) -> None:
         """Its client has said something."""

@@ -146,6 +146,18 @@ def test_those_that_do_not_even_begin_with_tls_make_room_too():
             link.close()
 
 
+def test_who_connects_again_and_again_keeps_nobody_else_from_being_let_in():
+    trusting = ssl.create_default_context(cafile=OURS.chain)
+    with serving(OURS, handshakes=5) as connect, connect("127.0.0.2") as slow:
+        flood = [connect() for _ in range(50)]
+        assert not is_closed(slow, 0.05)
+        with trusting.wrap_socket(slow, server_hostname="localhost") as link:
+            link.sendall(ASK)
+            assert is_answered(link)
+        for link in flood:
+            link.close()
+
+
 def test_one_that_has_asked_before_stays_longer_than_one_that_never_did():
     with serving(connections=3) as connect, connect() as known:
         known.sendall(ASK)
@@ -192,6 +204,24 @@ def test_who_has_all_of_his_share_answered_is_told_so_and_another_client_is_let_
             assert is_answered(link)
             link.close()
         assert works(connect)
+
+
+def test_who_is_turned_away_and_does_not_go_is_cut_off_once_too_many_stay():
+    """The end of TLS has two sides: asyncio waits for the other one for half a minute."""
+    trusting = ssl.create_default_context(cafile=OURS.chain)
+    with serving(OURS, connections=2, handshakes=3) as connect:
+        busy = [trusting.wrap_socket(connect(), server_hostname="localhost") for _ in range(2)]
+        for link in busy:
+            link.sendall(100 * ASK.replace(b"/ ", b"/late ", 1))
+        time.sleep(0.1)
+        away = [trusting.wrap_socket(connect(), server_hostname="localhost") for _ in range(12)]
+        for link in away:
+            assert b"".join(iter(lambda link=link: link.recv(1000), b"")).startswith(b"HTTP/1.1 503")
+        wires = [link.detach() for link in away]
+        there = [socket.socket(fileno=number) for number in wires]
+        assert sum(not is_closed(wire, 0.05) for wire in there) <= 3
+        for each in (*busy, *there):
+            each.close()
 
 
 def test_the_own_pages_fit_into_the_share_of_one_address():
