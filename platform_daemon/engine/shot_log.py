@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 
 from platform_daemon.schemas import FrameFit, ShotPage, ShotReport
 
@@ -22,6 +23,12 @@ class ShotLog:
         with self._lock:
             assert shot.shot == len(self._shots) + 1
             self._shots.append(shot)
+
+    def taken_up(self, shots: Sequence[ShotReport]) -> None:
+        """The first ones are on disk already; all at once, so that nobody sees fewer than there are."""
+        with self._lock:
+            assert not self._shots
+            self._shots = list(shots)
 
     def fitted(self, number: int, fit: FrameFit) -> ShotReport:
         """The fit of a shot on disk, from 1; the shot with it."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from platform_daemon import __version__
 
 from .datasets import clean, put, put_texts
-from .recording import Recording
+from .recording import FrameInfo, Recording
 from .writer import LIBVER
 
 
@@ -24,17 +24,21 @@ def dmdt_file(
     unit: str,
     channels: Sequence[str],
     recording: Recording,
+    info: FrameInfo,
+    identifier: str,
     frame: int,
     notes: Iterable[str] = (),
 ) -> bytes:
     """The bytes of a file with the data sets `quantity` (channel, time), `channel` (names) and `time` (s).
 
-    samples: (channel, n) in `unit`, beginning with sample `first` of the RX window of `frame` of `recording`.
+    samples: (channel, n) in `unit`, beginning with sample `first` of the RX window of the shot of which `info` is;
+    recording: the file that they are from; identifier, frame: id of its recording and number there, also where that is
+    still in single files.
     """
     rate_hz = recording.sequence.rate_hz
     buffer = io.BytesIO()  # not HDF5's own files in memory: two at a time may not have one name
     with h5py.File(buffer, "w", libver=LIBVER) as h5:
-        h5.attrs.update({"sampling_rate_hz": rate_hz, **_source(recording, frame, notes)})
+        h5.attrs.update({"sampling_rate_hz": rate_hz, **_source(recording, info, identifier, frame, notes)})
         put_texts(h5, "channel", channels)
         time_s = (first + np.arange(samples.shape[1])) / rate_hz
         put(h5, "time", time_s, units="s", long_name="time since the first RX sample")
@@ -45,12 +49,14 @@ def dmdt_file(
     return buffer.getvalue()
 
 
-def _source(recording: Recording, frame: int, notes: Iterable[str]) -> dict[str, str | int]:
+def _source(
+    recording: Recording, info: FrameInfo, identifier: str, frame: int, notes: Iterable[str]
+) -> dict[str, str | int]:
     """Attributes that lead back to the recording; what it does not say is left out."""
-    info, origin, calibration = recording.frame_info[frame], recording.provenance, recording.calibration
+    origin, calibration, file = recording.provenance, recording.calibration, recording.path
     said = {
-        "recording": recording.path.stem,
-        "file": recording.path.name,
+        "recording": identifier,
+        "file": file.name if file.stem == identifier else f"{identifier}.h5",
         "time_stamp": info.time_stamp,
         "verdict": info.verdict,
         "series_id": origin and origin.series_id,

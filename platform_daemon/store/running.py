@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from drivers.errors import PlatformError
+from drivers.errors import PlatformError, RecordingError
 from platform_daemon.schemas import RecordingInfo
 
 from .description import describe
 from .errors import UnknownRecording
 from .index import resolve
 from .reader import open_recording
-from .staging import staging_folders, target_of
+from .staging import shot_in, staging_folders, target_of
 
 FoundT = TypeVar("FoundT")
 MOST_DESCRIBED = 1000
@@ -47,13 +47,14 @@ def read_frame(folder: Path, identifier: str, frame: int, read: Callable[[Stored
 def _stored_frame(folder: Path, identifier: str, frame: int) -> StoredFrame:
     """Raises UnknownRecording."""
     for _ in range(2):  # it may be put together between the two looks
-        shots = _shots(folder, identifier)
-        if 0 <= frame < len(shots) and shots[frame].exists():
-            return StoredFrame(shots[frame], 0)
+        staging = _staging(folder, identifier)
+        if staging is not None and frame >= 0 and shot_in(staging, frame + 1).exists():
+            return StoredFrame(shot_in(staging, frame + 1), 0)
         try:
             return StoredFrame(resolve(folder, identifier), frame)
         except UnknownRecording as error:
             unknown = error
+        shots = _shots(staging)
         if shots:
             unknown = UnknownRecording(
                 f"{identifier!r} has {len(shots)} shots so far, and no frame {frame}",
@@ -64,15 +65,17 @@ def _stored_frame(folder: Path, identifier: str, frame: int) -> StoredFrame:
 
 
 def describe_running(folder: Path, identifier: str) -> RecordingInfo | None:
-    """What a series that runs holds so far; None: there is none of that id, or it has no shot."""
-    shots = _shots(folder, identifier)
+    """What a series that runs holds so far; None: there is none of that id, or its recording holds more."""
+    shots = _shots(_staging(folder, identifier))
+    if not shots or _frames(folder, identifier) > len(shots):  # it is being gone on with: they are taken up
+        return None
     first = max(0, len(shots) - MOST_DESCRIBED)
     try:
         found = [(k, describe(open_recording(shots[k]))) for k in range(first, len(shots))]
-    except FileNotFoundError:  # it has just been put together
-        return None
-    if not found:
-        return None
+    except RecordingError:
+        if all(shot.exists() for shot in shots[first:]):
+            raise
+        return None  # it has just been put together
     frames = [each.shots[0].model_copy(update={"frame": k}) for k, each in found]
     left = "" if first == 0 else f"; the last {MOST_DESCRIBED} of them are listed here"
     return found[-1][1].model_copy(
@@ -87,8 +90,17 @@ def describe_running(folder: Path, identifier: str) -> RecordingInfo | None:
     )
 
 
-def _shots(folder: Path, identifier: str) -> list[Path]:
-    for staging in staging_folders(folder):
-        if target_of(staging).stem == identifier:
-            return sorted(staging.glob("shot_*.h5"))
-    return []
+def _frames(folder: Path, identifier: str) -> int:
+    """Of the recording of that id; 0: there is none yet, or it cannot be read."""
+    try:
+        return open_recording(resolve(folder, identifier)).frames
+    except (UnknownRecording, RecordingError):
+        return 0
+
+
+def _staging(folder: Path, identifier: str) -> Path | None:
+    return next((each for each in staging_folders(folder) if target_of(each).stem == identifier), None)
+
+
+def _shots(staging: Path | None) -> list[Path]:
+    return [] if staging is None else sorted(staging.glob("shot_*.h5"))

@@ -38,7 +38,7 @@ class Staging:
 
     def shot_file(self, number: int) -> Path:
         """Where shot `number` (from 1) lives."""
-        return self.folder / f"shot_{number:06d}.h5"
+        return shot_in(self.folder, number)
 
     def shots(self) -> list[Path]:
         """The acknowledged shots, in order."""
@@ -59,9 +59,22 @@ class Staging:
         self.lock.close()
 
     def remove(self) -> None:
-        """Delete everything, then give the lock free.  Call only when the shots are safe elsewhere."""
-        shutil.rmtree(self.folder, ignore_errors=True)
+        """Delete everything, then give the lock free.  Call only when the shots are safe elsewhere.
+
+        It loses its name first: nobody must take what is left of the shots meanwhile for all of them.
+        """
+        nameless = _fresh(self.target)
+        try:
+            os.rename(self.folder, nameless)
+        except OSError:
+            nameless = self.folder
+        shutil.rmtree(nameless, ignore_errors=True)
         self.lock.close()
+
+
+def shot_in(folder: Path, number: int) -> Path:
+    """Where shot `number` (from 1) lives in a staging folder."""
+    return folder / f"shot_{number:06d}.h5"
 
 
 def folder_of(target: Path) -> Path:
@@ -85,8 +98,7 @@ def claim(target: Path) -> Staging:
 
     Raises InputError if the folder of `target` is missing or not writable, or another series to it is running.
     """
-    fresh = target.with_name(f".{target.name}{_FRESH}{os.getpid()}-{secrets.token_hex(4)}")
-    folder = folder_of(target)
+    fresh, folder = _fresh(target), folder_of(target)
     try:
         fresh.mkdir()
         lock = _locked(fresh)
@@ -102,6 +114,11 @@ def claim(target: Path) -> Staging:
         remedy = "create the folder, or choose one that you may write to"
         raise InputError("cannot record here", where=str(target.parent), why=why, remedy=remedy) from None
     return Staging(folder, lock)
+
+
+def _fresh(target: Path) -> Path:
+    """A name that none of these folders has, and that says who made it."""
+    return target.with_name(f".{target.name}{_FRESH}{os.getpid()}-{secrets.token_hex(4)}")
 
 
 def busy(target: Path) -> InputError:

@@ -12,8 +12,10 @@ from starlette.testclient import TestClient
 from platform_daemon.api.server import create_api
 from platform_daemon.app import start_engine
 from platform_daemon.settings import load_platform
+from platform_daemon.store.assembly import header_of
 from platform_daemon.store.data_folder import open_data_folder
 from platform_daemon.store.reader import open_recording
+from platform_daemon.store.series_writer import SeriesWriter
 from tests.kit.acquisitions import SHORT_JEWEL
 from tests.kit.data import DATA
 from tests.kit.linked_api import linked_context
@@ -122,6 +124,18 @@ def test_dmdt_comes_decimated_as_json_and_in_full_as_npy_and_h5(client, recordin
         np.testing.assert_array_equal(file["dmdt"], full)
         assert file["dmdt"].attrs["units"] == "A m^2/s"
         assert file["time"][0] == 0.0
+
+
+def test_dmdt_of_a_series_that_runs_says_which_shot_of_which_recording_it_is(client, recording):
+    target = client.folder.recordings / "runs.h5"
+    shutil.copy(client.folder.recordings / f"{recording}.h5", target)
+    with SeriesWriter.go_on(target, header_of(open_recording(target))[0]) as series:
+        target.unlink()
+        answer = client.get("/recordings/runs/frames/1/dmdt", params={"format": "h5"})
+        series.drop()
+    assert answer.status_code == 200, answer.text
+    with h5py.File(io.BytesIO(answer.content)) as file:
+        assert [file.attrs[name] for name in ("recording", "file", "frame", "shot")] == ["runs", "runs.h5", 1, 2]
 
 
 def test_dmdt_is_minus_the_inverse_of_the_sensitivity_times_the_volts(client, recording):

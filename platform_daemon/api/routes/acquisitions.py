@@ -17,7 +17,7 @@ from platform_daemon.schemas import (
     ShotPage,
     ShotReport,
 )
-from platform_daemon.store import describe
+from platform_daemon.store import UnknownRecording, describe
 
 from ..context import CONFIRMED, Confirmed, Context, JobId, Shared
 from ..job_routes import JobKind
@@ -97,16 +97,22 @@ def get_shots(identifier: JobId, context: Shared, after: After = 0, limit: Limit
     """
     job = context.hardware.job("acquisition", identifier)
     page = context.hardware.shots(identifier, after, limit)
-    if page.shots or not job.state.final or not job.result.shots:
+    known = job.result.shots or 0
+    if page.shots or not known or (not job.state.final and (after >= known or job.record.within is not None)):
         return page
     if job.record.within is not None:
         remedy = f"they are in the recording of {job.record.within}"
         raise UnknownId("the shots of this step are not known one by one any more", where=identifier, remedy=remedy)
-    return _stored_shots(job.result, context, after, limit)
+    try:
+        return _stored_shots(job.result, context, after, limit)
+    except UnknownRecording:
+        if job.state.final:
+            raise
+        return page  # of a series that is made for the first time
 
 
 def _stored_shots(result: AcquisitionResult, context: Context, after: int, limit: int) -> ShotPage:
-    """Of a series of an earlier run of the daemon.  Raises UnknownRecording, RecordingError."""
+    """Of a series of an earlier run of the daemon, or that is gone on with.  Raises UnknownRecording, RecordingError."""
     shots = describe(opened(result.recording or "", context)).shots
     fits = {} if result.fit is None else {each.frame: each for each in result.fit.frames}
     found = tuple(

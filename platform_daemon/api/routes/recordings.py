@@ -26,6 +26,7 @@ from platform_daemon.schemas import (
 )
 from platform_daemon.store import (
     Broken,
+    FrameInfo,
     Recording,
     StoredFrame,
     describe,
@@ -131,11 +132,13 @@ def download_recording(identifier: RecordingId, context: Shared) -> RangedFile:
 
 @dataclass(frozen=True)
 class _Cut:
-    """A stretch of one frame: samples (3, n) of `record` from sample `first` on, and what was assumed."""
+    """A stretch of one frame: samples (3, n) of `record` from sample `first` on, and what was assumed; recording: the
+    file that it is from, of a series that runs that of its shot."""
 
     identifier: str
     frame: int
     recording: Recording
+    info: FrameInfo
     record: RingDownRecord
     samples: NDArray[np.float64]
     first: int
@@ -212,7 +215,7 @@ def get_dmdt_h5(
 
 def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: float | None) -> _Cut:
     """Raises UnknownRecording, RecordingError, TooCostly, InputError for a range without samples."""
-    recording, record, assumed = read_frame(context.recordings, identifier, frame, _calibrated)
+    recording, info, record, assumed = read_frame(context.recordings, identifier, frame, _calibrated)
     rate = recording.sequence.rate_hz
     samples = record.samples.shape[1]
     first, last = round(start_s * rate), samples if stop_s is None else round(stop_s * rate)
@@ -220,16 +223,16 @@ def _cut(identifier: str, frame: int, context: Shared, start_s: float, stop_s: f
         remedy = f"ask for times from 0 to {samples / rate:.6f} s, start_s before stop_s"
         raise InputError("the time range holds no samples of this frame", where="start_s, stop_s", remedy=remedy)
     bare = () if record.quantity == "dmdt" else ("the recording has no calibration: these are volts at the ADC input",)
-    return _Cut(identifier, frame, recording, record, record.samples[:, first:last], first, (*bare, *assumed))
+    return _Cut(identifier, frame, recording, info, record, record.samples[:, first:last], first, (*bare, *assumed))
 
 
-def _calibrated(stored: StoredFrame) -> tuple[Recording, RingDownRecord, tuple[str, ...]]:
-    """Its recording, its samples, and what was assumed.  Raises RecordingError, TooCostly."""
+def _calibrated(stored: StoredFrame) -> tuple[Recording, FrameInfo, RingDownRecord, tuple[str, ...]]:
+    """Its file, what that says of it, its samples, and what was assumed.  Raises RecordingError, TooCostly."""
     recording = open_recording(stored.path)
     check_frame(recording)
     volts = recording.rx_volts(stored.frame)
     signal = analysis.calibrated_signal(volts, recording.sequence.rate_hz, recording.calibration)
-    return recording, signal.record, signal.notes
+    return recording, recording.frame_info[stored.frame], signal.record, signal.notes
 
 
 def _points(cut: _Cut, points: int) -> DmdtSeries:
@@ -278,6 +281,8 @@ def _h5(cut: _Cut) -> bytes:
         unit=cut.unit,
         channels=names or cut.channels,
         recording=cut.recording,
+        info=cut.info,
+        identifier=cut.identifier,
         frame=cut.frame,
         notes=list(cut.notes),
     )

@@ -121,16 +121,17 @@ class SeriesWork:
         self._joined = series.shots
         if (told := job.result.shots or 0) > series.shots:
             job.warnings.append(f"resume: {told - series.shots} of {told} shots are gone from the disk, and made anew")
-        for number in range(1, series.shots + 1):
-            info = open_recording(series.shot_file(number)).frame_info[0]
-            report = shot_report(info, number, number - 1)
-            job.shots.stored(report)
+        files = [series.shot_file(number) for number in range(1, series.shots + 1)]
+        infos = [open_recording(file).frame_info[0] for file in files]
+        reports = [shot_report(info, k + 1, k) for k, info in enumerate(infos)]
+        job.shots.taken_up(reports)
+        for file, info, report in zip(files, infos, reports, strict=True):
             if report.verdict != "good":
                 self._fits.refused(info.reason)
                 self._refused += not info.blank
                 continue
             there: Future[Path] = Future()
-            there.set_result(series.shot_file(number))
+            there.set_result(file)
             self._fits.take(job, there, info.temperature_c, blank=info.blank)
         job.at(series.shots, "go on")
         return series.shots
