@@ -112,7 +112,7 @@ def get_shots(identifier: JobId, context: Shared, after: After = 0, limit: Limit
 
 
 def _stored_shots(result: AcquisitionResult, context: Context, after: int, limit: int) -> ShotPage:
-    """Of a series of an earlier run of the daemon, or that is gone on with.  Raises UnknownRecording, RecordingError."""
+    """Of a series of an earlier run, or that is gone on with.  Raises UnknownRecording, RecordingError."""
     shots = describe(opened(result.recording or "", context)).shots
     fits = {} if result.fit is None else {each.frame: each for each in result.fit.frames}
     found = tuple(
