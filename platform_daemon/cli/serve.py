@@ -101,6 +101,11 @@ def serve(
         alarm_url=alarm_url,
         alarm_idle_h=alarm_idle_h,
     )
+    try:
+        options.model_dump_json()
+    except ValueError:  # what it is comes from the command line, and stands in every list of files
+        remedy = "give names and paths in UTF-8"
+        raise InputError("an option holds bytes that are no text", where="serve", remedy=remedy) from None
     with listen(host, port) as listener, listen_for_stop(host, stop_port, listener.getsockname()[1]) as stop_listener:
         # A second signal must not cut short what the first one began: a series is put together.
         heed_one_interrupt()
