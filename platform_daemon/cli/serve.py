@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
+import os
 import socket
+import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -117,8 +121,9 @@ def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_li
     try:
         daemon.start()
         scheme = "http" if options.tls_cert is None else "https"
-        print(f"listening on {scheme}://{_address(options.host, listener)}", flush=True)
-        print(f"stop on {scheme}://{_address(options.host, stop_listener)}/stop", flush=True)
+        main, stop = (f"{scheme}://{_address(options.host, each)}" for each in (listener, stop_listener))
+        text = f"listening on {main}\nstop on {stop}/stop\n"
+        threading.Thread(target=_say, args=(text,), name="says", daemon=True).start()
         heartbeat = Heartbeat(_SILENCE_S)
         with service_manager(heartbeat.lives):
             daemon.run(heartbeat)
@@ -126,6 +131,15 @@ def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_li
         pass
     finally:
         daemon.end()
+
+
+def _say(text: str) -> None:
+    """Whoever does not read it, a terminal that is halted and a disk that is full miss it, and hold nothing up.
+
+    Past the buffer of the stream: what is left there is tried again at the end.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        os.write(sys.stdout.fileno(), text.encode())
 
 
 def _address(host: str, listener: socket.socket) -> str:
