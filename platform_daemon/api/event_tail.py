@@ -8,6 +8,7 @@ set forward, and told how many it will not get.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import sqlite3
 from collections.abc import AsyncGenerator, Callable
 from pathlib import Path
@@ -24,6 +25,7 @@ PAGE = 200
 MOST_LISTENERS = 100
 """Each holds a connection for as long as it likes; the other half of them is for all who ask something."""
 _LOOK_S = 0.05
+_SILENCE_S = 1.0  # of so much it is asked whether who listens still may
 
 
 class EventTail:
@@ -47,10 +49,13 @@ class EventTail:
         """All listeners are let go, within a moment; from any thread.  Idempotent."""
         self._ended = True
 
-    async def follow(self, after: int | None) -> AsyncGenerator[KeptEvent, None]:
+    async def follow(
+        self, after: int | None, still: Callable[[], bool] = lambda: True
+    ) -> AsyncGenerator[KeptEvent, None]:
         """Events with larger numbers, then those that come; None: only those that come.  Raises StorageError.
 
-        One of kind `dropped` stands for those that will not come.  Nothing at all where as many listen as may.
+        still: asked while nothing happens, False ends it.  One of kind `dropped` stands for those that will not come.
+        Nothing at all where as many listen as may.
         """
         if self.full:
             return
@@ -70,11 +75,19 @@ class EventTail:
                 for event in self._page(reader, last, live=last >= before):
                     last = event.id
                     yield event
-                async with self._grown:
-                    while self._newest <= last and not self._ended:
-                        await self._grown.wait()
+                while self._newest <= last and not self._ended:
+                    await self._more(last)
+                    if self._newest <= last and not still():
+                        return
         finally:
             self._listeners -= 1
+
+    async def _more(self, last: int) -> None:
+        """Until there is more than `last`, or for a moment."""
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_SILENCE_S), self._grown:
+                while self._newest <= last and not self._ended:
+                    await self._grown.wait()
 
     def _page(self, reader: EventReader, last: int, *, live: bool) -> list[KeptEvent]:
         """What comes next for one who has had `last`; most ask for the same, one after the other."""

@@ -75,10 +75,13 @@ def serve_schema(app: FastAPI) -> None:
     Nobody needs a token for it.
     """
     made = threading.Lock()
+    kept: list[bytes] = []
 
     def schema(request: Request) -> Response:
-        with made:
-            return JSONResponse(app.openapi())
+        with made:  # kept as it is sent: who asks for it again and again takes next to nothing
+            if not kept:
+                kept.append(bytes(JSONResponse(app.openapi()).body))
+        return Response(kept[0], media_type=JSONResponse.media_type)
 
     assert app.openapi_url is not None
     others = [route for route in app.router.routes if getattr(route, "path", "") != app.openapi_url]

@@ -77,6 +77,8 @@ WHEN = {
     504: "A device did not answer in time",
     507: "The disk refused to write",
 }
+MOST_EXPLAINED = 200
+"""Complaints about one request: a body of 1 MB can give cause for 100 000, in whose words nobody else is answered."""
 OWNER = 502, 503, 504
 """What whoever asks the owner of the hardware may be answered: it is away, or its devices are not open."""
 
@@ -174,6 +176,7 @@ def _allowed(request: Request, by_first: str) -> str:
 def _explained(request: Request, error: RequestValidationError) -> errors.InputError:
     """What was wrong with a request, in words."""
     entries = error.errors()
+    unread, entries = len(entries) - MOST_EXPLAINED, entries[:MOST_EXPLAINED]
     if entries[0]["type"] == "json_invalid":
         return _no_json(f"the body is not JSON: {entries[0]['ctx']['error']} at character {entries[0]['loc'][-1]}")
     if isinstance(error.body, bytes):
@@ -189,7 +192,7 @@ def _explained(request: Request, error: RequestValidationError) -> errors.InputE
     body = [{**e, "loc": e["loc"][1:]} for e in entries if e["loc"][0] == "body"]
     others = [{**e, "loc": e["loc"][1:]} for e in entries if e["loc"][0] != "body"]
     first, *rest = [*complaints(others), *complaints(body, None if field is None else field.field_info.annotation)]
-    text = listed([first.what, *rest])
+    text = listed([first.what, *rest]) + (f"; {unread} other complaints were not looked at" if unread > 0 else "")
     where = first.where or "body"
     return errors.InputError(text, where=where, remedy="correct the request; /docs shows every field with its unit")
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import math
+import os
 import socket
+import sys
+import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -101,6 +105,11 @@ def serve(
         alarm_url=alarm_url,
         alarm_idle_h=alarm_idle_h,
     )
+    try:
+        options.model_dump_json()
+    except ValueError:  # what it is comes from the command line, and stands in every list of files
+        remedy = "give names and paths in UTF-8"
+        raise InputError("an option holds bytes that are no text", where="serve", remedy=remedy) from None
     with listen(host, port) as listener, listen_for_stop(host, stop_port, listener.getsockname()[1]) as stop_listener:
         # A second signal must not cut short what the first one began: a series is put together.
         heed_one_interrupt()
@@ -112,8 +121,9 @@ def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_li
     try:
         daemon.start()
         scheme = "http" if options.tls_cert is None else "https"
-        print(f"listening on {scheme}://{_address(options.host, listener)}", flush=True)
-        print(f"stop on {scheme}://{_address(options.host, stop_listener)}/stop", flush=True)
+        main, stop = (f"{scheme}://{_address(options.host, each)}" for each in (listener, stop_listener))
+        text = f"listening on {main}\nstop on {stop}/stop\n"
+        threading.Thread(target=_say, args=(text,), name="says", daemon=True).start()
         heartbeat = Heartbeat(_SILENCE_S)
         with service_manager(heartbeat.lives):
             daemon.run(heartbeat)
@@ -121,6 +131,15 @@ def _run(daemon: Daemon, options: ServeOptions, listener: socket.socket, stop_li
         pass
     finally:
         daemon.end()
+
+
+def _say(text: str) -> None:
+    """Whoever does not read it, a terminal that is halted and a disk that is full miss it, and hold nothing up.
+
+    Past the buffer of the stream: what is left there is tried again at the end.
+    """
+    with contextlib.suppress(OSError, ValueError):
+        os.write(sys.stdout.fileno(), text.encode())
 
 
 def _address(host: str, listener: socket.socket) -> str:

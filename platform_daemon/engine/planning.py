@@ -69,10 +69,15 @@ class AcquisitionPlan:
         return [(self.blank, self.sequence.blank_shots), *made]
 
     @property
+    def shots_in_all(self) -> int:
+        """Blank ones included."""
+        return sum(count for _, count in self.kinds)
+
+    @property
     def duration_s(self) -> float:
         """Of all shots with the pauses between them, s."""
-        shots = sum(count for _, count in self.kinds)
-        return (shots - 1) * self.sequence.pause_s + sum(n * shot.timeline.duration_s for shot, n in self.kinds)
+        pauses_s = (self.shots_in_all - 1) * self.sequence.pause_s
+        return pauses_s + sum(n * shot.timeline.duration_s for shot, n in self.kinds)
 
     @property
     def disk_bytes(self) -> int:
@@ -90,7 +95,7 @@ class AcquisitionPlan:
             resonator=self.specimen.name,
             variant=self.specimen.variant,
             model=self.model.label,
-            shots=sum(count for _, count in self.kinds),
+            shots=self.shots_in_all,
             shot=ShotSummary.model_validate(self.excited.summary() | {"planned_phi_max_rad": self.planned_phi_max_rad}),
             shots_in_turn=tuple(ShotSummary.model_validate(s.summary()) for s in self.changed) or None,
             duration_s=self.duration_s,

@@ -8,10 +8,10 @@ from platform_daemon.engine import Engine
 from platform_daemon.store import check_room
 
 
-def check_feasible(engine: Engine, recordings: Path, disk_bytes: int) -> None:
-    """Raises StorageUnusable without room for so many bytes; InterlockError where the platform is set so that no power
-    may come, as with a lease that is too long."""
-    check_room(recordings, disk_bytes)
+def check_feasible(engine: Engine, recordings: Path, disk_bytes: int, shots: int) -> None:
+    """Raises StorageUnusable without room for so many bytes and shots; InterlockError where the platform is set so that
+    no power may come, as with a lease that is too long."""
+    check_room(recordings, disk_bytes, shots)
     unfit = engine.platform.guard.unfit()
     if unfit is not None:
         raise unfit

@@ -62,14 +62,15 @@ class Plans:
         self.only_named(request.resonator)
         with in_time("planning", self._bounds):
             plan = self._engine.plan(request)
-        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes)
+        check_feasible(self._engine, self._folders.recordings, plan.disk_bytes, plan.shots_in_all)
         return plan
 
     def procedure(self, request: AnyProcedureRequest) -> ProcedureWork:
         """Of a procedure."""
         with in_time("planning", self._bounds):
             work = self.known_procedure(request)
-        check_feasible(self._engine, self._folders.recordings, work.summary().disk_bytes)
+        summary = work.summary()
+        check_feasible(self._engine, self._folders.recordings, summary.disk_bytes, summary.shots)
         return work
 
     def known_procedure(self, request: AnyProcedureRequest) -> ProcedureWork:

@@ -11,18 +11,26 @@ from secrets import token_hex
 from .durable import PART
 from .errors import StorageUnusable
 
-SPARE_BYTES = 64 << 20
+SPARE_BYTES, SPARE_FILES = 64 << 20, 32
 """Left for records of jobs, results and logs."""
 _PROBE = b"can this folder keep what it is given?"
 
 
-def check_room(folder: Path, needed_bytes: int) -> None:
+def check_room(folder: Path, needed_bytes: int, shots: int = 0) -> None:
     """Raises StorageUnusable: too little room, no right to write, or a disk that does not keep what it is given.
 
     needed_bytes: of the recording; twice that is asked for, because the files of its shots and the recording exist
-    together for a moment.  Compression is not counted on.
+    together for a moment.  Compression is not counted on.  shots: each is a file of its own.
     """
     _probe(folder)
+    disk = os.statvfs(folder)
+    if disk.f_files and disk.f_favail < shots + SPARE_FILES:  # 0: a file system that does not number them
+        raise StorageUnusable(
+            f"the recording may need {shots + SPARE_FILES} files, the disk takes {disk.f_favail} more",
+            where=str(folder),
+            why="every shot is a file of its own until the recording is put together",
+            remedy="remove files that nobody needs, or record fewer shots",
+        )
     needed, free = 2 * needed_bytes + SPARE_BYTES, shutil.disk_usage(folder).free
     if free < needed:
         raise StorageUnusable(

@@ -223,4 +223,5 @@ def _check_space(target: Path, header: SeriesHeader, most_bytes: int | None) -> 
     if header.planned_shots is None or not target.parent.is_dir():
         return
     # Twice: the shot files and the series file exist together for a moment.  Compression is not counted on.
-    check_room(target.parent, most_bytes or header.planned_shots * header.channels * header.sequence.total * 4)
+    most_bytes = most_bytes or header.planned_shots * header.channels * header.sequence.total * 4
+    check_room(target.parent, most_bytes, header.planned_shots)

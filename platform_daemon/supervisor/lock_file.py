@@ -79,6 +79,7 @@ def lock(place: Path, fault: Fault) -> None:
     """On the disk when it returns.  One that stands is replaced: the newer one knows more.  Raises OSError."""
     part = place / f".{FAULTED}.{os.getpid()}"
     try:
+        place.mkdir(parents=True, exist_ok=True, mode=0o700)  # somebody may have tidied it up meanwhile
         with part.open("wb") as file:
             file.write(fault.model_dump_json(indent=1).encode() + b"\n")
             file.flush()

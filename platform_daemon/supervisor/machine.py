@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import errno
 import os
 import shutil
 import socket
+import stat
 import subprocess
 import threading
 import time
@@ -34,7 +36,12 @@ def judged(check: str, found: str, fail: str = "", warn: str = "") -> Finding:
 
 def disk(folder: Path) -> list[Finding]:
     """Room, permission and fsync of a folder, which need not exist yet: then of the one that it will be made in."""
-    there = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.is_dir())
+    try:
+        there = _nearest(folder.absolute())
+    except OSError as error:
+        why = error.strerror or str(error)
+        remedy = "give another --data folder, or make this one so that this account may use it"
+        return [judged("disk: folder", f"{folder}: {why}", remedy)]
     room = psutil.disk_usage(str(there)).free
     few = "free the disk, or give another --data folder"
     text = f"{room / GB:.1f} GB free for {folder}"
@@ -51,6 +58,19 @@ def disk(folder: Path) -> list[Finding]:
         return [*findings, judged("disk: write and fsync", f"{there}: {why}", remedy)]
     slow = "use a faster disk: every shot waits for it" if took_s > _SLOW_SYNC_S else ""
     return [*findings, judged("disk: write and fsync", f"1 MB is on the disk of {there} in {took_s:.3f} s", "", slow)]
+
+
+def _nearest(folder: Path) -> Path:
+    """The folder, or the nearest that there is of those that it would be made in.  Raises OSError: it cannot be."""
+    for each in (folder, *folder.parents):
+        try:
+            os.lstat(each)
+        except FileNotFoundError:
+            continue
+        if not stat.S_ISDIR(os.stat(each).st_mode):  # of what a link leads to, which may be nothing
+            raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR))
+        return each
+    return folder
 
 
 def _synced(folder: Path) -> float:

@@ -1,4 +1,5 @@
 import io
+import json
 import shutil
 import threading
 import time
@@ -372,3 +373,20 @@ def test_every_field_of_every_schema_says_what_it_is_and_every_answer_has_an_exa
 def test_no_schema_is_there_twice(client):
     names = client.get("/openapi.json").json()["components"]["schemas"]
     assert not [name for name in names if name.endswith(("-Input", "-Output")) or "Validation" in name]
+
+
+def test_a_body_of_which_all_is_wrong_is_explained_at_once(client):
+    body = {f"k{number}": 1 for number in range(50_000)}
+    began = time.process_time()
+    told = problem(client.post("/acquisitions/dry-run", json=body), 422)
+    assert time.process_time() - began < 1.5
+    assert "key 'k0' is unknown" in told["detail"]
+    assert "49801 other complaints were not looked at" in told["detail"]
+
+
+def test_the_schema_is_written_once(client, monkeypatch):
+    before = client.get("/openapi.json")
+    monkeypatch.setattr(json, "dumps", None)
+    again = client.get("/openapi.json")
+    assert again.content == before.content
+    assert again.headers["content-type"] == "application/json"

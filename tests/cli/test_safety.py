@@ -112,10 +112,13 @@ def test_doctor_finds_what_is_wrong_and_says_what_to_do(lab, tmp_path):
     assert all(each.remedy for each in found.values() if each.verdict != "ok")
 
 
-def test_doctor_on_a_folder_that_is_none(tmp_path):
+@pytest.mark.parametrize("folder", ["/proc/data", "file", "file/data", "loop/data", "nowhere", 300 * "a" + "/data"])
+def test_doctor_on_a_folder_that_is_none(tmp_path, folder):
     (tmp_path / "file").write_text("")
-    done = run("doctor", "--platform", "simulated", "--data", "/proc/data")
-    assert done.returncode == 1
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "nowhere").symlink_to("gone")
+    done = run("doctor", "--platform", "simulated", "--data", tmp_path / folder)
+    assert done.returncode == 1, done.stdout
     assert "disk" in done.stdout
 
 

@@ -51,3 +51,7 @@ def test_a_folder_of_resonators_is_checked_first(tmp_path):
     shipped = locate("resonators", "jewel").parent
     hidden = run("serve", "--port", "0", "--data", tmp_path / "data", "--resonators", shipped)
     assert_one_line_error(hidden, 2, "ships")
+
+
+def test_bytes_that_are_no_text_are_refused(tmp_path):
+    assert_one_line_error(run("serve", "--port", "0", "--data", tmp_path / "d\udcff"), 2, "UTF-8")

@@ -1,10 +1,13 @@
 """What is said on a terminal that is closed, halted or full costs lines, and nothing else."""
 
+import contextlib
 import os
+import socket
 import subprocess
 import sys
 import time
 
+import httpx2
 import pytest
 
 from tests.kit.command_line import COMMAND, wait_for
@@ -106,3 +109,35 @@ def test_what_is_opened_does_not_get_the_number_of_a_closed_stream():
         check=True,
     )
     assert done.stdout == b"True True\n"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("where", ["full", "unread"])
+def test_a_daemon_that_cannot_say_where_it_listens_serves_all_the_same(tmp_path, unread, where):
+    os.set_blocking(unread, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(unread, bytes(4096))
+    os.set_blocking(unread, True)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    command = [COMMAND, "serve", "--port", str(port), "--data", tmp_path / "data"]
+    with open("/dev/full", "w") as full:
+        process = subprocess.Popen(command, stdout=full if where == "full" else unread, stderr=subprocess.DEVNULL)
+    daemon = Served(process, f"http://127.0.0.1:{port}", "", tmp_path / "data")
+    try:
+        wait_for(lambda: answers(daemon), 60)
+        before = daemon.kill("web")
+        wait_for(lambda: daemon.pid("web") not in (None, before) and answers(daemon), 30)
+        assert process.poll() is None
+    finally:
+        process.terminate()
+        assert process.wait(60) == 0
+        daemon.close()
+
+
+def answers(daemon):
+    try:
+        return daemon.get("/health").status_code == 200
+    except httpx2.TransportError:
+        return False

@@ -58,6 +58,17 @@ def test_a_small_disk_is_too_small(disk):
         check_room(disk, 1)
 
 
+def test_a_disk_that_takes_too_few_files_is_told_before_anything_moves(tmp_path):
+    with small_disk(tmp_path / "disk", 300) as disk:
+        remount(disk, "nr_inodes=100")
+        check_room(disk, 1, shots=50)
+        with pytest.raises(StorageUnusable, match=r"132 files, the disk takes \d+ more.*Remedy: remove") as told:
+            check_room(disk, 1, shots=100)
+        assert told.value.nothing_moved
+        with pytest.raises(StorageUnusable, match="files"):
+            SeriesWriter.create(disk / "a.h5", header(planned_shots=100))
+
+
 def test_a_read_only_disk_is_told_before_anything_moves(disk):
     remount(disk, "ro")
     with pytest.raises(StorageUnusable, match=r"Read-only file system.*Remedy") as told:

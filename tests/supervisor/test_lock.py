@@ -55,6 +55,12 @@ def test_a_fault_stands_until_a_named_person_resets_it_and_who_did_is_kept(tmp_p
     assert clear(tmp_path, "anna", "") is None
 
 
+def test_a_fault_is_kept_though_somebody_has_removed_the_folder_meanwhile(tmp_path):
+    place = tmp_path / "platform-daemon/amplifier-1"
+    lock(place, FAULT)
+    assert standing(place) == FAULT
+
+
 def test_a_lock_that_cannot_be_read_stands(tmp_path):
     (tmp_path / FAULTED).write_text("{")
     with pytest.raises(InterlockError, match="cannot be read"):

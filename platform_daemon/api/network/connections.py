@@ -52,6 +52,8 @@ ACCEPTED_AT_ONCE = 50
 it is few against the number of connections."""
 MOST_PENDING = 1024  # that the kernel keeps until they are accepted
 LONGEST_HEAD = 32 * 1024  # bytes
+MOST_UNREAD = 64 * 1024
+"""Bytes of an answer that wait in memory for a client that does not read; asyncio has eight times that over TLS."""
 
 
 class BoundedConfig(uvicorn.Config):
@@ -72,6 +74,7 @@ class BoundedProtocol(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Make room for it, or turn it away."""
         super().connection_made(transport)
+        transport.set_write_buffer_limits(MOST_UNREAD)
         if self.config.entrance is not None:
             self.config.entrance.let_in(transport.get_extra_info("socket"))
         self._deadline: asyncio.TimerHandle | None = None

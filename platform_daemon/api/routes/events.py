@@ -29,7 +29,7 @@ _AGAIN_S = 1.0  # a listener may stay for months: it is looked so often whether 
 
 
 async def _followed(
-    context: Shared, after: After = None, last_event_id: LastId = None
+    request: Request, context: Shared, after: After = None, last_event_id: LastId = None
 ) -> AsyncIterator[AsyncIterator[KeptEvent]]:
     """What comes for one listener, who is let go of at the end of the request, however that ends: FastAPI leaves the
     generators of a stream whose client does not read to the collector of garbage.
@@ -39,7 +39,8 @@ async def _followed(
     if context.events.full:
         remedy = "close pages that nobody looks at, or ask for the jobs every second"
         raise Busy("as many listen to events as may", why=f"{MOST_LISTENERS} do", remedy=remedy)
-    async with contextlib.aclosing(context.events.follow(_first(after, last_event_id))) as events:
+    followed = context.events.follow(_first(after, last_event_id), lambda: may_still(request))
+    async with contextlib.aclosing(followed) as events:
         yield events
 
 
@@ -62,7 +63,8 @@ async def listen(request: Request, events: Followed, kind: Kinds = None) -> Asyn
 
     `event` is the kind, `id` the number, `data` the JSON of an Event.  Without `after` or `Last-Event-ID` only what
     comes; with it all that the journal keeps since then (100 000 events).  A listener that falls a thousand events
-    behind is set forward and told so by an event of kind `dropped`.  One whose token is revoked hears nothing more.
+    behind is set forward and told so by an event of kind `dropped`.  One whose token is revoked is
+    let go.
     """
     wanted = frozenset(kind) | {"dropped"} if kind else None
     asked = time.monotonic()

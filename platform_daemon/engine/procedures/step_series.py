@@ -61,9 +61,9 @@ class StepSeries:
         info = open_recording(self.file(frame)).frame_info[0]
         return info.blank and info.verdict == "good"
 
-    def check(self, planned_bytes: int) -> None:
+    def check(self, planned_bytes: int, shots: int) -> None:
         """See Destination."""
-        check_room(self.target.parent, planned_bytes)
+        check_room(self.target.parent, planned_bytes, shots)
 
     @contextmanager
     def open(self, header: SeriesHeader, job: str) -> Iterator[StepSink]:

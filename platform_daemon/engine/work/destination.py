@@ -53,7 +53,7 @@ class Destination(Protocol):
     def goes_on(self) -> bool:
         """Shots have been made before in the same recording: the first one waits as long as all others."""
 
-    def check(self, planned_bytes: int) -> None:
+    def check(self, planned_bytes: int, shots: int) -> None:
         """Before anything moves: can the disk take so much?  Raises StorageUnusable."""
 
     def open(self, header: SeriesHeader, job: str) -> AbstractContextManager[ShotSink]:
@@ -68,9 +68,9 @@ class OwnFile:
     def __init__(self, target: Path | None, folder: Path, *, overwrite: bool = False) -> None:
         self._target, self._folder, self._overwrite = target, folder, overwrite
 
-    def check(self, planned_bytes: int) -> None:
+    def check(self, planned_bytes: int, shots: int) -> None:
         """See Destination."""
-        check_room(self._folder if self._target is None else self._target.parent, planned_bytes)
+        check_room(self._folder if self._target is None else self._target.parent, planned_bytes, shots)
 
     def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
         """See Destination."""
@@ -85,9 +85,9 @@ class SameFile:
     def __init__(self, target: Path) -> None:
         self._target = target
 
-    def check(self, planned_bytes: int) -> None:
+    def check(self, planned_bytes: int, shots: int) -> None:
         """See Destination."""
-        check_room(self._target.parent, planned_bytes)
+        check_room(self._target.parent, planned_bytes, shots)
 
     def open(self, header: SeriesHeader, job: str) -> SeriesWriter:
         """See Destination.  Raises InputError also if what it was measured with has changed."""

@@ -85,7 +85,7 @@ class SeriesWork:
         if not self._rested(job):
             return  # nothing moves, not even for the self-test
         self._lateness = Lateness(self._platform.clock.monotonic_s(), self._plan.sequence.pause_s)
-        self._destination.check(self._plan.disk_bytes)
+        self._destination.check(self._plan.disk_bytes, self.total)
         job.warnings += self._plan.warnings
         self._platform.mount(self._plan.specimen)
         self._prove_wiring(job)

@@ -13,6 +13,7 @@ import pytest
 from platform_daemon.api.network.certificates import Certificate
 from platform_daemon.api.network.connections import BoundedServer, bounded_config
 from platform_daemon.api.network.limits import Limits
+from tests.kit.command_line import wait_for
 from tests.kit.data import DATA
 
 OURS = Certificate(DATA / "tls/localhost.pem", DATA / "tls/localhost.key")
@@ -47,8 +48,13 @@ def serving(certificate=None, **limits):
     while not server.started:
         time.sleep(0.01)
     address = listener.getsockname()
+
+    def connect(source="127.0.0.1"):
+        return socket.create_connection(address, 5, (source, 0))
+
+    connect.room = server.config.room
     try:
-        yield lambda source="127.0.0.1": socket.create_connection(address, 5, (source, 0))
+        yield connect
     finally:
         server.should_exit = True
         thread.join(10)
@@ -151,6 +157,7 @@ def test_who_connects_again_and_again_keeps_nobody_else_from_being_let_in():
     with serving(OURS, handshakes=5) as connect, connect("127.0.0.2") as slow:
         flood = [connect() for _ in range(50)]
         assert not is_closed(slow, 0.05)
+        slow.settimeout(5)
         with trusting.wrap_socket(slow, server_hostname="localhost") as link:
             link.sendall(ASK)
             assert is_answered(link)
@@ -285,6 +292,20 @@ def test_who_does_not_read_the_answer_is_dropped():
             while part := link.recv(1 << 20):
                 size += len(part)
         assert 0 < size < 20_000_000
+
+
+@pytest.mark.parametrize("certificate", [None, OURS])
+def test_of_an_answer_that_is_not_read_as_much_waits_over_tls_as_without(certificate):
+    trusting = ssl.create_default_context(cafile=OURS.chain)
+    with serving(certificate) as connect, connect() as link:
+        if certificate is not None:
+            link = trusting.wrap_socket(link, server_hostname="localhost")
+        link.sendall(ASK)
+        assert is_answered(link)
+        wait_for(lambda: connect.room.answered)
+        (known,) = connect.room.answered
+        assert known.transport.get_write_buffer_limits()[1] == 64 * 1024
+        link.close()
 
 
 def test_a_body_that_nobody_reads_does_not_keep_its_sender_from_the_answer_and_ends():

@@ -70,3 +70,17 @@ def test_one_whose_token_is_revoked_hears_nothing_more(secured, monkeypatch):
     journal.close()
     listens.join(10)
     assert (listens.is_alive(), "not for everybody" in "".join(heard)) == (False, False)
+
+
+def test_one_whose_token_is_revoked_gives_its_place_back_though_nothing_happens(secured, monkeypatch):
+    monkeypatch.setattr(event_tail, "MOST_LISTENERS", 1)
+    monkeypatch.setattr(event_tail, "_SILENCE_S", 0.1)
+    headers = {"Authorization": f"Bearer {secured.tokens.add('quiet', Role.VIEWER)}"}
+    listens = threading.Thread(target=lambda: secured.client.get("/events", headers=headers), daemon=True)
+    tail = secured.client.app.state.context.events
+    listens.start()
+    wait_for(lambda: tail.full)
+    secured.tokens.revoke("quiet")
+    wait_for(lambda: not tail.full, 5)
+    listens.join(10)
+    assert not listens.is_alive()
