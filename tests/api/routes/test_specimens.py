@@ -113,3 +113,21 @@ def test_a_name_may_hold_a_slash(client):
     client.app.state.context.alarms.notice("trend:A7/left?:wear", "x")
     told = client.post("/alarms/trend:A7%2Fleft%3F:wear/acknowledge", json={"by": "DC"})
     assert told.json()["acknowledged_by"] == "DC"
+
+
+def stands(client, name):
+    return any(each["name"] == name and each["cleared"] is None for each in client.get("/alarms").json())
+
+
+def test_an_alarm_ends_with_its_own_specimen_and_no_other(client):
+    folder, context = client.folder.recordings, client.app.state.context
+    paths = months(folder.parent, 1, "K") + months(folder.parent, 1, "K:2")
+    moved = [path.rename(folder / path.name) for path in paths]
+    wait_for(lambda: {"K", "K:2"} <= set(client.get("/specimens").json()))
+    for name in ("trend:K:wear", "trend:K:2:wear"):
+        context.alarms.notice(name, "x")
+    context.trends.judge("K")
+    assert (stands(client, "trend:K:wear"), stands(client, "trend:K:2:wear")) == (False, True)
+    moved[1].unlink()  # archived
+    wait_for(lambda: not stands(client, "trend:K:2:wear"))
+    moved[0].unlink()
