@@ -394,6 +394,23 @@ def test_several_resonators_come_in_turn_whatever_lies_between(bench):
     assert bench.owner.began_with[-1] == "T-07"
 
 
+def test_a_resonator_that_is_named_often_is_planned_once(bench, monkeypatch):
+    planned = []
+    monkeypatch.setattr(bench.owner, "planned_s", lambda work: planned.append(work.request.resonator) or 10.0)
+    bench.all.add(asked({"every_s": 600.0}, resonators=["thread", "thread", "jewel"] * 300))
+    assert planned == ["thread", "jewel"]
+    bench.until(T0 + 1900)
+    assert bench.owner.began_with == ["thread", "thread", "jewel", "thread"]
+
+
+@pytest.mark.parametrize(
+    "others", [{"resonators": ["jewel"] * 1001}, {"trigger": {"cron": f"{','.join(['0'] * 500)} 0 * * *"}}]
+)
+def test_what_would_take_long_at_each_look_is_not_kept(others):
+    with pytest.raises(ValueError, match="at most 1000"):
+        asked(**{"trigger": {"every_s": 600.0}, **others})
+
+
 def test_resonators_come_in_turn_also_where_a_later_start_begins_first(bench):
     resonators = ["thread", "jewel", "T-07"]
     made = bench.all.add(asked({"every_s": 600.0, "jitter_s": 3600.0}, resonators=resonators, policy="run_all"))
