@@ -94,6 +94,9 @@ def test_bad_input(client):
     problem(client.get("/specimens/nobody"), 404)
     assert "no recording is of 'nobody'" in problem(client.get("/specimens/nobody/trend"), 404)["detail"]
     problem(client.get(f"/specimens/{JEWEL}/trend?since=x"), 422)
+    for end in ("since=0001-01-01T00:00:00%2B01:00", "until=9999-12-31T23:59:59-01:00"):
+        for path in ("/recordings", f"/specimens/{JEWEL}/trend"):
+            assert "no time of ISO 8601" in problem(client.get(f"{path}?{end}"), 422)["detail"]
     turned = "since=2026-11-26&until=2026-11-25"
     for path in ("/recordings", f"/specimens/{JEWEL}/trend", f"/specimens/{JEWEL}/trend/table"):
         assert "2026-11-25 is before 2026-11-26" in problem(client.get(f"{path}?{turned}"), 422)["detail"]
