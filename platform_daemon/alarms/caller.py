@@ -92,7 +92,7 @@ class Caller:
     def _make(self, call: _Call) -> None:
         try:
             call.how(to_json(call.alarm).encode())
-        except (OSError, subprocess.SubprocessError, httpx2.HTTPError, httpx2.InvalidURL) as error:
+        except Exception as error:  # whatever it is: a name that is none must not end the calls of all other alarms
             over = call.tried == len(self._again_after_s)
             again_s = None if over else self._again_after_s[call.tried]
             why = str(error) or type(error).__name__
@@ -113,7 +113,22 @@ class Caller:
         subprocess.run(self._words, input=text, stdout=subprocess.DEVNULL, timeout=_PATIENCE_S, check=True)
 
     def _post(self, text: bytes) -> None:
+        """In a thread, which is left alone where the head of the answer, byte by byte, takes for ever."""
+        failed: list[Exception] = []
+        with httpx2.Client(timeout=_PATIENCE_S) as client:  # its end lets go of the connection
+            thread = threading.Thread(target=self._posted, args=(client, text, failed), name="alarm-url", daemon=True)
+            thread.start()
+            thread.join(2 * _PATIENCE_S)
+            if thread.is_alive():
+                raise TimeoutError(f"no answer within {2 * _PATIENCE_S:g} s")
+        if failed:
+            raise failed[0]
+
+    def _posted(self, client: httpx2.Client, text: bytes, failed: list[Exception]) -> None:
         headers = {"Content-Type": "application/json"}
-        # What it answers is not read: it may never end.
-        with httpx2.stream("POST", str(self._url), content=text, headers=headers, timeout=_PATIENCE_S) as answer:
-            answer.raise_for_status()
+        try:
+            # What it answers is not read: it may never end.
+            with client.stream("POST", str(self._url), content=text, headers=headers) as answer:
+                answer.raise_for_status()
+        except Exception as error:  # for who waits
+            failed.append(error)

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Container
 from pathlib import Path
+from typing import get_args
 
 import structlog
 
 from drivers.errors import PlatformError
 from platform_daemon.alarms import AlarmBoard
 from platform_daemon.analysis import indexed_specimens, indexed_trend, update_index
+from platform_daemon.schemas import ChangeName
 
 log = structlog.get_logger()
 _LOOK_EVERY_S = 2.0
@@ -71,6 +74,8 @@ class TrendKeeper:
             specimen = self._changed.pop()
             if specimen in known:
                 self.judge(specimen)
+            else:  # nothing could ever end them: its recordings are gone
+                self._clear(specimen, but=())
         # Years of a specimen take a second: recordings that come faster are judged together.
         self._next_s = time.monotonic() + _REST * (time.monotonic() - begun_s)
 
@@ -86,10 +91,13 @@ class TrendKeeper:
         for name, change in standing.items():
             what = f"{specimen} since {change.since}: {change.what}. See GET /specimens/{specimen}/trend"
             self._board.notice(f"trend:{specimen}:{name}", what)
-        for alarm in self._board.standing():
-            _, _, of = alarm.partition(f"trend:{specimen}:")
-            if of and of not in standing:
-                self._board.clear(alarm)
+        self._clear(specimen, but=standing)
+
+    def _clear(self, specimen: str, but: Container[str]) -> None:
+        """Its alarms, by whole names: that of another specimen may begin with it."""
+        for change in get_args(ChangeName.__value__):
+            if change not in but:
+                self._board.clear(f"trend:{specimen}:{change}")
 
 
 class _Ended(Exception):

@@ -37,6 +37,9 @@ def retention(
     if archive is not None and (not archive.is_dir() or archive.resolve() == recordings.resolve()):
         remedy = "make the folder first; it is another one than that of the recordings"
         raise InputError("is no folder to move them to", where=str(archive), remedy=remedy)
+    if not all(tag.removeprefix("#").strip() for tag in keep_tag or ["keep"]):
+        remedy = "name a tag, or leave the option out: those with the tag keep stay then"
+        raise InputError("names no tag", where="--keep-tag", remedy=remedy)
     updated(recordings, rebuild=False)
     tags = frozenset(tag.removeprefix("#").casefold() for tag in keep_tag or ["keep"])
     everyone = {path.stem for path in recording_files(recordings)}

@@ -12,7 +12,8 @@ import typer
 from drivers.errors import InputError
 from drivers.validation import validated
 
-from .options import JsonOption
+from .options import ForceOption, JsonOption
+from .output import must_not_exist, write_json
 
 if TYPE_CHECKING:
     from platform_daemon.link import RemoteHardware
@@ -95,15 +96,15 @@ def preview(
 
 
 @schedule_app.command("list")
-def list_all(data: DataOption = DATA, json_file: JsonOption = None) -> None:
+def list_all(data: DataOption = DATA, json_file: JsonOption = None, force: ForceOption = False) -> None:
     """All schedules, and when they start next."""
-    from platform_daemon.schemas import ScheduleListing, to_json
+    from platform_daemon.schemas import ScheduleListing
 
+    must_not_exist(json_file, force, ".json")
     found = _daemon(data).list_schedules()
     for each in found:
         _show(each)
-    if json_file is not None:
-        json_file.write_text(to_json(ScheduleListing(found), indent=1))
+    write_json(json_file, ScheduleListing(found))
 
 
 @schedule_app.command()
@@ -113,10 +114,10 @@ def ledger(
     limit: Annotated[int, typer.Option("--limit", help="At most so many rows.", min=1, max=1000)] = 100,
     data: DataOption = DATA,
     json_file: JsonOption = None,
+    force: ForceOption = False,
 ) -> None:
     """What became of each start, oldest first."""
-    from platform_daemon.schemas import to_json
-
+    must_not_exist(json_file, force, ".json")
     page = _daemon(data).ledger(identifier, after, limit)
     for row in page.rows:
         late = "" if row.late_s is None else f"  {row.late_s:.1f} s late"
@@ -124,8 +125,7 @@ def ledger(
         print(f"{row.number:>6}  {row.due}  {row.state:<8}{late}  {what}".rstrip())
     if page.more:
         print(f"more: --after {page.rows[-1].number}")
-    if json_file is not None:
-        json_file.write_text(to_json(page, indent=1))
+    write_json(json_file, page)
 
 
 @schedule_app.command()

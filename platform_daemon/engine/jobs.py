@@ -74,7 +74,8 @@ class Job(Generic[RequestT, ResultT]):
     do before it goes on, None: nothing; within: id of the procedure that it is a step of; shots: those on disk, of a
     series of this run of the program; place: in the queue, if somebody has put that in order, which goes before its
     priority; arrival: its number among all that ever came to the queue, None: it never did; successor: that was queued
-    in its place after a restart; stays: set once the daemon ends, for the next one to begin it.
+    in its place after a restart; stays: set once the daemon ends, for the next one to begin it; reached: the most that
+    `done` has been.
     """
 
     kind: str
@@ -104,8 +105,8 @@ class Job(Generic[RequestT, ResultT]):
     stays: threading.Event = field(default_factory=threading.Event)
     proceed: threading.Event = field(default_factory=threading.Event)
     pause_requested: threading.Event = field(default_factory=threading.Event)
+    reached: float = 0.0
     _kept: float | None = None
-    _reached: float = 0.0  # the most that `done` has been
     _planned_s: tuple[float, ...] = ()  # what each unit takes, as planned
     _before: float = 0.0  # what had been made when that was told
     _started_s: float = 0.0
@@ -134,7 +135,7 @@ class Job(Generic[RequestT, ResultT]):
         job = cls(work.kind, work.request, work.no_result, work.total, work.unit, identifier=identifier or "")
         if again is not None:
             job.identifier, job.created = again.identifier, again.created
-            job.result, job.done = again.result, again.done
+            job.result, job.done, job._before, job.reached = again.result, again.done, again.done, again.reached
             if not again.state.final:
                 job.place, job.arrival, job.cancel_requested = again.place, again.arrival, again.cancel_requested
                 if again.pause_requested.is_set():
@@ -192,7 +193,7 @@ class Job(Generic[RequestT, ResultT]):
         """Report progress, which never falls."""
         with self._lock:
             self.done, self.phase = max(self.done, done), phase
-            self._reached = max(self._reached, self.done)
+            self.reached = max(self.reached, self.done)
 
     def kept(self, done: float) -> None:
         """So much is kept if it ends before all is done: what was under way then does not count."""
@@ -210,7 +211,7 @@ class Job(Generic[RequestT, ResultT]):
                 left = left_s(self._planned_s, self._before, self.done, self.total, worked_s)
             elif self.state.final:
                 left = 0.0
-            share = min(1.0, max(self.done, self._reached) / self.total) if self.total > 0 else 1.0
+            share = min(1.0, max(self.done, self.reached) / self.total) if self.total > 0 else 1.0
             rests = self.state is JobState.QUEUED and self.within is None and self.pause_requested.is_set()
             phase = "paused" if rests else self.phase
             return Progress(

@@ -13,6 +13,8 @@ from .ledger_file import LedgerFile
 
 log = structlog.get_logger()
 _ROW = "number, schedule, due, begins, deadline, state, reason, started, ended, late_s, job, recording, asked"
+ASKED_FOR = "asked for"
+"""The reason of a row of a start by hand."""
 
 
 @dataclass(frozen=True)
@@ -132,9 +134,9 @@ class Ledger(LedgerFile):
         with self._change():
             insert = (
                 "INSERT OR IGNORE INTO rows (schedule, due, begins, deadline, state, reason, asked)"
-                " VALUES (?, ?, ?, ?, 'due', 'asked for', 1)"
+                " VALUES (?, ?, ?, ?, 'due', ?, 1)"
             )
-            self._sql.execute(insert, (schedule, now, now, deadline))
+            self._sql.execute(insert, (schedule, now, now, deadline, ASKED_FOR))
         found = self._read("SELECT number FROM rows WHERE schedule = ? AND due = ?", (schedule, now))
         return int(found[0][0])
 
@@ -160,9 +162,10 @@ class Ledger(LedgerFile):
             self._sql.execute("UPDATE rows SET reason = ? WHERE number = ? AND state = 'due'", (reason, row.number))
 
     def turn(self, row: Row) -> int:
-        """How many starts of its schedule had a job before it, or should have had one."""
-        count = "SELECT count(*) FROM rows WHERE schedule = ? AND due < ? AND (job IS NOT NULL OR state = 'failed')"
-        return int(self._read(count, (row.schedule, row.due))[0][0])
+        """How many starts of its schedule had a job before it, or should have had one: those that were due later too,
+        which jitter or a person may have let begin first."""
+        count = "SELECT count(*) FROM rows WHERE schedule = ? AND number != ? AND (job IS NOT NULL OR state = 'failed')"
+        return int(self._read(count, (row.schedule, row.number))[0][0])
 
     def claim(self, row: Row, now: float, job: str) -> bool:
         """It will become that job.  Durable before anything moves; False: it was claimed already."""

@@ -15,7 +15,7 @@ from platform_daemon.schemas import AnyWorkRequest, ScheduleEvent
 
 from .calendar import Calendar, jitter_s
 from .launcher import JobOutcome, Launcher
-from .ledger import Kept, Ledger, Row
+from .ledger import ASKED_FOR, Kept, Ledger, Row
 from .turns import with_priority, work_of
 
 log = structlog.get_logger()
@@ -26,7 +26,7 @@ AT_ONCE = 5000
 """Instants of a schedule that one step writes down; the others follow with the next steps."""
 AHEAD_S = 60.0
 """A clock that a time service sets back by less is not told of, s."""
-_HELD_UP = "the daemon was away, its clock leapt, the platform was busy, or the disk refused"
+_HELD_UP = "the daemon was away, its clock leapt, the platform was busy or its resonator not there, or the disk refused"
 _CUT_OFF = "the daemon ended before its job was made"
 LEAVE_THE_PLATFORM = frozenset({"fit", "diagnosis"})
 """Kinds of work that wait for each other only."""
@@ -171,15 +171,18 @@ class Scheduler:
         return with_priority(work, asked.priority)
 
     def _waits_for_hands(self, row: Row, kept: Kept) -> bool:
-        """Must its resonator be mounted first?  Its row says so meanwhile.
+        """Must its resonator be mounted first, or an index be made?  Its row says so meanwhile.
 
-        Of a schedule for one resonator that one is taken to be there, unless another one is said to be.
+        Nobody is told of the index, for which nobody can do anything.  Of a schedule for one resonator that one is
+        taken to be there, unless another one is said to be.
         """
         in_turn = kept.request.resonators is not None
         missing = self._launcher.missing(self._work(row, kept), surely=in_turn)
-        if missing != row.reason and not (missing is None and row.asked):
-            self._ledger.note(row, missing)
-            self._tell(_event(row, "due", missing, active=kept.off is None))
+        said = ASKED_FOR if missing is None and row.asked else missing
+        if said != row.reason:
+            self._ledger.note(row, said)
+            if not _beside(kept):
+                self._tell(_event(row, "due", missing, active=kept.off is None))
         return missing is not None
 
     def _launched(self, row: Row, kept: Kept, now: float) -> bool:

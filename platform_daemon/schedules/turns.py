@@ -7,19 +7,19 @@ from platform_daemon.schemas import AnyWorkRequest, ScheduleRequest
 
 
 def works(request: ScheduleRequest) -> tuple[AnyWorkRequest, ...]:
-    """Its work with each of its resonators, in order; the work as it is if it names none.
+    """Its work with each of its resonators, each of these once; the work as it is if it names none.
 
     Raises InputError for a work that has no resonator to change.
     """
     if request.resonators is None:
         return (request.work,)
-    return tuple(_with(request.work, name) for name in request.resonators)
+    return tuple(_with(request.work, name) for name in dict.fromkeys(request.resonators))
 
 
 def work_of(request: ScheduleRequest, turn: int) -> AnyWorkRequest:
     """The work of the start after so many.  Raises InputError as `works`."""
-    every = works(request)
-    return every[turn % len(every)]
+    names = request.resonators
+    return request.work if names is None else _with(request.work, names[turn % len(names)])
 
 
 def with_priority(work: AnyWorkRequest, priority: int) -> AnyWorkRequest:

@@ -25,7 +25,7 @@ class TriggerRequest(Request):
 
     every_s: Annotated[float, Field(ge=1, allow_inf_nan=False)] | None = None
     """Interval, s, counted from the start of the schedule; daylight saving does not move it."""
-    cron: str | None = None
+    cron: Annotated[str, Field(max_length=1000)] | None = None
     """Five fields as in Debian's cron: minute, hour, day, month, weekday; also `L`, `LW`, `5L` and `MON#2`."""
     at: Annotated[list[str], Field(min_length=1, max_length=1000)] | None = None
     """Local times, ISO 8601, or with an offset of their own."""
@@ -123,7 +123,10 @@ class ScheduleRequest(Request):
     """When it is due."""
     work: AnyWorkRequest
     """What is started."""
-    resonators: Annotated[list[Annotated[str, Field(min_length=1, max_length=500)]], Field(min_length=1)] | None = None
+    resonators: (
+        Annotated[list[Annotated[str, Field(min_length=1, max_length=500)]], Field(min_length=1, max_length=1000)]
+        | None
+    ) = None
     """In turn: each start is with the next of them in the place of the resonator of the work, a series or procedure;
     null: always with that one.  Where a person has to mount it, a start waits until it is said to be there."""
     grace_s: Annotated[float, Field(gt=0, le=31_536_000, allow_inf_nan=False)] = 3600.0

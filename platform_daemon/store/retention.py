@@ -18,6 +18,7 @@ from drivers.errors import InputError
 from .durable import publish
 from .errors import StorageError
 from .recording_index import open_index
+from .staging import staging_folders, target_of
 
 _TEXTS = (".json", ".toml")
 
@@ -44,15 +45,19 @@ class OldRecording:
 
 
 def old_recordings(folder: Path, rules: RetentionRules, now: datetime) -> list[OldRecording]:
-    """Those that may go by the index, oldest first; files that cannot be read stay.  Raises StorageError."""
+    """Those that may go by the index, oldest first; files that cannot be read stay, and series that are gone on with.
+
+    Raises StorageError.
+    """
     before = (now.astimezone(UTC) - timedelta(days=rules.older_than_days)).isoformat()
     with closing(open_index(folder)) as index:
         known = index.files()
+    grow = {target_of(each).name for each in staging_folders(folder)}
     newer, found = Counter[str](), []
     for file, size, begun, specimen, tags in reversed(known):
         newer[specimen] += 1
         stays = newer[specimen] <= rules.keep_newest or tags & rules.keep_tags or Path(file).stem in rules.keep
-        if begun < before and not stays:
+        if begun < before and not stays and file not in grow:
             found.append(OldRecording(file, size, begun, specimen))
     return found[::-1]
 

@@ -11,6 +11,7 @@ import pytest
 
 from drivers.errors import ConfigError, DeviceStateError, InputError
 from platform_daemon.alarms import board as module
+from platform_daemon.alarms import caller as caller_module
 from platform_daemon.alarms.board import MOST_CLEARED, AlarmBoard, UnknownAlarm
 from platform_daemon.alarms.caller import Caller
 from platform_daemon.alarms.rules import Rules
@@ -215,6 +216,48 @@ def test_a_url_is_called_though_the_command_fails_and_its_answer_never_ends(tmp_
         time.sleep(0.02)
     over.set()
     server.shutdown()
+
+
+def test_an_answer_that_comes_byte_by_byte_holds_up_no_other_call(tmp_path, monkeypatch):
+    monkeypatch.setattr(caller_module, "_PATIENCE_S", 0.3)
+    called, over = [], threading.Event()
+
+    class Slow(BaseHTTPRequestHandler):
+        def do_POST(self):
+            called.append(json.loads(self.rfile.read(int(self.headers["Content-Length"])))["name"])
+            with contextlib.suppress(OSError):
+                self.wfile.write(b"HTTP/1.1 200 OK\r\n")
+                while not over.wait(0.1):
+                    self.wfile.write(b"X-Y: z\r\n")
+
+        def log_message(self, *args):
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Slow)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    caller = Caller(url=f"http://127.0.0.1:{server.server_port}/", again_after_s=())
+    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
+    board.notice("disk", "full")
+    board.notice("memory", "little")
+    until = time.monotonic() + 20
+    while called != ["disk", "memory"]:
+        assert time.monotonic() < until, called
+        time.sleep(0.02)
+    over.set()
+    server.shutdown()
+
+
+def test_a_url_whose_host_can_be_none_keeps_the_command_from_nothing(tmp_path):
+    target = tmp_path / "called"
+    code = f"import sys; open({str(target)!r}, 'a').write(sys.stdin.read())"
+    caller = Caller(f'{sys.executable} -c "{code}"', "http://hooks..example/", again_after_s=())
+    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
+    board.notice("disk", "full")
+    board.notice("memory", "little")
+    until = time.monotonic() + 20
+    while not target.exists() or "memory" not in target.read_text():
+        assert time.monotonic() < until
+        time.sleep(0.02)
 
 
 def test_who_could_not_be_called_is_called_again_until_the_call_gets_through_and_others_do_not_wait(tmp_path):

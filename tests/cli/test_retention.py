@@ -5,7 +5,8 @@ from datetime import UTC, datetime, timedelta
 
 import pytest
 
-from platform_daemon.store import RetentionRules, old_recordings
+from platform_daemon.store import RetentionRules, SeriesWriter, old_recordings, open_recording
+from platform_daemon.store.assembly import header_of
 from tests.kit.command_line import assert_one_line_error, here
 from tests.kit.specimen_months import months
 
@@ -49,6 +50,22 @@ def test_what_was_made_from_recordings_keeps_them(recordings):
     (recordings.parent / "resonators").mkdir()
     (recordings.parent / "resonators" / "jewel@1.toml").write_text('evidence = "ramp T-1-000: no side modes"')
     assert "1 recordings" in asked(recordings).stdout
+
+
+def test_a_series_that_is_gone_on_with_stays_though_it_is_old(recordings):
+    target = recordings / "T-1-001.h5"
+    with SeriesWriter.go_on(target, header_of(open_recording(target))[0]) as series:
+        told = asked(recordings, "--delete")
+        series.drop()
+    assert "2 recordings" in told.stdout
+    assert target.exists()
+
+
+@pytest.mark.parametrize("tag", ["", "#", " "])
+def test_a_tag_without_a_name_is_refused_where_it_would_let_all_go(recordings, tag):
+    before = names(recordings)
+    assert_one_line_error(asked(recordings, "--keep-tag", tag, "--delete"), 2, "--keep-tag")
+    assert names(recordings) == before
 
 
 @pytest.mark.parametrize("days", ["nan", "inf", "1e9", "0"])

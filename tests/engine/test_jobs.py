@@ -93,6 +93,20 @@ def test_what_a_series_has_reached_does_not_fall_when_it_is_cut_off():
     assert (job.progress().done, job.progress().fraction) == (3.0, pytest.approx(0.39))
 
 
+def test_a_series_that_is_gone_on_with_has_what_it_had_reached_and_no_time_left_before_its_plan_is_known():
+    job = a_series(3)
+    job.at(1.9, "listen")
+    job.kept(1.0)
+    job.end(JobState.CANCELLED)
+    again = Job.of(Series(), again=job)
+    again.clock = Clock()
+    assert again.progress().fraction == job.progress().fraction
+    again.begin()
+    again.clock.now = 0.01
+    again.at(0, "self-test")
+    assert again.progress().time_left_s is None
+
+
 def test_time_left_follows_from_the_pace_so_far():
     job = Job("acquisition", ASKED, AcquisitionResult(), 10, "shots", clock=Clock())
     assert job.progress().time_left_s is None

@@ -394,6 +394,32 @@ def test_several_resonators_come_in_turn_whatever_lies_between(bench):
     assert bench.owner.began_with[-1] == "T-07"
 
 
+def test_a_resonator_that_is_named_often_is_planned_once(bench, monkeypatch):
+    planned = []
+    monkeypatch.setattr(bench.owner, "planned_s", lambda work: planned.append(work.request.resonator) or 10.0)
+    bench.all.add(asked({"every_s": 600.0}, resonators=["thread", "thread", "jewel"] * 300))
+    assert planned == ["thread", "jewel"]
+    bench.until(T0 + 1900)
+    assert bench.owner.began_with == ["thread", "thread", "jewel", "thread"]
+
+
+@pytest.mark.parametrize(
+    "others", [{"resonators": ["jewel"] * 1001}, {"trigger": {"cron": f"{','.join(['0'] * 500)} 0 * * *"}}]
+)
+def test_what_would_take_long_at_each_look_is_not_kept(others):
+    with pytest.raises(ValueError, match="at most 1000"):
+        asked(**{"trigger": {"every_s": 600.0}, **others})
+
+
+def test_resonators_come_in_turn_also_where_a_later_start_begins_first(bench):
+    resonators = ["thread", "jewel", "T-07"]
+    made = bench.all.add(asked({"every_s": 600.0, "jitter_s": 3600.0}, resonators=resonators, policy="run_all"))
+    bench.until(T0 + 12 * 3600, step=30.0)
+    rows = sorted((row for row in bench.rows(made.identifier) if row.job), key=lambda row: row.started)
+    assert [row.due for row in rows] != sorted(row.due for row in rows)
+    assert bench.owner.began_with == (resonators * len(rows))[: len(rows)]
+
+
 def test_a_start_that_was_refused_has_no_job_and_its_resonator_had_its_turn(bench):
     made = bench.all.add(asked({"every_s": 600.0}, resonators=["thread", "jewel"]))
     bench.owner.next_fails = DeviceLost("unplugged")
@@ -424,6 +450,32 @@ def test_where_a_person_has_to_mount_it_a_start_waits_and_says_so(tmp_path):
     last = bench.rows(made.identifier)[-1]
     assert (last.state, bench.owner.began_with.count("thread")) == ("missed", 1 + 2)  # the other schedule's, too
     assert "thread has to be mounted" in last.reason
+    bench.all.close()
+
+
+def test_a_start_by_hand_says_no_more_what_it_waited_for_once_that_is_there(tmp_path):
+    told = []
+    bench = Bench(tmp_path, told.append)
+    bench.owner.mounted = "thread"
+    made = bench.all.add(asked({"every_s": 86_400.0}, start="2099-01-01"))
+    bench.all.run(made.identifier)
+    bench.until(T0 + 4, step=1.0)
+    assert bench.rows(made.identifier)[0].reason == "jewel has to be mounted"
+    bench.owner.mounted = "jewel"
+    bench.until(T0 + 60, step=1.0)
+    assert (bench.rows(made.identifier)[0].state, bench.rows(made.identifier)[0].reason) == ("run", "asked for")
+    assert [each.reason for each in told if each.state == "due"] == ["jewel has to be mounted", None]
+    bench.all.close()
+
+
+def test_an_analysis_that_waits_for_the_index_asks_nobody_to_mount_anything(tmp_path):
+    told = []
+    bench = Bench(tmp_path, told.append)
+    bench.owner.missing = lambda work, *, surely: "the index of the recordings is being made"
+    made = bench.all.add(asked({"every_s": 3600.0}, work={"kind": "fit", "specimen": "J-01"}))
+    bench.until(T0 + 60)
+    assert bench.rows(made.identifier)[0].reason == "the index of the recordings is being made"
+    assert told == []
     bench.all.close()
 
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 import pytest
 
 from tests.kit.acquisitions import SHORT_JEWEL
-from tests.kit.command_line import assert_one_line_error, run, wait_for
+from tests.kit.command_line import assert_one_line_error, here, run, wait_for
 from tests.kit.served import served
 from tests.kit.small_disk import small_disk
 
@@ -123,6 +123,16 @@ def test_the_command_line_asks_the_daemon(daemon, tmp_path):
 
 def test_without_a_daemon_the_command_says_how_to_start_one(tmp_path):
     assert_one_line_error(run("schedule", "list", "--data", tmp_path), 2, "no daemon", "serve --data")
+
+
+@pytest.mark.parametrize("words", [("list",), ("ledger", "schedule-1")])
+def test_a_file_that_is_there_is_not_overwritten_by_a_list(tmp_path, words):
+    file = tmp_path / "kept.json"
+    file.write_text("kept")
+    assert_one_line_error(here("schedule", *words, "--data", tmp_path, "--json", file), 2, "kept.json", "--force")
+    assert file.read_text() == "kept"
+    nowhere = tmp_path / "no" / "kept.json"
+    assert_one_line_error(here("schedule", *words, "--data", tmp_path, "--json", nowhere), 2, "folder does not exist")
 
 
 @pytest.mark.long

@@ -54,10 +54,10 @@ def in_utc(text: str, where: str) -> datetime:
     """A time of ISO 8601; UTC where it names no zone.  Raises InputError."""
     try:
         found = datetime.fromisoformat(text)
-    except ValueError:
+        return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC)
+    except (ValueError, OverflowError):  # the latter: in UTC it is before the year 1, or after 9999
         remedy = "write it as 2026-11-21 or 2026-11-21T18:00:00+01:00"
         raise InputError(f"{text!r} is no time of ISO 8601", where=where, remedy=remedy) from None
-    return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC)
 
 
 def _text(at: datetime) -> str:

@@ -114,7 +114,8 @@ def _utc(text: str, path: Path) -> str:
     """ISO 8601 in UTC, so that texts are in the order of time.  Raises RecordingError."""
     try:
         found = datetime.fromisoformat(text)
-    except ValueError:
+        in_utc = (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC)
+    except (ValueError, OverflowError):
         what, remedy = f"{text!r} is no time of ISO 8601", "write another copy of the recording"
         raise RecordingError(what, where=str(path), remedy=remedy) from None
-    return (found if found.tzinfo else found.replace(tzinfo=UTC)).astimezone(UTC).isoformat(timespec="milliseconds")
+    return in_utc.isoformat(timespec="milliseconds")

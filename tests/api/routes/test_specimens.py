@@ -94,6 +94,9 @@ def test_bad_input(client):
     problem(client.get("/specimens/nobody"), 404)
     assert "no recording is of 'nobody'" in problem(client.get("/specimens/nobody/trend"), 404)["detail"]
     problem(client.get(f"/specimens/{JEWEL}/trend?since=x"), 422)
+    for end in ("since=0001-01-01T00:00:00%2B01:00", "until=9999-12-31T23:59:59-01:00"):
+        for path in ("/recordings", f"/specimens/{JEWEL}/trend"):
+            assert "no time of ISO 8601" in problem(client.get(f"{path}?{end}"), 422)["detail"]
     turned = "since=2026-11-26&until=2026-11-25"
     for path in ("/recordings", f"/specimens/{JEWEL}/trend", f"/specimens/{JEWEL}/trend/table"):
         assert "2026-11-25 is before 2026-11-26" in problem(client.get(f"{path}?{turned}"), 422)["detail"]
@@ -113,3 +116,21 @@ def test_a_name_may_hold_a_slash(client):
     client.app.state.context.alarms.notice("trend:A7/left?:wear", "x")
     told = client.post("/alarms/trend:A7%2Fleft%3F:wear/acknowledge", json={"by": "DC"})
     assert told.json()["acknowledged_by"] == "DC"
+
+
+def stands(client, name):
+    return any(each["name"] == name and each["cleared"] is None for each in client.get("/alarms").json())
+
+
+def test_an_alarm_ends_with_its_own_specimen_and_no_other(client):
+    folder, context = client.folder.recordings, client.app.state.context
+    paths = months(folder.parent, 1, "K") + months(folder.parent, 1, "K:2")
+    moved = [path.rename(folder / path.name) for path in paths]
+    wait_for(lambda: {"K", "K:2"} <= set(client.get("/specimens").json()))
+    for name in ("trend:K:wear", "trend:K:2:wear"):
+        context.alarms.notice(name, "x")
+    context.trends.judge("K")
+    assert (stands(client, "trend:K:wear"), stands(client, "trend:K:2:wear")) == (False, True)
+    moved[1].unlink()  # archived
+    wait_for(lambda: not stands(client, "trend:K:2:wear"))
+    moved[0].unlink()
