@@ -159,8 +159,11 @@ class Connection:
         return True
 
     def evicted(self) -> bool:
-        """Whether the server, or we, have closed one of the sockets; any thread, also while another one reads."""
-        return any(said_within(each, 0.0) == b"" for each in (self._command, self._data))
+        """Whether the server has ended this client, or we have; any thread, also while another one reads.
+
+        A data socket that broke alone does not tell: the server keeps the client, to the end of a recording at least.
+        """
+        return said_within(self._command, 0.0) == b""
 
     def synchronise(self, *, asked: bool = False) -> None:
         """Make sure that the next answer belongs to the next command.  Raises DeviceTimeout, DeviceLost,

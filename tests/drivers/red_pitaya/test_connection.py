@@ -391,6 +391,36 @@ def test_a_new_pair_is_connected_before_the_old_one_goes():
         new.close()
 
 
+def test_a_client_whose_data_connection_broke_stays_until_the_next_one_is_served():
+    """The server looks at its command socket when the recording is over, and hangs if somebody comes just then."""
+    with listener() as command, listener() as data:
+        ports, order, broken = (command.getsockname()[1], data.getsockname()[1]), [], []
+
+        def serve():
+            with contextlib.suppress(OSError):
+                first = command.accept()[0], data.accept()[0]
+                broken.append(first[1])
+                threading.Thread(target=client, args=("old", *first), daemon=True).start()
+                second = command.accept()[0], data.accept()[0]
+                order.append("new comes")
+                client("new", *second)
+
+        def client(name, *pair):
+            with contextlib.suppress(OSError):
+                answering({"RP:ADC:WP?": "7"})(*pair)
+            order.append(f"{name} goes")
+
+        threading.Thread(target=serve, daemon=True).start()
+        old = opened(ports)
+        broken[0].shutdown(socket.SHUT_RDWR)
+        with pytest.raises(DeviceLost):
+            old.receive_into(memoryview(bytearray(4)), 0.3)
+        new = take_over(old, "127.0.0.1", ports, 0.3, ())
+        assert order[0] == "new comes"
+        assert new.ask("RP:ADC:WP?") == 7
+        new.close()
+
+
 @pytest.mark.parametrize("stays", [True, False])
 def test_a_take_over_from_whoever_has_thrown_us_out_waits_before_it_commands(stays):
     """The server takes our data connection for the stranger's, and hangs if a command comes while it ends him."""
