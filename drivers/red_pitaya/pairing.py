@@ -25,7 +25,7 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.connection import Connection
-from drivers.red_pitaya.ports import Unanswered, connect, said_within
+from drivers.red_pitaya.ports import Unanswered, connect, notice_its_end, said_within
 from drivers.red_pitaya.stream import PAIR_BYTES
 
 HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time; ending a client takes it as long
@@ -182,6 +182,8 @@ def _prove(
             except DeviceTimeout:
                 if said_within(data, 0.0) != b"":
                     held.remove(command)
+                    for each in (command, data):
+                        notice_its_end(each)
                     _UNSERVED.setdefault((host, ports), []).append((command, data))
                     raise
                 data.close()

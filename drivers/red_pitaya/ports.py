@@ -10,6 +10,7 @@ from drivers.errors import DeviceNotFound
 CONNECT_S = 3.0  # TCP connect
 _ADDRESSES: dict[str, str] = {}  # of names, as they were when a card was last reached
 ACKNOWLEDGE_AT_ONCE: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux
+GONE_S = 10  # a card whose network has not answered for so long is off
 
 
 class Unanswered(DeviceNotFound):
@@ -45,6 +46,15 @@ def acknowledge_at_once(link: socket.socket) -> None:
     """
     if ACKNOWLEDGE_AT_ONCE is not None:
         link.setsockopt(socket.IPPROTO_TCP, ACKNOWLEDGE_AT_ONCE, 1)
+
+
+def notice_its_end(link: socket.socket) -> None:
+    """Ask the other computer each second whether it is there, where nothing else is sent: one that was switched off
+    does not say so, and knows of no connection once it is on again."""
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_USER_TIMEOUT", 1000 * GONE_S)):
+        if hasattr(socket, name):
+            link.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 def said_within(peer: socket.socket, seconds: float) -> bytes | None:
