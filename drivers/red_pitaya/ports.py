@@ -20,8 +20,8 @@ class Unanswered(DeviceNotFound):
 def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket:
     """A TCP connection.  Raises DeviceNotFound.
 
-    A name is asked for once, and again after its address has failed: to ask takes seconds where nobody answers, for
-    each port of each card, and that would be how long a stop takes, or why it fails.
+    A name is asked for once, and again after its address has failed or `ask_anew`: to ask takes seconds where nobody
+    answers, for each port of each card, and that would be how long a stop takes, or why it fails.
     """
     try:
         made = socket.create_connection((_ADDRESSES.get(host, host), port), timeout_s)
@@ -38,6 +38,11 @@ def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket
     if made.family == socket.AF_INET:
         _ADDRESSES[host] = made.getpeername()[0]
     return made
+
+
+def ask_anew(host: str) -> None:
+    """The card may have another address now, and another card its old one."""
+    _ADDRESSES.pop(host, None)
 
 
 def acknowledge_at_once(link: socket.socket) -> None:
