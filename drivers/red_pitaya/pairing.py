@@ -25,7 +25,7 @@ from collections.abc import Sequence
 
 from drivers.errors import DeviceError, DeviceLost, DeviceProtocolError, DeviceTimeout
 from drivers.red_pitaya.connection import Connection
-from drivers.red_pitaya.ports import Unanswered, connect, said_within
+from drivers.red_pitaya.ports import Unanswered, ask_anew, connect, notice_its_end, said_within
 from drivers.red_pitaya.stream import PAIR_BYTES
 
 HALF_OPEN_S = 0.3  # a half-open server closes the data socket within this time; ending a client takes it as long
@@ -99,6 +99,7 @@ def take_over(old: Connection, host: str, ports: tuple[int, int], timeout_s: flo
             return open_pair(host, ports, timeout_s, off, until_s)
         if not old.answers(LAST_WORD_S) and old.evicted():
             old.close()
+            ask_anew(host)  # it may have been off and on
             return open_pair(host, ports, timeout_s, off, until_s)
         try:
             return _prove(host, ports, timeout_s, off, _data_connection(host, ports, held), held)
@@ -182,6 +183,8 @@ def _prove(
             except DeviceTimeout:
                 if said_within(data, 0.0) != b"":
                     held.remove(command)
+                    for each in (command, data):
+                        notice_its_end(each)
                     _UNSERVED.setdefault((host, ports), []).append((command, data))
                     raise
                 data.close()

@@ -10,6 +10,7 @@ from drivers.errors import DeviceNotFound
 CONNECT_S = 3.0  # TCP connect
 _ADDRESSES: dict[str, str] = {}  # of names, as they were when a card was last reached
 ACKNOWLEDGE_AT_ONCE: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux
+GONE_S = 10  # a card whose network has not answered for so long is off
 
 
 class Unanswered(DeviceNotFound):
@@ -19,8 +20,8 @@ class Unanswered(DeviceNotFound):
 def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket:
     """A TCP connection.  Raises DeviceNotFound.
 
-    A name is asked for once, and again after its address has failed: to ask takes seconds where nobody answers, for
-    each port of each card, and that would be how long a stop takes, or why it fails.
+    A name is asked for once, and again after its address has failed or `ask_anew`: to ask takes seconds where nobody
+    answers, for each port of each card, and that would be how long a stop takes, or why it fails.
     """
     try:
         made = socket.create_connection((_ADDRESSES.get(host, host), port), timeout_s)
@@ -39,12 +40,26 @@ def connect(host: str, port: int, timeout_s: float = CONNECT_S) -> socket.socket
     return made
 
 
+def ask_anew(host: str) -> None:
+    """The card may have another address now, and another card its old one."""
+    _ADDRESSES.pop(host, None)
+
+
 def acknowledge_at_once(link: socket.socket) -> None:
     """Until the next receive: the server writes in small pieces and holds each back until the one before is
     acknowledged, which a receiver delays by 40 ms.  The kernel forgets this, so it is asked for around every receive.
     """
     if ACKNOWLEDGE_AT_ONCE is not None:
         link.setsockopt(socket.IPPROTO_TCP, ACKNOWLEDGE_AT_ONCE, 1)
+
+
+def notice_its_end(link: socket.socket) -> None:
+    """Ask the other computer each second whether it is there, where nothing else is sent: one that was switched off
+    does not say so, and knows of no connection once it is on again."""
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_USER_TIMEOUT", 1000 * GONE_S)):
+        if hasattr(socket, name):
+            link.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 
 
 def said_within(peer: socket.socket, seconds: float) -> bytes | None:

@@ -88,7 +88,8 @@ def check_in_step(boards: Sequence[Board], at_the_end: int) -> None:
     """After `wait_for_sequences` and `end`: all boards have recorded since the same moment.
 
     A slave whose trigger was gone for a moment records, and plays, anew from there, and its samples are those of a
-    later time.  Its server waits for them as for any others, and notices nothing.
+    later time.  Its server waits for them as for any others, and notices nothing.  Not seen is what happens so soon
+    after the trigger as the master's two questions are apart, some milliseconds.
 
     at_the_end: what `end` returned.  The slaves were asked for theirs between the master's two.  Raises ShotRefused.
     """

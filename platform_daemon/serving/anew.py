@@ -25,12 +25,12 @@ def options_anew(options: ServeOptions) -> tuple[ServeOptions, tuple[int, ...]]:
 
 def _in_memory(path: Path) -> int | None:
     try:
-        content = path.read_bytes() if path.is_file() else None
+        if not path.is_file():
+            return None
+        content = path.read_bytes()
     except OSError:
         return None
-    if content is None:
-        return None
-    number = os.memfd_create(path.name)
+    number = os.memfd_create("kept")  # its own name may be longer than one of these can be
     with open(number, "wb", closefd=False) as file:
         file.write(content)
     return number

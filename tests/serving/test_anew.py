@@ -50,6 +50,13 @@ def test_without_certificate_and_tokens_none_are_demanded(tmp_path):
     assert network.gate.caller({}, "127.0.0.1").role is Role.ADMIN
 
 
+def test_a_certificate_may_have_as_long_a_name_as_a_file_can(tmp_path, files):
+    path = tmp_path / (251 * "c" + ".pem")
+    shutil.copy(files[0], path)
+    anew, _ = options_anew(ServeOptions(platform="simulated", data=tmp_path, tls_cert=path, tls_key=files[1]))
+    assert anew.tls_cert.read_bytes() == path.read_bytes()
+
+
 @pytest.mark.long
 def test_web_and_stop_are_back_though_the_certificate_is_being_renewed(tmp_path, files):
     token = tokens_in(tmp_path / "data").add("ann", Role.VIEWER)

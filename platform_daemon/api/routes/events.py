@@ -63,8 +63,7 @@ async def listen(request: Request, events: Followed, kind: Kinds = None) -> Asyn
 
     `event` is the kind, `id` the number, `data` the JSON of an Event.  Without `after` or `Last-Event-ID` only what
     comes; with it all that the journal keeps since then (100 000 events).  A listener that falls a thousand events
-    behind is set forward and told so by an event of kind `dropped`.  One whose token is revoked is
-    let go.
+    behind is set forward and told so by an event of kind `dropped`.  One whose token is revoked is let go.
     """
     wanted = frozenset(kind) | {"dropped"} if kind else None
     asked = time.monotonic()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
 import threading
 import time
@@ -14,8 +15,10 @@ from drivers.red_pitaya import connection as sockets
 from drivers.red_pitaya import pairing as module
 from drivers.red_pitaya.pairing import open_pair, take_over
 from drivers.red_pitaya.ports import said_within
+from tests.kit.command_line import wait_for
 from tests.kit.scripted_daq_server import ScriptedDaqServer, answering, lines, listener, prove
 
+TCP_REPAIR = 19  # of Linux: closed then, it tells the other end nothing
 IDENTITY = b"CUSTOM,REDPITAYA,0,0.1\r\n"
 
 
@@ -362,6 +365,48 @@ def test_a_pair_that_waited_in_vain_for_a_server_that_is_started_anew_is_made_an
         new = take_over(connection, "127.0.0.1", server.ports, 0.3, ())
         assert new.ask("RP:ADC:WP?") == 7
         new.close()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may forget a connection")
+def test_pairs_that_waited_in_vain_for_a_card_that_was_switched_off_and_on_are_made_anew():
+    """It has forgotten them, and told nobody: whoever only waits for their answers waits for ever."""
+    with halted() as (server, connection):
+        for _ in range(2):
+            with pytest.raises(DeviceTimeout):
+                take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        assert server.waiting() == [module.UNSERVED, module.UNSERVED]
+        for each in server.kept:
+            each.setsockopt(socket.IPPROTO_TCP, TCP_REPAIR, 1)
+            each.close()
+        threading.Thread(target=server.go_on, daemon=True).start()
+        time.sleep(1.5)
+        new = take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        assert new.ask("RP:ADC:WP?") == 7
+        new.close()
+
+
+def test_a_card_that_has_hung_up_may_have_another_address_once_it_is_back(serve, monkeypatch):
+    asked, ask = [], socket.getaddrinfo
+
+    def answer(host, *rest, **more):
+        asked.append(host)
+        return ask("127.0.0.1" if host == "card.test" else host, *rest, **more)
+
+    def hangs_up(command, data):
+        lines(command)()
+        command.sendall(IDENTITY)
+        prove(command, data)
+        for each in (command, data):
+            each.shutdown(socket.SHUT_RDWR)
+
+    monkeypatch.setattr(socket, "getaddrinfo", answer)
+    ports = serve(hangs_up, *[answering({})] * 4)
+    old = open_pair("card.test", ports, 0.3, ())
+    wait_for(old.evicted)
+    assert asked.count("card.test") == 1
+    new = take_over(old, "card.test", ports, 0.3, ())
+    assert asked.count("card.test") == 2
+    new.close()
 
 
 def test_a_new_pair_is_connected_before_the_old_one_goes():
