@@ -184,7 +184,7 @@ def _prove(
                 if said_within(data, 0.0) != b"":
                     held.remove(command)
                     for each in (command, data):
-                        notice_its_end(each)
+                        notice_its_end(each, from_now_on=True)
                     _UNSERVED.setdefault((host, ports), []).append((command, data))
                     raise
                 data.close()
@@ -199,6 +199,8 @@ def _prove(
                 raise _foreign(where, f"it says {said!r} unasked")
             if _samples_arrive(connection):
                 held.remove(command)
+                for each in (command, data):
+                    notice_its_end(each, from_now_on=False)
                 for pair in _UNSERVED.pop((host, ports), []):  # the server has thrown them out by now
                     held += pair
                 return connection

@@ -53,11 +53,11 @@ def acknowledge_at_once(link: socket.socket) -> None:
         link.setsockopt(socket.IPPROTO_TCP, ACKNOWLEDGE_AT_ONCE, 1)
 
 
-def notice_its_end(link: socket.socket) -> None:
+def notice_its_end(link: socket.socket, *, from_now_on: bool) -> None:
     """Ask the other computer each second whether it is there, where nothing else is sent: one that was switched off
-    does not say so, and knows of no connection once it is on again."""
-    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_USER_TIMEOUT", 1000 * GONE_S)):
+    does not say so, and knows of no connection once it is on again.  Or do so no more."""
+    link.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, from_now_on)
+    for name, value in (("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_USER_TIMEOUT", from_now_on * GONE_S * 1000)):
         if hasattr(socket, name):
             link.setsockopt(socket.IPPROTO_TCP, getattr(socket, name), value)
 

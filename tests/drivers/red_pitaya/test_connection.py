@@ -340,17 +340,27 @@ def test_a_server_that_stands_still_is_left_few_pairs_that_all_stay_open(stops):
         assert all(said_within(each, 0.0) != b"" for each in server.kept)
 
 
+def watched(links):
+    """Of those that are open: will its end be noticed where nothing is sent?"""
+    return [each.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) for each in links if each.fileno() >= 0]
+
+
 @pytest.mark.parametrize("stops", [1, 2])
-def test_a_pair_that_waited_is_used_when_the_server_goes_on(stops):
+def test_a_pair_that_waited_is_used_when_the_server_goes_on(monkeypatch, stops):
+    unserved = {}
+    monkeypatch.setattr(module, "_UNSERVED", unserved)
     with halted() as (server, connection):
         for _ in range(stops):
             with pytest.raises(DeviceTimeout):
                 take_over(connection, "127.0.0.1", server.ports, 0.3, ())
+        links = [each for pair in unserved["127.0.0.1", server.ports] for each in pair]
+        assert watched(links) == [1, 1, 1, 1]
         threading.Thread(target=server.go_on, daemon=True).start()
         begun_s = time.monotonic()
         new = take_over(connection, "127.0.0.1", server.ports, 0.3, ())
         assert time.monotonic() - begun_s < sockets.MARK_S
         assert new.ask("RP:ADC:WP?") == 7
+        assert watched(links) == [0, 0]
         new.close()
 
 
