@@ -400,7 +400,7 @@ def test_a_card_that_has_hung_up_may_have_another_address_once_it_is_back(serve,
 
     def answer(host, *rest, **more):
         asked.append(host)
-        return ask("127.0.0.1" if host == "card.test" else host, *rest, **more)
+        return ask("127.0.0.1" if host == "master.test" else host, *rest, **more)
 
     def hangs_up(command, data):
         lines(command)()
@@ -411,11 +411,11 @@ def test_a_card_that_has_hung_up_may_have_another_address_once_it_is_back(serve,
 
     monkeypatch.setattr(socket, "getaddrinfo", answer)
     ports = serve(hangs_up, *[answering({})] * 4)
-    old = open_pair("card.test", ports, 0.3, ())
+    old = open_pair("master.test", ports, 0.3, ())
     wait_for(old.evicted)
-    assert asked.count("card.test") == 1
-    new = take_over(old, "card.test", ports, 0.3, ())
-    assert asked.count("card.test") == 2
+    assert asked.count("master.test") == 1
+    new = take_over(old, "master.test", ports, 0.3, ())
+    assert asked.count("master.test") == 2
     new.close()
 
 
