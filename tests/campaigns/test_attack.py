@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from platform_daemon.schemas import AcquisitionRequest
+from platform_daemon.schemas.requests import MOST_CHANGES
 from tests.campaigns.attack.campaign import POLLED, Outcome, measured, table
 from tests.campaigns.attack.daemon import attacked
-from tests.campaigns.attack.load import Load
+from tests.campaigns.attack.load import DRY_RUN, Load
 from tests.campaigns.attack.probe import Latencies
 from tests.campaigns.attack.series import Shots
 
-CROWD = Load(pollers=10, poll_hz=5, predictions=2, dry_runs=1, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
+CROWD = Load(pollers=10, poll_hz=5, predictions=2, downloads=2, half_open=300, bodies_mb=(1, 5, 20))
 
 
 @pytest.mark.long
@@ -26,10 +28,13 @@ def test_stop_is_answered_and_memory_stays_bounded_beside_a_crowd(tmp_path: Path
     assert max(outcome.peak_mb) < 1500
     assert outcome.told["poll 200"] > 20
     assert outcome.told["prediction 200"] >= 1
-    assert outcome.told["dry run 200"] >= 1
     assert outcome.told["body 413"] >= 2
     assert outcome.told["half-open connections"] >= 300
     assert "a small crowd" in table([outcome])
+
+
+def test_the_dry_run_of_the_crowd_is_the_largest_that_is_planned() -> None:
+    assert len(AcquisitionRequest.model_validate(DRY_RUN).shot_changes or ()) == MOST_CHANGES
 
 
 def test_a_bound_that_does_not_hold_is_told() -> None:
