@@ -26,6 +26,7 @@ from platform_daemon.schemas import (
     ShotEvent,
 )
 from platform_daemon.store import StorageError
+from tests.kit.command_line import wait_for
 from tests.kit.no_room import no_room
 
 
@@ -189,75 +190,66 @@ def test_a_command_gets_the_alarm_and_a_bad_one_is_refused(tmp_path):
         Caller(url="ftp://x")
 
 
-def test_a_url_is_called_though_the_command_fails_and_its_answer_never_ends(tmp_path):
+@contextlib.contextmanager
+def answering(answer):
+    """A server that answers by `answer(handler, over)`; its URL, and the names of alarms that it was called with."""
     called, over = [], threading.Event()
 
-    class Endless(BaseHTTPRequestHandler):
+    class Handler(BaseHTTPRequestHandler):
         def do_POST(self):
             called.append(json.loads(self.rfile.read(int(self.headers["Content-Length"])))["name"])
-            self.send_response(200)
-            self.end_headers()
             with contextlib.suppress(OSError):
-                while not over.is_set():
-                    self.wfile.write(b"x" * 65536)
+                answer(self, over)
 
         def log_message(self, *arguments):
             pass
 
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Endless)
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    caller = Caller(f'{sys.executable} -c "raise SystemExit(3)"', f"http://127.0.0.1:{server.server_port}/")
-    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
+    try:
+        yield f"http://127.0.0.1:{server.server_port}/", called
+    finally:
+        over.set()
+        server.shutdown()
+
+
+def endless(handler, over):
+    handler.send_response(200)
+    handler.end_headers()
+    while not over.is_set():
+        handler.wfile.write(b"x" * 65536)
+
+
+def slow(handler, over):
+    handler.wfile.write(b"HTTP/1.1 200 OK\r\n")
+    while not over.wait(0.1):
+        handler.wfile.write(b"X-Y: z\r\n")
+
+
+def two_alarms(folder, caller):
+    board = AlarmBoard(folder / "a.json", lambda event: None, caller)
     board.notice("disk", "full")
     board.notice("memory", "little")
-    until = time.monotonic() + 20
-    while called != ["disk", "memory"]:
-        assert time.monotonic() < until, called
-        time.sleep(0.02)
-    over.set()
-    server.shutdown()
+
+
+def test_a_url_is_called_though_the_command_fails_and_its_answer_never_ends(tmp_path):
+    with answering(endless) as (url, called):
+        two_alarms(tmp_path, Caller(f'{sys.executable} -c "raise SystemExit(3)"', url))
+        wait_for(lambda: called == ["disk", "memory"], 20)
 
 
 def test_an_answer_that_comes_byte_by_byte_holds_up_no_other_call(tmp_path, monkeypatch):
     monkeypatch.setattr(caller_module, "_PATIENCE_S", 0.3)
-    called, over = [], threading.Event()
-
-    class Slow(BaseHTTPRequestHandler):
-        def do_POST(self):
-            called.append(json.loads(self.rfile.read(int(self.headers["Content-Length"])))["name"])
-            with contextlib.suppress(OSError):
-                self.wfile.write(b"HTTP/1.1 200 OK\r\n")
-                while not over.wait(0.1):
-                    self.wfile.write(b"X-Y: z\r\n")
-
-        def log_message(self, *args):
-            pass
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Slow)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    caller = Caller(url=f"http://127.0.0.1:{server.server_port}/", again_after_s=())
-    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
-    board.notice("disk", "full")
-    board.notice("memory", "little")
-    until = time.monotonic() + 20
-    while called != ["disk", "memory"]:
-        assert time.monotonic() < until, called
-        time.sleep(0.02)
-    over.set()
-    server.shutdown()
+    with answering(slow) as (url, called):
+        two_alarms(tmp_path, Caller(url=url, again_after_s=()))
+        wait_for(lambda: called == ["disk", "memory"], 20)
 
 
 def test_a_url_whose_host_can_be_none_keeps_the_command_from_nothing(tmp_path):
     target = tmp_path / "called"
     code = f"import sys; open({str(target)!r}, 'a').write(sys.stdin.read())"
-    caller = Caller(f'{sys.executable} -c "{code}"', "http://hooks..example/", again_after_s=())
-    board = AlarmBoard(tmp_path / "a.json", lambda event: None, caller)
-    board.notice("disk", "full")
-    board.notice("memory", "little")
-    until = time.monotonic() + 20
-    while not target.exists() or "memory" not in target.read_text():
-        assert time.monotonic() < until
-        time.sleep(0.02)
+    two_alarms(tmp_path, Caller(f'{sys.executable} -c "{code}"', "http://hooks..example/", again_after_s=()))
+    wait_for(lambda: target.exists() and "memory" in target.read_text(), 20)
 
 
 def test_who_could_not_be_called_is_called_again_until_the_call_gets_through_and_others_do_not_wait(tmp_path):
