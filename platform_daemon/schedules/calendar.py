@@ -163,8 +163,11 @@ def jitter_s(identifier: str, due: float, most_s: float) -> float:
 
 
 def _zone(name: str) -> ZoneInfo:
+    remedy = "use an IANA name like Europe/Berlin"
+    if name.startswith("right/"):
+        why = "its clock counts leap seconds, and that of this computer does not"
+        raise InputError(f"no time zone {name!r}", where="trigger.time_zone", why=why, remedy=remedy)
     try:
         return ZoneInfo(name)
     except (OSError, ValueError, KeyError):  # ZoneInfoNotFoundError is a KeyError
-        remedy = "use an IANA name like Europe/Berlin"
         raise InputError(f"no time zone {name!r}", where="trigger.time_zone", remedy=remedy) from None

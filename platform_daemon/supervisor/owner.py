@@ -158,13 +158,12 @@ class GuardProcess:
 
     def _started(self) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "platform_daemon.supervisor", str(os.getpid())]
-        owned = self._ownership.fd
         process = subprocess.Popen(  # a session of its own: what a terminal sends does not reach it
-            [*command, str(self._place), str(owned)],
+            [*command, str(self._place), str(self._ownership.fd)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             start_new_session=True,
-            pass_fds=[owned],
+            pass_fds=self._ownership.held,
         )
         assert process.stdin is not None
         with contextlib.suppress(OSError):  # it is asked whether it lives before any power

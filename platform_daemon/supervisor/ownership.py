@@ -1,12 +1,14 @@
 """Who owns the devices of a platform: one process at a time, and what it left behind when it is gone.
 
 The file `owner` is held by flock, which the kernel gives up with the last process that has it: the owner, or the guard
-that still switches off for it.  Its first byte says whether power may be on; it outlives both.
+that still switches off for it.  Its first byte says whether power may be on; it outlives both.  Its folder is held
+in the same way: whoever takes the file for one that was left behind, and removes it, owns nothing.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 import sys
@@ -57,10 +59,15 @@ class Owner(BaseModel):
 class Ownership:
     """Held until `release` or the death of this process and its guard."""
 
-    def __init__(self, fd: int) -> None:
-        self.fd = fd
+    def __init__(self, fd: int, folder: int = -1) -> None:
+        self.fd, self._folder = fd, folder
         # A child that is forked must not hold what its parent owned; a guard gets it on purpose.
         os.register_at_fork(after_in_child=self._drop)
+
+    @property
+    def held(self) -> tuple[int, ...]:
+        """What a guard must have open, so that it owns the devices as long as it lives."""
+        return tuple(fd for fd in (self.fd, self._folder) if fd >= 0)
 
     def power(self, *, may_be_on: bool) -> None:
         """Kept where a kill of this process and its guard together does not reach it; microseconds."""
@@ -73,10 +80,10 @@ class Ownership:
             self._drop()
 
     def _drop(self) -> None:
-        if self.fd >= 0:
+        for fd in self.held:
             with contextlib.suppress(OSError):
-                os.close(self.fd)
-            self.fd = -1
+                os.close(fd)
+        self.fd = self._folder = -1
 
 
 def take(place: Path, platform: str, data: Path | None = None, patience_s: float = _PATIENCE_S) -> Ownership:
@@ -87,9 +94,9 @@ def take(place: Path, platform: str, data: Path | None = None, patience_s: float
     """
     until = time.monotonic() + patience_s
     try:
-        fd = os.open(place / _FILE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        fd, folder = os.open(place / _FILE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600), _opened(place)
         try:
-            while not _locked(fd):
+            while not _locked(fd, folder):
                 found = _read(fd)
                 if time.monotonic() >= until or (found is not None and found.lives):
                     raise _denied(found)
@@ -98,30 +105,41 @@ def take(place: Path, platform: str, data: Path | None = None, patience_s: float
             _write(fd, data)
         except BaseException:
             os.close(fd)
+            os.close(folder)
             raise
     except OSError as error:
         why = error.strerror or str(error)
         raise DeviceDenied("the owner cannot be kept", where=str(place), why=why, remedy="repair the disk") from None
-    return Ownership(fd)
+    return Ownership(fd, folder)
 
 
 def owner_of(place: Path) -> Owner | None:
-    """Who owns the devices now; None: nobody does."""
+    """Who owns the devices now; None: nobody does, or it cannot be read any more."""
     try:
         fd = os.open(place / _FILE, os.O_RDWR | os.O_CLOEXEC)
     except FileNotFoundError:
         return None
+    folder = _opened(place)
     try:
-        return None if _locked(fd) else _read(fd)
+        return None if _locked(fd, folder) else _read(fd)
     finally:
         os.close(fd)
+        os.close(folder)
 
 
-def _locked(fd: int) -> bool:
+def _opened(place: Path) -> int:
+    return os.open(place, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+
+
+def _locked(fd: int, folder: int) -> bool:
     try:
         fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    except OSError as error:
+        if error.errno != errno.EBADF:  # NFS locks only what is open for writing, which the folder cannot be
+            raise
     return True
 
 

@@ -134,6 +134,7 @@ def test_the_instants_do_not_depend_on_where_one_begins_to_ask(zone, cron):
         ({"cron": "0 0 31 4,6 *"}, {}, "trigger.cron"),
         ({"cron": "every night"}, {}, "trigger.cron"),
         ({"cron": "0 2 * * *", "time_zone": "Europe/Atlantis"}, {}, "no time zone"),
+        ({"cron": "0 2 * * *", "time_zone": "right/UTC"}, {}, "counts leap seconds"),
         ({"every_s": 60.0}, {"start": "2026-05-01T00:00", "until": "2026-04-01T00:00"}, "ends before it starts"),
         ({"every_s": 60.0, "cron": "0 2 * * *"}, {}, "one of every_s, cron and at"),
         ({}, {}, "one of every_s, cron and at"),

@@ -92,6 +92,9 @@ def test_a_second_owner_is_refused_at_once_and_told_who_the_first_is(tmp_path):
         found = owner_of(tmp_path)
         assert found is not None
         assert (found.pid, found.lives, found.data) == (owner.pid, True, os.path.abspath("data"))
+        (tmp_path / "owner").unlink()  # by somebody who takes it for one that was left behind
+        with pytest.raises(DeviceDenied, match="have an owner"):
+            take(tmp_path, "lab", patience_s=0.2)
     finally:
         owner.kill()
         owner.wait()
