@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from platform_daemon.estimation.compilation import synthetic_record
 from platform_daemon.estimation.fit import fit_ring_down
@@ -47,6 +48,7 @@ def test_the_floor_demodulates_what_it_is_given():
     assert np.allclose(found, expected, atol=1e-9)
 
 
+@pytest.mark.long
 def test_the_campaign_fits_every_shot_of_every_dataset_in_two_processes():
     report = run_campaign(shots=3, processes=2)
     assert report["fits"] == report["good"] == 12

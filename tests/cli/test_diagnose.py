@@ -25,6 +25,7 @@ def clean(tmp_path_factory):
     return done.stdout, json.loads((folder / "d.json").read_text())
 
 
+@pytest.mark.long
 def test_a_clean_recording_lacks_nothing(clean):
     text, report = clean
     assert set(report) >= KEYS

@@ -104,7 +104,7 @@ def test_only_what_is_new_or_has_changed_is_looked_at_and_the_rest_is_as_if_made
     assert len(indexed_trend(folder, "T 1").points) == 69
 
 
-@pytest.mark.parametrize("damage", ["text", "version", "empty"])
+@pytest.mark.parametrize("damage", ["text", "version", pytest.param("empty", marks=pytest.mark.long)])
 def test_an_index_that_is_damaged_or_of_another_version_is_made_anew(folder, damage):
     good = content(folder)
     if damage == "version":

@@ -71,6 +71,7 @@ def test_what_cannot_be_characterised_is_refused_at_once(client, recording, body
     problem(client.post("/characterisations", json=asked), status)
 
 
+@pytest.mark.long
 def test_shots_that_are_all_refused_are_a_result_with_a_warning(client):
     write_ring_downs(client.folder.recordings / "none.h5", [None, None])
     answer = client.post("/characterisations", json={"recording": "none"})
